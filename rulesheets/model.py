@@ -1,0 +1,80 @@
+"""A model: variables and guarded equations, ready to be solved for any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeAlias
+
+from rulesheets import nodes
+from rulesheets.source import Span
+
+Value: TypeAlias = float | str
+"""What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable of a model, in calculation units.
+
+    Locals of a call have dotted names (``position.yB``, second call ``position#2.yB``).
+    ``posted`` says that the variable stands in the variables section or, where a sheet has
+    none, in a rule of the sheet itself: the status of a solve is judged by these.
+    """
+
+    name: str
+    value: Value | None = None
+    guess: float | None = None
+    unit: str | None = None
+    display_unit: str | None = None
+    low: float = float("-inf")
+    high: float = float("inf")
+    low_open: bool = False
+    high_open: bool = False
+    comment: str = ""
+    posted: bool = False
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Premise:
+    """A condition of the model (by index) that must come out ``holds`` for an equation to be active."""
+
+    condition: int
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Equation:
+    """``left = right`` wherever every premise of ``guard`` comes out as it says.
+
+    ``rule`` is the place of the whole rule as the user wrote it (with its ``if``);
+    ``scope`` is the prefix of the call that it stands in (``""`` on the sheet itself).
+    """
+
+    index: int
+    left: nodes.Expression
+    right: nodes.Expression
+    guard: tuple[Premise, ...]
+    rule: Span
+    scope: str = ""
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Variables of the two sides in order of first appearance, guards not included."""
+        return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
+
+
+@dataclass(frozen=True)
+class Model:
+    """Variables (in the order of the sheet, then locals in order of appearance) and equations.
+
+    ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
+    its condition with the ``then`` arm. All names are full names.
+    """
+
+    name: str
+    variables: Mapping[str, Variable]
+    equations: tuple[Equation, ...]
+    conditions: tuple[nodes.Condition, ...]

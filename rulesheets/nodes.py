@@ -1,0 +1,284 @@
+"""The syntax of a rule sheet as frozen values.
+
+Every node keeps its place in the text (``span``), which equality ignores: two
+sheets are equal when they say the same. Expressions serve both as syntax and,
+once names are bound, as the mathematics that the solver works on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from rulesheets.source import Span
+
+
+def _place() -> Span | None:
+    return field(default=None, compare=False, repr=False)  # type: ignore[return-value]
+
+
+# --- arithmetic -----------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    value: float
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A symbolic value such as ``'open``; ``name`` is ``open``."""
+
+    name: str
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A variable. In a model the name is the full, dotted one."""
+
+    name: str
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Negative:
+    operand: Expression
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """``a + b - c`` is ``Sum((a, b, Negative(c)))``: two terms or more, added left to right.
+
+    N-ary, so that a sum of a thousand terms is not a thousand levels deep.
+    """
+
+    terms: tuple[Expression, ...]
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    left: Expression
+    right: Expression
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Quotient:
+    left: Expression
+    right: Expression
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    base: Expression
+    exponent: Expression
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function in an expression; the name is in lower case. ``pi`` is ``Call("pi", ())``."""
+
+    function: str
+    arguments: tuple[Expression, ...]
+    span: Span | None = _place()
+
+
+Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
+
+# --- conditions -----------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """``operator`` is one of ``=  <>  <  <=  >  >=``."""
+
+    operator: str
+    left: Expression
+    right: Expression
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    terms: tuple[Condition, ...]
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    terms: tuple[Condition, ...]
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    term: Condition
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """``given('x)``: true where x is an input."""
+
+    name: str
+    span: Span | None = _place()
+
+
+Condition: TypeAlias = Comparison | And | Or | Not | Given
+
+# --- rules ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Equality:
+    """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
+
+    ``(x, y) = f(a)`` has two on the left and the call alone on the right.
+    """
+
+    left: tuple[Expression, ...]
+    right: tuple[Expression, ...]
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class CallRule:
+    """``call f(arguments; results)``."""
+
+    function: str
+    arguments: tuple[Expression, ...]
+    results: tuple[Expression, ...]
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class IfRule:
+    """``if c then r else s``; an ``else if`` chain is an ``IfRule`` in ``otherwise``."""
+
+    condition: Condition
+    then: RuleBody
+    otherwise: RuleBody | None = None
+    span: Span | None = _place()
+
+
+RuleBody: TypeAlias = Equality | CallRule | IfRule
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One rule of a sheet with its trailing comment (without the comment mark)."""
+
+    body: RuleBody
+    comment: str = ""
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class CommentLine:
+    """A line that only comments, kept so that a formatted sheet loses nothing."""
+
+    text: str
+    span: Span | None = _place()
+
+
+# --- variables and sheets -------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``."""
+
+    low: float = float("-inf")
+    high: float = float("inf")
+    low_open: bool = False
+    high_open: bool = False
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class VariableRow:
+    """A row of the variables section.
+
+    ``value`` is the input as written (an expression of numbers, or a symbol), ``guess``
+    the expression after ``~``; at most one of the two is there.
+    """
+
+    name: str
+    value: Expression | None = None
+    guess: Expression | None = None
+    unit: str | None = None
+    display_unit: str | None = None
+    range: Range | None = None
+    comment: str = ""
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """``use "a.tk", "b.tk"``: paths as written."""
+
+    paths: tuple[str, ...]
+    comment: str = ""
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A rule function: ``function f(arguments; results)``, ``parameters``, ``rules``."""
+
+    name: str
+    arguments: tuple[str, ...]
+    results: tuple[str, ...]
+    parameters: tuple[str, ...]
+    rules: tuple[Rule | CommentLine, ...]
+    comment: str = ""
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSheet:
+    """A whole file. ``variables`` is None where the sheet has no such section."""
+
+    uses: tuple[Use, ...] = ()
+    variables: tuple[VariableRow | CommentLine, ...] | None = None
+    rules: tuple[Rule | CommentLine, ...] = ()
+    functions: tuple[Function, ...] = ()
+    comments: tuple[CommentLine, ...] = ()
+    span: Span | None = _place()
+
+
+def children(node: Expression | Condition) -> tuple[Expression | Condition, ...]:
+    """The direct parts of an expression or a condition, left to right."""
+    match node:
+        case Negative(operand):
+            return (operand,)
+        case Sum(terms) | And(terms) | Or(terms):
+            return terms
+        case Product(left, right) | Quotient(left, right) | Comparison(_, left, right):
+            return (left, right)
+        case Power(base, exponent):
+            return (base, exponent)
+        case Call(_, arguments):
+            return arguments
+        case Not(term):
+            return (term,)
+        case _:
+            return ()
+
+
+def names(node: Expression | Condition) -> Iterator[str]:
+    """Names of the variables in a node, left to right, with repetition."""
+    stack = [node]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, Name):
+            yield item.name
+        else:
+            stack.extend(reversed(children(item)))
