@@ -1,0 +1,1 @@
+"""The rule sheet language: text in, equations out."""

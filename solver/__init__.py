@@ -1,0 +1,1 @@
+"""Equations and any well-posed set of inputs in, solution path and checked answers out."""

@@ -1,0 +1,82 @@
+"""What a solve returns: a status, the solutions, what stays unknown, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from rulesheets.diagnosis import Diagnosis
+from rulesheets.model import Model, Value
+from solver.path.steps import Path
+
+
+class Status(Enum):
+    """The outcome of a solve; ``str(status)`` is the word of the contract."""
+
+    SOLVED = "solved"
+    PARTIAL = "partial"
+    INCONSISTENT = "inconsistent"
+    INFEASIBLE = "infeasible"
+    SINGULAR = "singular"
+    FAILED = "failed"
+
+    def __str__(self) -> str:
+        return self.value
+
+    @property
+    def exit_code(self) -> int:
+        return 0 if self is Status.SOLVED else 1
+
+
+@dataclass(frozen=True)
+class Solution(Mapping[str, Value]):
+    """One answer: values by full name, inputs included. Names without a value are absent.
+
+    ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules checked.
+    """
+
+    values: Mapping[str, Value]
+    worst_residual: float = 0.0
+    checked: int = 0
+
+    def __getitem__(self, name: str) -> Value:
+        return self.values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+@dataclass(frozen=True)
+class Result:
+    """``solutions`` are distinct, the primary one first; ``complete`` where they are known to be all.
+
+    ``inputs`` are the values that were given (after overrides and clearing), ``guesses`` likewise.
+    ``wanted`` are the names by which the status was judged, ``undetermined`` those that stay unknown.
+    Where the status is not ``solved``, ``partial`` holds what the inputs do determine.
+    """
+
+    model: Model
+    status: Status
+    solutions: tuple[Solution, ...]
+    complete: bool
+    inputs: Mapping[str, Value]
+    guesses: Mapping[str, float]
+    wanted: tuple[str, ...]
+    undetermined: tuple[str, ...]
+    diagnoses: tuple[Diagnosis, ...]
+    path: Path
+    partial: Mapping[str, Value] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Value | None:
+        """Value of the primary answer (or what is determined of it); None where it has none.
+
+        Raises KeyError for a name that the model does not have.
+        """
+        if name not in self.model.variables:
+            raise KeyError(name)
+        known = self.solutions[0] if self.solutions else self.partial
+        return known.get(name)
