@@ -1,0 +1,187 @@
+"""Solve with one Jacobian several times: small ones in plain Python, large or deficient ones by scipy.
+
+A factor holds the column-scaled, row-equilibrated matrix. Rank is decided on that scaled matrix, so
+neither the units of the unknowns nor the size of a rule changes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from solver.numerics.termination import EPS
+
+SMALL = 6
+Matrix = Sequence[Sequence[float]]
+
+
+class Factor(Protocol):
+    """``rank`` < ``columns`` tells that the matrix does not determine its unknowns."""
+
+    rank: int
+    columns: int
+
+    def solve(self, rhs: Sequence[float]) -> list[float]:
+        """The solution; of least squares and least scaled norm where there is none or many."""
+        ...
+
+    def condition(self) -> float:
+        """Condition number of the scaled matrix (infinity norm, or 2-norm for large ones)."""
+        ...
+
+
+def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
+    """Factor an m × n matrix given as rows (or as a scipy sparse matrix) with column weights (n,).
+
+    Raises nothing for a singular matrix: the factor then gives minimum-norm least-squares solutions.
+    """
+    if hasattr(matrix, "tocsc"):
+        return _sparse(matrix, column_weights)
+    if len(matrix) == len(column_weights) <= SMALL:
+        small = _small(matrix, column_weights)
+        if small is not None:
+            return small
+    return DenseFactor(matrix, column_weights)
+
+
+def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
+    """Σ_j |A_ij| w_j for every row i; w may hold signed values, of which the absolute ones count."""
+    if hasattr(matrix, "tocsc"):
+        import numpy as np
+
+        sizes: list[float] = (abs(matrix) @ np.abs(np.asarray(column_weights, dtype=float))).tolist()
+        return sizes
+    return [sum(abs(a * w) for a, w in zip(row, column_weights, strict=True)) for row in matrix]
+
+
+def row_products(matrix: Any, vector: Sequence[float]) -> list[float]:
+    """A v for rows or a scipy sparse matrix."""
+    if hasattr(matrix, "tocsc"):
+        products: list[float] = (matrix @ vector).tolist()
+        return products
+    return [sum(a * v for a, v in zip(row, vector, strict=True)) for row in matrix]
+
+
+class SmallFactor:
+    """LU of a regular n × n matrix by Gaussian elimination with partial pivoting."""
+
+    def __init__(
+        self, lower: list[list[float]], order: list[int], row_scale: list[float], weight: Sequence[float]
+    ) -> None:
+        self._lu, self._order, self._row_scale, self._weight = lower, order, row_scale, weight
+        self.rank = self.columns = len(order)
+
+    def solve(self, rhs: Sequence[float]) -> list[float]:
+        scaled = [rhs[i] / self._row_scale[i] for i in self._order]
+        return [w * v for w, v in zip(self._weight, self._substitute(scaled), strict=True)]
+
+    def _substitute(self, y: list[float]) -> list[float]:
+        n, lu = self.columns, self._lu
+        for i in range(n):
+            y[i] -= sum(lu[i][j] * y[j] for j in range(i))
+        for i in reversed(range(n)):
+            y[i] = (y[i] - sum(lu[i][j] * y[j] for j in range(i + 1, n))) / lu[i][i]
+        return y
+
+    def condition(self) -> float:
+        n = self.columns
+        inverse = [self._substitute([float(i == j) for i in range(n)]) for j in range(n)]
+        return max((sum(abs(column[i]) for column in inverse) for i in range(n)), default=1.0)
+
+
+def _small(matrix: Matrix, weight: Sequence[float]) -> SmallFactor | None:
+    """Equilibrated LU, or None where a pivot vanishes to rounding. Rows are scaled to unit 1-norm."""
+    n = len(weight)
+    row_scale = row_sizes(matrix, weight)
+    if not all(0.0 < size < float("inf") for size in row_scale):
+        return None
+    lu = [
+        [a * w / size for a, w in zip(row, weight, strict=True)]
+        for row, size in zip(matrix, row_scale, strict=True)
+    ]
+    order = list(range(n))
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(lu[i][k]))
+        if abs(lu[pivot][k]) <= 2 * n * EPS:
+            return None
+        lu[k], lu[pivot] = lu[pivot], lu[k]
+        order[k], order[pivot] = order[pivot], order[k]
+        for i in range(k + 1, n):
+            _eliminate(lu[i], lu[k], k, n)
+    return SmallFactor(lu, order, row_scale, weight)
+
+
+def _eliminate(row: list[float], pivot_row: list[float], k: int, n: int) -> None:
+    factor = row[k] = row[k] / pivot_row[k]
+    if factor:
+        for j in range(k + 1, n):
+            row[j] -= factor * pivot_row[j]
+
+
+class DenseFactor:
+    """Singular value decomposition of an m × n matrix of any rank."""
+
+    def __init__(self, matrix: Any, weight: Sequence[float]) -> None:
+        import numpy as np
+
+        self._weight = np.asarray(weight, dtype=float)
+        scaled = np.asarray(matrix, dtype=float).reshape(len(matrix), len(weight)) * self._weight
+        sizes = np.abs(scaled).sum(axis=1)
+        self._row_scale = np.where(sizes > 0, sizes, 1.0)
+        self._u, self._s, self._vt = np.linalg.svd(scaled / self._row_scale[:, None], full_matrices=False)
+        largest = self._s[0] if self._s.size else 0.0
+        self.rank = int((self._s > 2 * max(scaled.shape) * EPS * largest).sum())
+        self.columns = len(weight)
+
+    def solve(self, rhs: Sequence[float]) -> list[float]:
+        import numpy as np
+
+        projected = self._u.T @ (np.asarray(rhs, dtype=float) / self._row_scale)
+        kept = projected[: self.rank] / self._s[: self.rank]
+        solution: list[float] = (self._weight * (self._vt[: self.rank].T @ kept)).tolist()
+        return solution
+
+    def condition(self) -> float:
+        if self.rank < self.columns:
+            return float("inf")
+        return float(self._s[0] / self._s[-1])
+
+
+class SparseFactor:
+    """Sparse LU of a regular n × n matrix."""
+
+    def __init__(self, lu: Any, row_scale: Any, weight: Any) -> None:
+        self._lu, self._row_scale, self._weight = lu, row_scale, weight
+        self.rank = self.columns = len(weight)
+
+    def solve(self, rhs: Sequence[float]) -> list[float]:
+        import numpy as np
+
+        solved = self._weight * self._lu.solve(np.asarray(rhs, dtype=float) / self._row_scale)
+        solution: list[float] = solved.tolist()
+        return solution
+
+    def condition(self) -> float:
+        """A lower bound from one solve: |A⁻¹ 1| for the matrix of unit row sums."""
+        import numpy as np
+
+        return float(np.abs(self._lu.solve(np.ones(self.columns))).max())
+
+
+def _sparse(matrix: Any, weight: Sequence[float]) -> Factor:
+    """Sparse LU; a singular matrix falls back to the dense decomposition."""
+    import numpy as np
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import splu
+
+    w = np.asarray(weight, dtype=float)
+    sizes = np.asarray(row_sizes(matrix, weight))
+    if sizes.all() and matrix.shape[0] == matrix.shape[1]:
+        scaled = (diags_array(1 / sizes) @ matrix @ diags_array(w)).tocsc()
+        try:
+            lu = splu(scaled)
+        except RuntimeError:  # "Factor is exactly singular"
+            return DenseFactor(matrix.toarray(), weight)
+        if np.abs(lu.U.diagonal()).min() > 2 * len(w) * EPS:
+            return SparseFactor(lu, sizes, w)
+    return DenseFactor(matrix.toarray(), weight)

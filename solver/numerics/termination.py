@@ -1,0 +1,59 @@
+"""The one place that decides whether an iteration has converged.
+
+Two scale-free measures are used. The *backward error* of equation i at x is
+|F_i| / Σ_j |J_ij x_j|: the relative change of the unknowns that would explain the residual. The
+*scaled step* of unknown j is |dx_j| / w_j with the weight w_j = max(|x_j|, scale_j).
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+EPS = sys.float_info.epsilon
+
+
+@dataclass(frozen=True, slots=True)
+class Termination:
+    """``residual``: backward error taken as rounding. ``stagnation``: the largest scaled step that may be
+    called noise once fast contraction has stopped. ``degenerate``: the largest scaled step left over at a
+    multiple root (a double root is known to about sqrt(eps), a threefold one to its cube root).
+    ``vanishing``: residual over the size of its row that counts as nothing."""
+
+    residual: float = 4 * EPS
+    stagnation: float = 1e-7
+    degenerate: float = 1e-5
+    vanishing: float = 1e-13
+
+    def residual_vanishes(self, residual: Sequence[float], sizes: Sequence[float]) -> bool:
+        """``sizes[i]`` is Σ_j |J_ij x_j|, so that the test reads: backward error at rounding level."""
+        return all(abs(r) <= self.residual * size for r, size in zip(residual, sizes, strict=True))
+
+    def step_vanishes(self, step: Sequence[float], x: Sequence[float]) -> bool:
+        """Every component of the step is lost in the last bit of x."""
+        return all(abs(d) <= EPS * abs(v) for d, v in zip(step, x, strict=True))
+
+    def stagnates(self, step_norm: float, previous_norm: float) -> bool:
+        """Quadratic contraction has ended at a step so small that only rounding explains it."""
+        return step_norm <= self.stagnation and step_norm > 0.25 * previous_norm
+
+    def explains(
+        self, residual: Sequence[float], predicted: Sequence[float], sizes: Sequence[float]
+    ) -> bool:
+        """Whether the step accounts for the residual: F + J dx is small beside F, or beside ``sizes[i]``
+        = Σ_j |J_ij| w_j. (``predicted`` is J dx. Where rank is lost at a minimum of |F| it does not.)"""
+        return all(
+            abs(r + p) <= max(0.5 * abs(r), self.vanishing * size)
+            for r, p, size in zip(residual, predicted, sizes, strict=True)
+        )
+
+
+def weights(x: Sequence[float], scale: Sequence[float]) -> list[float]:
+    """w_j = max(|x_j|, scale_j), the unit in which a change of unknown j is measured."""
+    return [max(abs(v), s) for v, s in zip(x, scale, strict=True)]
+
+
+def scaled_norm(step: Sequence[float], weight: Sequence[float]) -> float:
+    """The largest |dx_j| / w_j."""
+    return max((abs(d) / w for d, w in zip(step, weight, strict=True)), default=0.0)
