@@ -26,9 +26,10 @@ class Select:
 
 @dataclass(frozen=True, slots=True)
 class SolveBlock:
-    """Solve ``equations`` simultaneously for as many ``unknowns``; ``tears`` are iterated on, the rest follows.
+    """Solve ``equations`` simultaneously for as many ``unknowns``.
 
-    ``order`` lists the explicit steps inside the block, ``residuals`` the equations that close it.
+    ``tears`` are iterated on; ``order`` lists the explicit steps that follow from them and
+    ``residuals`` the equations that close the block.
     """
 
     equations: tuple[int, ...]
@@ -39,8 +40,15 @@ class SolveBlock:
 
 
 @dataclass(frozen=True, slots=True)
+class Decide:
+    """Evaluate conditions whose variables are known; what follows depends on how they come out."""
+
+    conditions: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Assume:
-    """Solve case by case on a condition that waits on an unknown."""
+    """Solve case by case on a condition that waits on an unknown; an answer is kept if it fits its case."""
 
     condition: int
 
@@ -52,12 +60,24 @@ class Check:
     equation: int
 
 
-Step: TypeAlias = Evaluate | Select | SolveBlock | Assume | Check
+Step: TypeAlias = Evaluate | Select | SolveBlock | Decide | Assume | Check
 
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Steps in order. ``undetermined`` are the unknowns that no step reaches."""
+    """Steps in order; a path that ends in ``Decide`` or ``Assume`` goes on once the outcome is there.
+
+    ``undetermined`` are the unknowns that no step reaches.
+    """
 
     steps: tuple[Step, ...]
     undetermined: tuple[str, ...] = ()
+
+    @property
+    def branches(self) -> int:
+        """How many answers the direct steps can fork into."""
+        product = 1
+        for step in self.steps:
+            if isinstance(step, Evaluate | Select):
+                product *= step.branches
+        return product

@@ -1,0 +1,99 @@
+"""Expressions built by code: the arithmetic constructors, with zeros and ones folded away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rulesheets.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+)
+
+ZERO = Number(0.0)
+ONE = Number(1.0)
+
+
+def is_number(expression: Expression, value: float) -> bool:
+    return isinstance(expression, Number) and expression.value == value
+
+
+def negative(operand: Expression) -> Expression:
+    match operand:
+        case Number(value):
+            return Number(-value) if value else operand
+        case Negative(inner):
+            return inner
+        case _:
+            return Negative(operand)
+
+
+def add(*terms: Expression) -> Expression:
+    kept = tuple(term for term in terms if not is_number(term, 0.0))
+    if not kept:
+        return ZERO
+    return kept[0] if len(kept) == 1 else Sum(kept)
+
+
+def subtract(left: Expression, right: Expression) -> Expression:
+    return add(left, negative(right))
+
+
+def multiply(left: Expression, right: Expression) -> Expression:
+    if is_number(left, 0.0) or is_number(right, 0.0):
+        return ZERO
+    if is_number(left, 1.0):
+        return right
+    if is_number(right, 1.0):
+        return left
+    return Product(left, right)
+
+
+def divide(left: Expression, right: Expression) -> Expression:
+    if is_number(right, 1.0) or is_number(left, 0.0):
+        return left
+    return Quotient(left, right)
+
+
+def power(base: Expression, exponent: Expression) -> Expression:
+    if is_number(exponent, 1.0):
+        return base
+    return ONE if is_number(exponent, 0.0) else Power(base, exponent)
+
+
+def call(function: str, *arguments: Expression) -> Expression:
+    return Call(function, arguments)
+
+
+def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
+    """The expression with variables replaced; parts without any of them are shared, not copied."""
+    match expression:
+        case Name(name):
+            return replacements.get(name, expression)
+        case Number() | Symbol():
+            return expression
+        case Negative(operand):
+            return Negative(substitute(operand, replacements), expression.span)
+        case Sum(terms):
+            return Sum(tuple(substitute(term, replacements) for term in terms), expression.span)
+        case Product(left, right):
+            return Product(
+                substitute(left, replacements), substitute(right, replacements), expression.span
+            )
+        case Quotient(left, right):
+            return Quotient(
+                substitute(left, replacements), substitute(right, replacements), expression.span
+            )
+        case Power(base, exponent):
+            return Power(substitute(base, replacements), substitute(exponent, replacements), expression.span)
+        case Call(function, arguments):
+            return Call(
+                function, tuple(substitute(item, replacements) for item in arguments), expression.span
+            )

@@ -1,0 +1,356 @@
+"""From a model and a pattern of inputs to a solution path, without a number.
+
+What is known is propagated first, the steps with one preimage before those that fork.
+Guarded rules are taken as soon as their conditions can be evaluated. Only what is left
+is solved simultaneously, block by block (Dulmage–Mendelsohn, block triangular form,
+tearing), and only what is left then is solved case by case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+
+from rulesheets.model import Equation, Model
+from solver.path.graph import ModelGraph
+from solver.path.isolate import Isolation
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
+from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
+from solver.structure.frontier import Frontier
+from solver.structure.incidence import Block, Incidence
+from solver.structure.matching import maximum_matching
+from solver.structure.tearing import tear
+from solver.structure.triangular import block_triangular
+
+ANY_COST = 1 << 30
+
+
+class Planner:
+    """Paths of one model, kept by the pattern that they answer to."""
+
+    def __init__(self, model: Model) -> None:
+        self.graph = ModelGraph(model)
+        self._paths: dict[object, Path] = {}
+
+    def path(
+        self,
+        known: frozenset[str],
+        decided: Mapping[int, bool],
+        void: frozenset[int] = frozenset(),
+        want: frozenset[str] | None = None,
+    ) -> Path:
+        """The path from the ``known`` variables, given how conditions came out.
+
+        ``void`` equations are not solved for anything (they asked nothing, or nothing could
+        satisfy them, at the values at hand); ``want`` prunes to what these names need.
+        """
+        key = (known, frozenset(decided.items()), void, want)
+        found = self._paths.get(key)
+        if found is None:
+            found = _Building(self.graph, known, decided, void, want).run()
+            self._paths[key] = found
+        return found
+
+
+def activity(equation: Equation, decided: Mapping[int, bool]) -> bool | None:
+    """True: active; False: its guard is false; None: not known yet."""
+    verdict: bool | None = True
+    for premise in equation.guard:
+        outcome = decided.get(premise.condition)
+        if outcome is None:
+            verdict = None
+        elif outcome is not premise.holds:
+            return False
+    return verdict
+
+
+class _Building:
+    """One run of the planner."""
+
+    def __init__(
+        self,
+        graph: ModelGraph,
+        known: Collection[str],
+        decided: Mapping[int, bool],
+        void: frozenset[int],
+        want: frozenset[str] | None,
+    ) -> None:
+        self.graph = graph
+        self.want = want
+        self.steps: list[Step] = []
+        equations = graph.model.equations
+        verdicts = [False if e.index in void else activity(e, decided) for e in equations]
+        self.active = [verdict is True for verdict in verdicts]
+        self.pending = [e.index for e, verdict in zip(equations, verdicts, strict=True) if verdict is None]
+        self.guards = {
+            i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
+            for i in self.pending
+        }
+        self.frontier = self._frontier(known)
+        self.parked: list[int] = []
+        self.forking: list[int] = []
+        self.selectable: set[int] = set()
+
+    def _frontier(self, known: Collection[str]) -> Frontier:
+        graph = self.graph
+        frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
+        for name in known:
+            frontier.learn(graph.number[name])
+        frontier.activate(i for i, active in enumerate(self.active) if active)
+        frontier.activate(self.pending)
+        first = len(graph.occurs)
+        waiting = dict.fromkeys(c for guard in self.guards.values() for c in guard)
+        frontier.activate(first + condition for condition in waiting)
+        return frontier
+
+    def run(self) -> Path:
+        while self._advance():
+            pass
+        if not (self.steps and isinstance(self.steps[-1], Decide)):
+            self._assume()
+        names = self.graph.names
+        undetermined = tuple(n for n, known in zip(names, self.frontier.known, strict=True) if not known)
+        steps = self.steps if self.want is None else self._needed(self.want)
+        return Path(tuple(steps), undetermined)
+
+    def _advance(self) -> bool:
+        """One way forward, the cheapest first; False at the end."""
+        return (
+            self._direct(cost=1)
+            or self._select(cost=1)
+            or self._fork()
+            or self._select(cost=ANY_COST)
+            or (not self._decide() and self._blocks())
+        )
+
+    # --- direct steps ---
+
+    def _direct(self, cost: int) -> bool:
+        """A round of ripe equations; those that fork are put by."""
+        ripe, self.frontier.ripe = self.frontier.ripe, []
+        best: dict[int, tuple[int, int]] = {}
+        for equation in ripe:
+            unknown = self.frontier.unknown_of(equation)
+            if unknown is None:
+                continue
+            if not self.active[equation]:
+                self.parked.append(equation)
+                continue
+            isolation = self.graph.isolation(equation, unknown)
+            if isolation is None:
+                continue
+            if isolation.cost > cost:
+                self.forking.append(equation)
+            else:
+                best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (isolation.cost, equation))
+        for unknown, (_, equation) in best.items():
+            self._evaluate(equation, unknown)
+        self._checks()
+        return bool(best) or bool(self.frontier.ripe)
+
+    def _evaluate(self, equation: int, unknown: int) -> None:
+        isolation = self.graph.isolation(equation, unknown)
+        assert isolation is not None
+        self.steps.append(Evaluate(equation, self.graph.names[unknown], isolation.branches))
+        self.frontier.spent = [e for e in self.frontier.spent if e != equation]
+        self._learn(unknown, equation)
+
+    def _learn(self, unknown: int, *through: int) -> None:
+        self.frontier.learn(unknown)
+        used = set(through)
+        self.frontier.spent = [e for e in self.frontier.spent if e not in used]
+
+    def _checks(self) -> None:
+        for equation in self.frontier.spent:
+            if equation < len(self.graph.occurs) and self.active[equation]:
+                self.steps.append(Check(equation))
+        self.frontier.spent = []
+
+    def _fork(self) -> bool:
+        """The ripe equation with the fewest preimages, once nothing cheaper goes on."""
+        candidates: list[tuple[int, int, int]] = []
+        for equation in dict.fromkeys(self.forking):
+            unknown = self.frontier.unknown_of(equation)
+            isolation = None if unknown is None else self.graph.isolation(equation, unknown)
+            if isolation is not None and unknown is not None:
+                candidates.append((isolation.cost, equation, unknown))
+        if not candidates:
+            return False
+        _, equation, unknown = min(candidates)
+        self.forking = [e for _, e, _ in sorted(candidates) if e != equation]
+        self._evaluate(equation, unknown)
+        self._checks()
+        return True
+
+    # --- guards ---
+
+    def _ready(self, equation: int) -> bool:
+        """Whether every condition of a pending equation can be evaluated."""
+        first = len(self.graph.occurs)
+        return all(self.frontier.missing(first + c) == 0 for c in self.guards[equation])
+
+    def _select(self, cost: int) -> bool:
+        groups: dict[int, list[tuple[int, Isolation]]] = {}
+        still: list[int] = []
+        for equation in dict.fromkeys(self.parked):
+            unknown = self.frontier.unknown_of(equation)
+            if unknown is None:
+                continue
+            still.append(equation)
+            isolation = self.graph.isolation(equation, unknown)
+            if isolation is not None and isolation.cost <= cost and self._ready(equation):
+                groups.setdefault(unknown, []).append((equation, isolation))
+        self.parked = still
+        for unknown, members in groups.items():
+            equations = tuple(sorted(equation for equation, _ in members))
+            branches = max(isolation.branches for _, isolation in members)
+            self.steps.append(Select(equations, self.graph.names[unknown], branches))
+            self.selectable.update(equations)
+            self._learn(unknown, *equations)
+            self._checks()
+        return bool(groups)
+
+    def _decide(self) -> bool:
+        """Ask for the outcome of conditions that can be evaluated and guard what is still open."""
+        waiting = [
+            condition
+            for equation in self.pending
+            if self.frontier.missing(equation) and self._ready(equation)
+            for condition in self.guards[equation]
+        ]
+        if waiting:
+            self.steps.append(Decide(tuple(dict.fromkeys(waiting))))
+        return bool(waiting)
+
+    def _assume(self) -> None:
+        """Case by case, where a guarded rule could still say something about an unknown."""
+        for equation in self.pending:
+            if self.frontier.missing(equation) and not self._ready(equation):
+                first = len(self.graph.occurs)
+                open_conditions = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
+                self.steps.append(Assume(open_conditions[0]))
+                return
+
+    # --- simultaneous blocks ---
+
+    def _blocks(self) -> bool:
+        remaining = [
+            e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)
+        ]
+        if not remaining:
+            return False
+        incidence, equations, unknowns = self._incidence(remaining)
+        parts = dulmage_mendelsohn(incidence)
+        square = block_triangular(incidence, parts.square)
+        over = () if not parts.over.unknowns else self._first_of(incidence, parts.over)
+        for block in (*square, *over):
+            self._block(block, incidence, equations, unknowns)
+        return bool(square or over)
+
+    def _incidence(self, remaining: list[int]) -> tuple[Incidence, list[int], list[int]]:
+        unknowns: dict[int, int] = {}
+        occurs: list[tuple[int, ...]] = []
+        resolvable: list[dict[int, int]] = []
+        for equation in remaining:
+            local: dict[int, int] = {}
+            row: list[int] = []
+            for variable in self.frontier.unknowns(equation):
+                number = unknowns.setdefault(variable, len(unknowns))
+                row.append(number)
+                isolation = self.graph.isolation(equation, variable)
+                if isolation is not None:
+                    local[number] = isolation.cost
+            occurs.append(tuple(sorted(row)))
+            resolvable.append(local)
+        return Incidence(tuple(occurs), tuple(resolvable), len(unknowns)), remaining, list(unknowns)
+
+    def _first_of(self, incidence: Incidence, over: Block) -> tuple[Block, ...]:
+        """The first block of a matched square part of the over-determined equations; the rest will check."""
+        matching = maximum_matching(incidence.restrict(over))
+        matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
+        return block_triangular(incidence, matched)[:1]
+
+    def _block(
+        self, block: Block, incidence: Incidence, equations: list[int], unknowns: list[int]
+    ) -> None:
+        names = self.graph.names
+        if len(block.equations) == 1 and block.unknowns[0] in incidence.resolvable[block.equations[0]]:
+            self._evaluate(equations[block.equations[0]], unknowns[block.unknowns[0]])
+            self._checks()
+            return
+        weights = [self._weight(unknowns[u]) for u in block.unknowns]
+        tearing = tear(incidence.restrict(block), dict(zip(block.unknowns, weights, strict=True)))
+        order = tuple(self._inner(equations[e], unknowns[u]) for e, u in tearing.order)
+        self.steps.append(
+            SolveBlock(
+                tuple(equations[e] for e in block.equations),
+                tuple(names[unknowns[u]] for u in block.unknowns),
+                tuple(names[unknowns[u]] for u in tearing.tears),
+                order,
+                tuple(equations[e] for e in tearing.residuals),
+            )
+        )
+        for unknown in block.unknowns:
+            self._learn(unknowns[unknown], *(equations[e] for e in block.equations))
+        self._checks()
+
+    def _inner(self, equation: int, unknown: int) -> Evaluate:
+        isolation = self.graph.isolation(equation, unknown)
+        assert isolation is not None
+        return Evaluate(equation, self.graph.names[unknown], isolation.branches)
+
+    def _weight(self, unknown: int) -> int:
+        """Angles and variables with a finite range are the better ones to search over."""
+        name = self.graph.names[unknown]
+        variable = self.graph.model.variables[name]
+        finite = variable.low > float("-inf") and variable.high < float("inf")
+        return 0 if finite or self.graph.turn(name) else 1
+
+    # --- no more than needed ---
+
+    def _needed(self, want: Iterable[str]) -> list[Step]:
+        """The steps that the wanted variables need, and the checks on what is computed then."""
+        needed = set(want)
+        kept: list[Step] = []
+        for step in reversed(self.steps):
+            if isinstance(step, Decide | Assume):
+                reached = all(self.frontier.known[self.graph.number[n]] for n in want)
+                if reached:
+                    continue
+                needed.update(self._reads(step))
+                kept.append(step)
+            elif not isinstance(step, Check) and needed.intersection(_gives(step)):
+                needed.update(self._reads(step))
+                kept.append(step)
+        return kept[::-1]
+
+    def _reads(self, step: Step) -> Iterable[str]:
+        graph = self.graph
+        equations, conditions = _uses(step)
+        for equation in equations:
+            yield from graph.model.equations[equation].names
+            conditions = (*conditions, *(p.condition for p in graph.model.equations[equation].guard))
+        for condition in conditions:
+            yield from (graph.names[v] for v in graph.condition_occurs[condition])
+
+
+def _gives(step: Step) -> tuple[str, ...]:
+    match step:
+        case Evaluate(unknown=unknown) | Select(unknown=unknown):
+            return (unknown,)
+        case SolveBlock(unknowns=unknowns):
+            return unknowns
+        case _:
+            return ()
+
+
+def _uses(step: Step) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Equations and conditions that a step evaluates."""
+    match step:
+        case Evaluate(equation=equation) | Check(equation=equation):
+            return (equation,), ()
+        case Select(equations=equations) | SolveBlock(equations=equations):
+            return equations, ()
+        case Decide(conditions=conditions):
+            return (), conditions
+        case Assume(condition=condition):
+            return (), (condition,)

@@ -1,0 +1,251 @@
+"""Isolation: one equation solved for one unknown, as a chain of inverse operations.
+
+The chain starts with the value of the side that is free of the unknown and undoes,
+one stage after another, what was done to the unknown. Each stage says what it asks of
+its target (the image of the operation that it undoes) so that a refusal can name the
+rule, the operation and the value: ``cosd = 1.08``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+from rulesheets import nodes
+from rulesheets.construct import add, call, divide, multiply, negative, power, subtract, substitute
+from rulesheets.functions import TABLE
+from rulesheets.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
+from solver.path import rational
+
+TARGET = Name("#")
+"""Stands for the target of a stage in its forms."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Undo one operation: the preimages of the target ``#`` are the ``forms``, principal first.
+
+    The target must lie between ``low`` and ``high`` (the image of ``operation``), and
+    ``divisor``, where there is one, must not vanish. ``period`` is that of the operation in
+    its argument.
+    """
+
+    operation: str
+    forms: tuple[Expression, ...]
+    low: float = -inf
+    high: float = inf
+    low_open: bool = False
+    high_open: bool = False
+    divisor: Expression | None = None
+    period: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Quadratic:
+    """``c + b*x + a*x^2 = 0`` with coefficients free of the unknown, for an unknown that occurs twice."""
+
+    c: Expression
+    b: Expression
+    a: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Isolation:
+    """``unknown`` from ``start`` through ``stages`` (or by ``quadratic``).
+
+    ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or
+    the target may leave the image; n ≥ 2 n preimages. ``verify``: preimages may be
+    extraneous and must be tried in the equation.
+    """
+
+    unknown: str
+    start: Expression
+    stages: tuple[Stage, ...]
+    cost: int
+    branches: int = 1
+    verify: bool = False
+    quadratic: Quadratic | None = None
+
+    @property
+    def identity(self) -> bool:
+        """Whether the unknown just takes the value of the other side."""
+        return not self.stages and self.quadratic is None
+
+    @property
+    def period(self) -> float | None:
+        return next((stage.period for stage in self.stages if stage.period), None)
+
+    def forms(self) -> tuple[Expression, ...]:
+        """Explicit forms of the unknown, principal first; the quadratic by its formula."""
+        if self.quadratic is not None:
+            return _quadratic_forms(self.quadratic)
+        forms: tuple[Expression, ...] = (self.start,)
+        for stage in self.stages:
+            forms = tuple(
+                substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms
+            )
+        return forms
+
+
+def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | None:
+    """Solve ``left = right`` for ``unknown``; None where no chain of inverse operations does it."""
+    in_left = sum(1 for name in nodes.names(left) if name == unknown)
+    in_right = sum(1 for name in nodes.names(right) if name == unknown)
+    if in_left + in_right == 1:
+        inside, other = (left, right) if in_left else (right, left)
+        return _chain(inside, other, unknown)
+    if in_left + in_right > 1:
+        return _by_formula(left, right, unknown)
+    return None
+
+
+def _chain(inside: Expression, other: Expression, unknown: str) -> Isolation | None:
+    stages: list[Stage] = []
+    node = inside
+    while not isinstance(node, Name):
+        undone = _undo(node, unknown)
+        if undone is None:
+            return None
+        stage, node = undone
+        stages.append(stage)
+    branches = 1
+    for stage in stages:
+        branches *= len(stage.forms)
+    doubtful = any(_may_fail(stage) for stage in stages)
+    return Isolation(
+        unknown,
+        other,
+        tuple(stages),
+        cost=branches if branches > 1 else int(doubtful),
+        branches=branches,
+        verify=any(stage.operation in _EXTRANEOUS for stage in stages),
+    )
+
+
+_EXTRANEOUS = frozenset({"atan2", "atan2d", "power"})
+"""Operations whose forms cover more than their preimage."""
+
+
+def _may_fail(stage: Stage) -> bool:
+    bounded = stage.low > -inf or stage.high < inf
+    return bounded or (stage.divisor is not None and not isinstance(stage.divisor, Number))
+
+
+def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
+    """The stage that undoes the outermost operation, and the operand with the unknown."""
+    match node:
+        case Negative(operand):
+            return Stage("negative", (negative(TARGET),)), operand
+        case Sum(terms):
+            return _undo_sum(terms, unknown)
+        case Product(left, right):
+            inner, factor = (left, right) if unknown in nodes.names(left) else (right, left)
+            return Stage("product", (divide(TARGET, factor),), divisor=factor), inner
+        case Quotient(left, right) if unknown in nodes.names(left):
+            return Stage("quotient", (multiply(TARGET, right),)), left
+        case Quotient(left, right):
+            return Stage("quotient", (divide(left, TARGET),), divisor=TARGET), right
+        case Power(base, exponent) if unknown in nodes.names(base):
+            return _undo_power(exponent), base
+        case Power(base, exponent):
+            form = divide(call("ln", TARGET), call("ln", base))
+            stage = Stage("power", (form,), low=0.0, low_open=True, divisor=call("ln", base))
+            return stage, exponent
+        case Call(function, arguments):
+            return _undo_call(function, arguments, unknown)
+    return None
+
+
+def _undo_sum(terms: tuple[Expression, ...], unknown: str) -> tuple[Stage, Expression]:
+    at = next(i for i, term in enumerate(terms) if unknown in nodes.names(term))
+    others = add(*terms[:at], *terms[at + 1 :])
+    inner = terms[at]
+    if isinstance(inner, Negative):
+        return Stage("sum", (subtract(others, TARGET),)), inner.operand
+    return Stage("sum", (subtract(TARGET, others),)), inner
+
+
+def _undo_power(exponent: Expression) -> Stage:
+    root = power(TARGET, divide(Number(1.0), exponent))
+    signed = multiply(call("sgn", TARGET), power(call("abs", TARGET), divide(Number(1.0), exponent)))
+    match exponent:
+        case Number(value) if value == 2.0:
+            principal = call("sqrt", TARGET)
+            return Stage("square", (principal, negative(principal)), low=0.0)
+        case Number(value) if value > 0 and value % 2 == 0:
+            return Stage("power", (root, negative(root)), low=0.0)
+        case Number(value) if value > 0 and value % 2 == 1:
+            return Stage("root", (signed,))
+        case Number(value) if value != value // 1:
+            return Stage("power", (root,), low=0.0)
+        case _:
+            mirrored = negative(power(call("abs", TARGET), divide(Number(1.0), exponent)))
+            return Stage("power", (power(call("abs", TARGET), divide(Number(1.0), exponent)), mirrored))
+
+
+def _undo_call(
+    function: str, arguments: tuple[Expression, ...], unknown: str
+) -> tuple[Stage, Expression] | None:
+    if function in ("atan2", "atan2d") and len(arguments) == 2:
+        return _undo_direction(function, arguments, unknown)
+    builtin = TABLE.get(function)
+    preimage = builtin and builtin.preimage
+    if preimage is None or len(arguments) != 1:
+        return None
+    stage = Stage(
+        function,
+        preimage.branches(TARGET),
+        preimage.low,
+        preimage.high,
+        preimage.low_open,
+        preimage.high_open,
+        period=preimage.period,
+    )
+    return stage, arguments[0]
+
+
+def _undo_direction(
+    function: str, arguments: tuple[Expression, ...], unknown: str
+) -> tuple[Stage, Expression]:
+    """``atan2(y, x) = t`` gives ``y*cos(t) = x*sin(t)``; the half plane is left to verification."""
+    sine, cosine = ("sind", "cosd") if function == "atan2d" else ("sin", "cos")
+    y, x = arguments
+    s, c = call(sine, TARGET), call(cosine, TARGET)
+    half = 180.0 if function == "atan2d" else 3.141592653589793
+    if unknown in nodes.names(y):
+        return Stage(function, (divide(multiply(x, s), c),), -half, half, divisor=c), y
+    return Stage(function, (divide(multiply(y, c), s),), -half, half, divisor=s), x
+
+
+def _by_formula(left: Expression, right: Expression, unknown: str) -> Isolation | None:
+    found = rational.equation(left, right, unknown)
+    if found is None:
+        return None
+    polynomial, multiplied = found
+    if len(polynomial) == 2:
+        c, b = polynomial
+        stage = Stage("product", (divide(TARGET, b),), divisor=b)
+        cost = 0 if isinstance(b, Number) else 1
+        return Isolation(unknown, negative(c), (stage,), cost, verify=multiplied)
+    if len(polynomial) == 3:
+        quadratic = Quadratic(*polynomial)
+        return Isolation(unknown, polynomial[0], (), 2, 2, verify=multiplied, quadratic=quadratic)
+    return None
+
+
+def _quadratic_forms(quadratic: Quadratic) -> tuple[Expression, ...]:
+    a, b, c = quadratic.a, quadratic.b, quadratic.c
+    discriminant = subtract(power(b, Number(2.0)), multiply(Number(4.0), multiply(a, c)))
+    root = call("sqrt", discriminant)
+    twice = multiply(Number(2.0), a)
+    return tuple(divide(add(negative(b), sign), twice) for sign in (root, negative(root)))

@@ -1,0 +1,124 @@
+"""An expression as a quotient of two polynomials of low degree in one unknown.
+
+Serves equations in which the unknown occurs more than once: linear and quadratic
+ones are solved by formula. Coefficients are expressions free of the unknown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from rulesheets.construct import ONE, ZERO, add, divide, is_number, multiply, negative
+from rulesheets.nodes import (
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    names,
+)
+
+Polynomial: TypeAlias = tuple[Expression, ...]
+"""Coefficients, lowest degree first."""
+
+MAX_DEGREE = 2
+_UNIT: Polynomial = (ONE,)
+
+
+@dataclass(frozen=True, slots=True)
+class Rational:
+    numerator: Polynomial
+    denominator: Polynomial = _UNIT
+
+
+def rational(expression: Expression, unknown: str) -> Rational | None:
+    """The expression as a quotient of polynomials in ``unknown``, or None where it is none of low degree."""
+    if unknown not in names(expression):
+        return Rational((expression,))
+    match expression:
+        case Name():
+            return Rational((ZERO, ONE))
+        case Negative(operand):
+            inner = rational(operand, unknown)
+            return inner and Rational(tuple(negative(c) for c in inner.numerator), inner.denominator)
+        case Sum(terms):
+            return _sum(terms, unknown)
+        case Product(left, right):
+            return _multiply(rational(left, unknown), rational(right, unknown))
+        case Quotient(left, right):
+            return _multiply(rational(left, unknown), _reciprocal(rational(right, unknown)))
+        case Power(base, Number(2.0)):
+            inner = rational(base, unknown)
+            return _multiply(inner, inner)
+        case _:
+            return None
+
+
+def equation(left: Expression, right: Expression, unknown: str) -> tuple[Polynomial, bool] | None:
+    """``left - right`` brought to one polynomial, and whether a denominator was multiplied away."""
+    a, b = rational(left, unknown), rational(right, unknown)
+    difference = _add(a, b and Rational(tuple(negative(c) for c in b.numerator), b.denominator))
+    if difference is None:
+        return None
+    return difference.numerator, difference.denominator != _UNIT
+
+
+def _sum(terms: tuple[Expression, ...], unknown: str) -> Rational | None:
+    total: Rational | None = Rational((ZERO,))
+    for term in terms:
+        total = _add(total, rational(term, unknown))
+    return total
+
+
+def _add(left: Rational | None, right: Rational | None) -> Rational | None:
+    if left is None or right is None:
+        return None
+    if left.denominator == right.denominator:
+        return Rational(_plus(left.numerator, right.numerator), left.denominator)
+    first, second = _times(left.numerator, right.denominator), _times(right.numerator, left.denominator)
+    denominator = _times(left.denominator, right.denominator)
+    if first is None or second is None or denominator is None:
+        return None
+    return Rational(_plus(first, second), denominator)
+
+
+def _multiply(left: Rational | None, right: Rational | None) -> Rational | None:
+    if left is None or right is None:
+        return None
+    if len(right.numerator) == 1 and len(right.denominator) == 1 and right.numerator == _UNIT:
+        divided = tuple(divide(c, right.denominator[0]) for c in left.numerator)
+        return Rational(divided, left.denominator)
+    numerator = _times(left.numerator, right.numerator)
+    denominator = _times(left.denominator, right.denominator)
+    return None if numerator is None or denominator is None else Rational(numerator, denominator)
+
+
+def _reciprocal(value: Rational | None) -> Rational | None:
+    return None if value is None else Rational(value.denominator, value.numerator)
+
+
+def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
+    size = max(len(left), len(right))
+    padded = [(*p, *[ZERO] * (size - len(p))) for p in (left, right)]
+    return _trim(tuple(add(a, b) for a, b in zip(*padded, strict=True)))
+
+
+def _times(left: Polynomial, right: Polynomial) -> Polynomial | None:
+    if len(left) + len(right) - 2 > MAX_DEGREE:
+        return None
+    product: list[Expression] = [ZERO] * (len(left) + len(right) - 1)
+    for i, a in enumerate(left):
+        for j, b in enumerate(right):
+            product[i + j] = add(product[i + j], multiply(a, b))
+    return _trim(tuple(product))
+
+
+def _trim(polynomial: Polynomial) -> Polynomial:
+    size = len(polynomial)
+    while size > 1 and is_number(polynomial[size - 1], 0.0):
+        size -= 1
+    return polynomial[:size]
