@@ -6,12 +6,10 @@ entry, with the damping update of H. B. Nielsen, *Damping parameter in Marquardt
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from solver.numerics.factor import SMALL, factorise, row_sizes
-
-if TYPE_CHECKING:
-    from solver.numerics.newton import Point, System
+from solver.numerics.system import Point, System
 
 GRADIENT = 1e-14
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from solver.numerics.factor import factorise
-from solver.numerics.linear import LinearOutcome
+from solver.numerics.linear_outcome import LinearOutcome
 from solver.numerics.outcome import Outcome
 
 SPARSE_BELOW = 0.1
@@ -119,7 +119,7 @@ def _underdetermined(a: Any, x: Any, rank: int, condition: float) -> LinearOutco
 
     _, vt = _svd(a)
     basis = np.where(np.abs(vt[rank:]) > 1e-10, vt[rank:], 0.0)
-    free: list[bool] = basis.any(axis=0).tolist()
+    free = [bool(part.any()) for part in basis.T]
     return LinearOutcome(
         Outcome.SINGULAR_JACOBIAN,
         rank,

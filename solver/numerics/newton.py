@@ -13,17 +13,14 @@ Small systems (n ≤ 6) run on Python floats alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
 
-from solver.numerics.factor import Factor, factorise, row_products, row_sizes
+from solver.numerics.factor import row_products, row_sizes
+from solver.numerics.levenberg import descend
 from solver.numerics.outcome import Outcome
-from solver.numerics.termination import Termination, scaled_norm, weights
-
-Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
-Jacobian: TypeAlias = Callable[[list[float]], Any]
-"""Rows of ∂F_i/∂x_j as a sequence of sequences, or a scipy sparse matrix."""
+from solver.numerics.system import Jacobian, Point, Residual, System
+from solver.numerics.termination import Termination, scaled_norm
 
 FAST = 0.1
 """Contraction factor below which full Newton steps are trusted. (A double root has 1/4 exactly.)"""
@@ -52,48 +49,6 @@ class NewtonResult:
     outcome: Outcome
     iterations: int
     condition: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """An iterate with its residual, Jacobian, weights and factored Jacobian."""
-
-    x: list[float]
-    residual: list[float]
-    jacobian: Any
-    weight: list[float]
-    factor: Factor
-
-    def correction(self, residual: Sequence[float]) -> list[float]:
-        return [-d for d in self.factor.solve(residual)]
-
-
-class System:
-    """Residual and Jacobian with every way of being undefined turned into None."""
-
-    def __init__(self, residual: Residual, jacobian: Jacobian, scale: Sequence[float]) -> None:
-        self._residual, self._jacobian, self.scale = residual, jacobian, scale
-
-    def residual_at(self, x: list[float]) -> list[float] | None:
-        try:
-            values = [float(v) for v in self._residual(x)]
-        except (ArithmeticError, ValueError):
-            return None
-        return values if all(map(math.isfinite, values)) else None
-
-    def point(self, x: list[float], residual: list[float] | None = None) -> Point | None:
-        """The point x, or None where residual or Jacobian is undefined or infinite."""
-        values = self.residual_at(x) if residual is None else residual
-        if values is None:
-            return None
-        weight = weights(x, self.scale)
-        try:
-            matrix = self._jacobian(x)
-        except (ArithmeticError, ValueError):
-            return None
-        if not all(map(math.isfinite, row_sizes(matrix, weight))):
-            return None
-        return Point(x, values, matrix, weight, factorise(matrix, weight))
 
 
 def newton(
@@ -256,8 +211,6 @@ class _Search:
 
     def _escape(self) -> bool:
         """Levenberg–Marquardt steps towards a smaller residual; False where there is none."""
-        from solver.numerics.levenberg import descend
-
         if self.escapes >= self.limits.escapes:
             return False
         self.escapes += 1

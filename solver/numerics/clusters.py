@@ -1,0 +1,205 @@
+"""What branch and prune leaves over: roots on box boundaries, multiple roots, edges, poles, flat stretches.
+
+Adjacent boxes are merged into clusters. A cluster is first blown up a little (epsilon inflation, after
+S. M. Rump): a root that sat on a boundary is then inside and can be proven. Otherwise it is searched for
+changes of sign and for the least |f|.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from solver.numerics.bracket import MAX, bracketed_root, is_zero_crossing, lowest_point, value_at
+from solver.numerics.interval_function import IntervalFunction, Sections, section
+
+Interval = tuple[float, float]
+SAMPLES = 129
+INFLATIONS = (4.0, 64.0, 4096.0, 2.0**20)
+POLE_ULPS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """Touching boxes. ``rough`` where one of them was still to be split when the limits were reached."""
+
+    low: float
+    high: float
+    rough: bool
+
+
+@dataclass(slots=True)
+class Found:
+    """Filled cluster by cluster. The fields are those of ``RootSearch``."""
+
+    roots: list[float]
+    unresolved: list[Interval] = field(default_factory=list)
+    touching: list[tuple[float, float]] = field(default_factory=list)
+    flat: list[Interval] = field(default_factory=list)
+
+
+def resolve_clusters(
+    function: IntervalFunction,
+    at_rounding: Iterable[Interval],
+    unsplit: Iterable[Interval],
+    roots: list[float],
+    candidates: int,
+) -> Found:
+    """Settle the boxes left over as far as may be; ``roots`` are those already proven.
+
+    ``at_rounding`` can't usefully be split any more, ``unsplit`` could have been. After ``candidates``
+    clusters the rest is merely listed.
+    """
+    found = Found(list(roots))
+    for number, cluster in enumerate(merged(at_rounding, unsplit)):
+        if number < candidates:
+            _resolve(function, cluster, found)
+        else:
+            found.unresolved.append((cluster.low, cluster.high))
+    return found
+
+
+def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) -> list[Cluster]:
+    """Intervals that touch or overlap joined, ascending."""
+    boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]
+    clusters: list[Cluster] = []
+    for box in sorted(boxes, key=lambda b: (b.low, b.high)):
+        if clusters and box.low <= clusters[-1].high:
+            last = clusters.pop()
+            box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)
+        clusters.append(box)
+    return clusters
+
+
+def _resolve(function: IntervalFunction, cluster: Cluster, found: Found) -> None:
+    if function.has_slope and _prove(function, cluster, found):
+        return
+    interval = (cluster.low, cluster.high)
+    found.unresolved.append(interval)
+    if _is_flat(function, cluster):
+        found.flat.append(interval)
+        return
+    crossings = _crossings(function, cluster)
+    if crossings:
+        found.roots += crossings
+    elif not cluster.rough:
+        _add_touching(function, cluster, found)
+
+
+def _inflated(function: IntervalFunction, cluster: Cluster, factor: float) -> Interval:
+    """The cluster, wider by ``factor`` times its width (or its last bit) on each side, within the range."""
+    low, high = max(cluster.low, -MAX), min(cluster.high, MAX)
+    pad = factor * max(high - low, float(np.spacing(max(abs(low), abs(high)))))
+    return max(function.low, low - pad, -MAX), min(function.high, high + pad, MAX)
+
+
+# -- proof by inflation -----------------------------------------------------------------------------------
+
+
+def _prove(function: IntervalFunction, cluster: Cluster, found: Found) -> bool:
+    """Whether f is monotone across the inflated cluster, which then holds one root or none."""
+    for factor in INFLATIONS:
+        low, high = _inflated(function, cluster, factor)
+        cut = section(function, np.array([low]), np.array([high]))
+        if cut.slope[0][0] <= 0 <= cut.slope[1][0]:
+            return False
+        signs = _end_signs(function, cut)
+        if not cut.smooth[0]:
+            return _is_pole(cluster, cut, signs)
+        if 0 not in signs:
+            if signs[0] != signs[1] and not any(low <= x <= high for x in found.roots):
+                found.roots.append(bracketed_root(function.value, low, high))
+            return True
+        for edge in {low, high} & {function.low, function.high}:
+            if value_at(function.value, edge) == 0.0:
+                found.roots.append(edge)
+                return True
+    return False
+
+
+def _end_signs(function: IntervalFunction, cut: Sections) -> tuple[int, int]:
+    """Signs of f at both ends: by enclosure, 0 where that holds 0; at an end of the range as computed."""
+    signs = []
+    for x, edge, (below, above) in (
+        (float(cut.lo[0]), function.low, cut.at[0]),
+        (float(cut.hi[0]), function.high, cut.at[2]),
+    ):
+        sign = int(below[0] > 0) - int(above[0] < 0)
+        signs.append(sign or (_computed_sign(function, x) if x == edge else 0))
+    return signs[0], signs[1]
+
+
+def _computed_sign(function: IntervalFunction, x: float) -> int:
+    f = value_at(function.value, x)
+    return int(f > 0) - int(f < 0)
+
+
+def _is_pole(cluster: Cluster, cut: Sections, signs: tuple[int, int]) -> bool:
+    """f rises wherever it is defined and yet goes from + to - (or falls, from - to +) within a few floats.
+
+    Then each piece that reaches an end keeps its sign. Pieces that reach neither would need two
+    singularities between neighbouring floats; that is taken not to happen.
+    """
+    direction = 1 if cut.slope[0][0] > 0 else -1
+    size = max(abs(cluster.low), abs(cluster.high))
+    narrow = cluster.high - cluster.low <= POLE_ULPS * float(np.spacing(size))
+    return narrow and signs == (direction, -direction)
+
+
+# -- search where nothing can be proven ------------------------------------------------------------------
+
+
+def _is_flat(function: IntervalFunction, cluster: Cluster) -> bool:
+    """Whether f is 0 to rounding at every sample of a cluster much wider than rounding."""
+    low, high = cluster.low, cluster.high
+    if not math.isfinite(high - low) or high - low <= 1e-4 * max(abs(low), abs(high)):
+        return False
+    points = np.linspace(low, high, SAMPLES)[1:-1]
+    below, above, defined = function.range_on(points, points)
+    return bool((defined & (below <= 0) & (above >= 0)).all())
+
+
+def _crossings(function: IntervalFunction, cluster: Cluster) -> list[float]:
+    """Roots at changes of sign: between samples of a rough cluster, else between its two sides only,
+    because inside it signs are noise. Poles and jumps are left out."""
+    low, high = _inflated(function, cluster, 2.0)
+    points = np.linspace(low, high, SAMPLES).tolist() if cluster.rough and high - low < MAX else [low, high]
+    defined = [(x, f) for x in points if not math.isnan(f := value_at(function.value, x))]
+    roots = set()
+    for (a, f_a), (b, f_b) in pairwise(defined):
+        if min(f_a, f_b) < 0.0 < max(f_a, f_b):
+            root = bracketed_root(function.value, a, b)
+            if is_zero_crossing(function.value, root, function.low, function.high):
+                roots.add(root)
+    return sorted(roots)
+
+
+def _add_touching(function: IntervalFunction, cluster: Cluster, found: Found) -> None:
+    """The extremum where f is 0 to rounding; failing that, the least |f|, if f is defined at all."""
+    low, high = _inflated(function, cluster, 2.0)
+    lowest = lowest_point(function.value, low, high)
+    for x in (_stationary_point(function, low, high), lowest):
+        if x is not None and not math.isnan(f := value_at(function.value, x)):
+            found.touching.append((x, f))
+            return
+
+
+def _stationary_point(function: IntervalFunction, low: float, high: float) -> float | None:
+    """Where the slope changes sign, if f is 0 to rounding there: for a double root far better
+    conditioned than the least |f|."""
+    if not function.has_slope:
+        return None
+
+    def slope(x: float) -> float:
+        below, above = function.slope_on(np.array([x]), np.array([x]))
+        return float(below[0] + above[0]) / 2
+
+    if not slope(low) * slope(high) < 0.0:
+        return None
+    x = bracketed_root(slope, low, high)
+    below, above, _ = function.range_on(np.array([x]), np.array([x]))
+    return x if below[0] <= 0 <= above[0] else None

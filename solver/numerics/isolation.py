@@ -1,0 +1,179 @@
+"""Every root of one equation in one unknown, over a range or over the whole line.
+
+Branch and prune with interval enclosures (A. Neumaier, *Interval Methods for Systems of Equations*,
+1990, chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). All boxes of a level are treated in
+three vectorised evaluations: the range of f, the range of its slope, and f at the ends and the middle of
+each box. A box is dropped if f or its mean value form excludes 0; it is settled if the slope excludes 0
+and f changes sign; the others are split, in exponents where a box spans decades. What is left when boxes
+reach rounding level goes to ``clusters.py``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from solver.numerics.bracket import ScalarFunction, bracketed_root
+from solver.numerics.clusters import resolve_clusters
+from solver.numerics.interval_function import (
+    Array,
+    Enclosure,
+    IntervalFunction,
+    Mask,
+    Sections,
+    section,
+    split_points,
+)
+
+Intervals: TypeAlias = list[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class IsolationLimits:
+    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting, ``presplit`` of them blind;
+    ``candidates`` is how many of the clusters left over are looked into."""
+
+    boxes: int = 200_000
+    alive: int = 8_000
+    levels: int = 220
+    presplit: int = 5
+    candidates: int = 200
+
+
+@dataclass(frozen=True, slots=True)
+class RootSearch:
+    """What is known of the roots of f in a range.
+
+    ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.
+    ``complete``: proven that there are no others and that each is a single one.
+    ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
+    the edge of the domain, or a near miss. For the caller to verify.
+    ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
+    """
+
+    roots: tuple[float, ...]
+    complete: bool
+    unresolved: tuple[tuple[float, float], ...] = ()
+    touching: tuple[tuple[float, float], ...] = ()
+    flat: tuple[tuple[float, float], ...] = ()
+    evaluations: int = 0
+
+    @property
+    def proven_empty(self) -> bool:
+        return self.complete and not self.roots
+
+
+def isolate_roots(
+    enclose: Enclosure,
+    enclose_slope: Enclosure | None,
+    value: ScalarFunction,
+    low: float,
+    high: float,
+    limits: IsolationLimits = IsolationLimits(),
+) -> RootSearch:
+    """Search the roots of f in [low, high], ends included; either may be infinite.
+
+    ``enclose(lo, hi)`` takes arrays (k,) of boxes and returns arrays (k,) that enclose the values of f on
+    each, outward rounded; nan, nan where f is undefined on the whole box. ``enclose_slope`` does the same
+    for the difference quotients of f; it must be infinite or nan on a box on which f may be undefined or
+    discontinuous somewhere. ``value(x)`` is f at one point, or raises ArithmeticError or ValueError, or is
+    nan. ``complete`` is as true as these enclosures are.
+    """
+    if not low <= high:
+        return RootSearch((), True)
+    function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
+    with np.errstate(all="ignore"):
+        settled, at_rounding, unsplit = _branch_and_prune(function, limits)
+        roots = [bracketed_root(value, a, b) for a, b in settled]
+        found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
+    return RootSearch(
+        roots=tuple(sorted(set(found.roots))),
+        complete=not found.unresolved,
+        unresolved=tuple(found.unresolved),
+        touching=tuple(found.touching),
+        flat=tuple(found.flat),
+        evaluations=function.evaluations,
+    )
+
+
+def _branch_and_prune(
+    function: IntervalFunction, limits: IsolationLimits
+) -> tuple[Intervals, Intervals, Intervals]:
+    """Boxes that hold exactly one root, boxes at rounding level, and boxes left when the limits were met."""
+    settled: Intervals = []
+    at_rounding: Intervals = []
+    lo, hi = _presplit(function.low, function.high, limits.presplit)
+    for _ in range(limits.levels):
+        if not lo.size or lo.size > limits.alive or function.evaluations > limits.boxes:
+            break
+        below, above, defined = function.range_on(lo, hi)
+        kept = defined & (below <= 0) & (above >= 0)
+        sections = section(function, lo[kept], hi[kept])
+        verdict = judge(sections, (above - below)[kept])
+        settled += _pairs(sections, verdict.single)
+        at_rounding += _pairs(sections, verdict.rounding) + _noise_at_ends(sections, verdict.noisy_end)
+        lo, hi = _split(sections, verdict.open)
+    return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True))
+
+
+def _presplit(low: float, high: float, levels: int) -> tuple[Array, Array]:
+    lo, hi = np.array([low]), np.array([high])
+    for _ in range(levels if low < high else 0):
+        middle = split_points(lo, hi)
+        lo, hi = np.stack([lo, middle], 1).ravel(), np.stack([middle, hi], 1).ravel()
+        proper = lo < hi
+        lo, hi = lo[proper], hi[proper]
+    return lo, hi
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Masks (k,) over boxes; a box in none of them holds no root."""
+
+    single: Mask
+    noisy_end: Mask
+    rounding: Mask
+    open: Mask
+
+
+def judge(sections: Sections, width: Array) -> Verdict:
+    """``width`` is that of the natural enclosure of f on each box."""
+    (low_0, low_1), (middle_0, middle_1), (high_0, high_1) = sections.at
+    smooth, (slope_0, slope_1) = sections.smooth, sections.slope
+    steepest = np.maximum(abs(slope_0), abs(slope_1))
+    reach = steepest * np.maximum(sections.middle - sections.lo, sections.hi - sections.middle)
+    empty = smooth & ((middle_0 - reach > 0) | (middle_1 + reach < 0))
+    monotone = smooth & ((slope_0 > 0) | (slope_1 < 0)) & ~empty
+    signs_known = ((low_0 > 0) | (low_1 < 0)) & ((high_0 > 0) | (high_1 < 0))
+    opposite = ((low_1 < 0) & (high_0 > 0)) | ((low_0 > 0) & (high_1 < 0))
+    rest = ~empty & ~monotone
+    noise = np.where(np.isfinite(middle_0) & np.isfinite(middle_1), middle_1 - middle_0, 0.0)
+    spread = np.where(smooth, np.minimum(width, 2 * reach), width)
+    narrow = np.nextafter(np.nextafter(sections.lo, np.inf), np.inf) >= sections.hi
+    inside = (sections.lo < sections.middle) & (sections.middle < sections.hi)
+    done = narrow | (spread <= 4 * noise) | ~inside
+    return Verdict(monotone & opposite, monotone & ~signs_known, rest & done, rest & ~done)
+
+
+def _noise_at_ends(sections: Sections, chosen: Mask) -> Intervals:
+    """The ends of monotone boxes near which f is 0 to rounding, by an interval Newton step from there."""
+    shallow = np.minimum(abs(sections.slope[0]), abs(sections.slope[1]))
+    boxes = []
+    for i in np.flatnonzero(chosen):
+        lo, hi = float(sections.lo[i]), float(sections.hi[i])
+        for end, (below, above) in ((lo, sections.at[0]), (hi, sections.at[2])):
+            if below[i] <= 0 <= above[i]:
+                reach = float(max(above[i], -below[i]) / shallow[i])
+                boxes.append((max(lo, end - reach), min(hi, end + reach)))
+    return boxes
+
+
+def _pairs(sections: Sections, chosen: Mask) -> Intervals:
+    return list(zip(sections.lo[chosen].tolist(), sections.hi[chosen].tolist(), strict=True))
+
+
+def _split(sections: Sections, chosen: Mask) -> tuple[Array, Array]:
+    lo, middle, hi = sections.lo[chosen], sections.middle[chosen], sections.hi[chosen]
+    return np.stack([lo, middle], 1).ravel(), np.stack([middle, hi], 1).ravel()
