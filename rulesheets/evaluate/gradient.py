@@ -22,7 +22,6 @@ from rulesheets.nodes import (
     Symbol,
 )
 
-
 # Operations on stand-ins for their two parts, and the slopes of a power.
 _FIRST, _SECOND = Name("0"), Name("1")
 _QUOTIENT, _POWER = Quotient(_FIRST, _SECOND), Power(_FIRST, _SECOND)

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from math import acos, asin, atan, atan2, copysign, cos, fmod, sin, tan
 
-_SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
+SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
 
 # pi/180 and 180/pi as sums: 26 leading bits (so that products with 27 bits are exact), then the rest.
-_RADIAN_HEAD, _RADIAN_TAIL = 0.01745329238474369, 1.3519960527851425e-10
-_DEGREE_HEAD, _DEGREE_TAIL = 57.29577922821045, 2.8487187165804814e-07
+RADIAN = 0.01745329238474369, 1.3519960527851425e-10
+DEGREE = 57.29577922821045, 2.8487187165804814e-07
 
 _ASIND = {0.5: 30.0, -0.5: -30.0, 1.0: 90.0, -1.0: -90.0}
 _ACOSD = {1.0: 0.0, 0.5: 60.0, 0.0: 90.0, -0.5: 120.0, -1.0: 180.0}
@@ -23,7 +23,7 @@ _ATAND = {1.0: 45.0, -1.0: -45.0}
 
 def _scaled(x: float, head: float, tail: float) -> tuple[float, float]:
     """``x * (head + tail)`` as an unevaluated sum of two floats."""
-    spread = _SPLITTER * x
+    spread = SPLITTER * x
     x_head = spread - (spread - x)
     product = x_head * head
     rest = (x - x_head) * head + x * tail
@@ -35,13 +35,13 @@ def _sine(degrees: float) -> float:
     """Sine for angles up to 45 degrees either way."""
     if degrees == 30.0 or degrees == -30.0:
         return copysign(0.5, degrees)
-    high, low = _scaled(degrees, _RADIAN_HEAD, _RADIAN_TAIL)
+    high, low = _scaled(degrees, *RADIAN)
     return sin(high) + low * cos(high)
 
 
 def _cosine(degrees: float) -> float:
     """Cosine for angles up to 45 degrees either way."""
-    high, low = _scaled(degrees, _RADIAN_HEAD, _RADIAN_TAIL)
+    high, low = _scaled(degrees, *RADIAN)
     return cos(high) - low * sin(high)
 
 
@@ -49,7 +49,7 @@ def _tangent(degrees: float) -> float:
     """Tangent for angles up to 45 degrees either way."""
     if degrees == 45.0 or degrees == -45.0:
         return copysign(1.0, degrees)
-    high, low = _scaled(degrees, _RADIAN_HEAD, _RADIAN_TAIL)
+    high, low = _scaled(degrees, *RADIAN)
     tangent = tan(high)
     return tangent + low * (1.0 + tangent * tangent)
 
@@ -83,7 +83,7 @@ def tand(degrees: float) -> float:
 
 
 def _in_degrees(radians: float) -> float:
-    high, low = _scaled(radians, _DEGREE_HEAD, _DEGREE_TAIL)
+    high, low = _scaled(radians, *DEGREE)
     return high + low
 
 

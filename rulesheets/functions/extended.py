@@ -1,0 +1,151 @@
+"""The built-in functions to any number of digits, by mpmath (the only import of it).
+
+Each precision has a context of its own, so nothing here touches mpmath's global one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any, TypeAlias
+
+import mpmath
+
+Extended: TypeAlias = Any
+"""A number of mpmath (which has no types of its own)."""
+
+
+@cache
+def context(digits: int) -> Any:
+    """The context that works with ``digits`` decimal digits."""
+    made = mpmath.MPContext()
+    made.dps = digits
+    return made
+
+
+@cache
+def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
+    """A function of mpmath numbers for every row of ``TABLE``.
+
+    Outside its domain one raises ValueError or ZeroDivisionError.
+    """
+    mp = context(digits)
+    return {
+        **{name: _real(mp, getattr(mp, name)) for name in _SAME_NAME},
+        **{name: _real(mp, getattr(mp, other)) for name, other in _OTHER_NAME.items()},
+        **_of_parts(mp),
+        **_of_degrees(mp),
+        **_bessel(mp),
+    }
+
+
+_SAME_NAME = (
+    *("sqrt", "exp", "ln", "sin", "cos", "tan", "asin", "acos", "atan"),
+    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta", "erf", "erfc"),
+)
+_OTHER_NAME = {"log": "log10", "abs": "fabs"}
+
+
+def _real(mp: Any, function: Callable[..., Extended]) -> Callable[..., Extended]:
+    """The function over the reals: complex and infinite answers are refused."""
+
+    def value(*arguments: Extended) -> Extended:
+        result = function(*arguments)
+        if isinstance(result, mp.mpc) or not mp.isfinite(result):
+            raise ValueError("no real value")
+        return mp.convert(result)
+
+    return value
+
+
+def _of_parts(mp: Any) -> dict[str, Callable[..., Extended]]:
+    """Constants and the functions with jumps and kinks."""
+
+    def truncated(x: Extended) -> Extended:
+        return mp.floor(x) if x >= 0 else mp.ceil(x)
+
+    def rounded(x: Extended) -> Extended:
+        return mp.sign(x) * mp.floor(abs(x) + mp.mpf(0.5))
+
+    def mod(x: Extended, y: Extended) -> Extended:
+        remainder = abs(x) % abs(y)
+        return remainder if x >= 0 else -remainder
+
+    return {
+        "pi": lambda: +mp.pi,
+        "e": lambda: +mp.e,
+        "sgn": mp.sign,
+        "int": truncated,
+        "frac": lambda x: x - truncated(x),
+        "round": rounded,
+        "mod": mod,
+        "step": lambda x, a: mp.mpf(x >= a),
+        "min": lambda *numbers: min(numbers),
+        "max": lambda *numbers: max(numbers),
+        "atan2": lambda y, x: _direction(mp, y, x, mp.pi),
+        "lgamma": lambda x: mp.ln(abs(mp.gamma(x))) if x < 0 else _real(mp, mp.loggamma)(x),
+    }
+
+
+def _direction(mp: Any, y: Extended, x: Extended, half_turn: Extended) -> Extended:
+    """Direction of (x, y) in (-half turn, half turn]."""
+    if x == 0 and y == 0:
+        raise ValueError("the origin has no direction")
+    if y == 0:
+        return mp.zero if x > 0 else +half_turn
+    if abs(x) == abs(y):
+        return mp.sign(y) * half_turn / 4 * (1 if x > 0 else 3)
+    return mp.atan2(y, x) / mp.pi * half_turn
+
+
+def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:
+    """Degrees: reduction to the nearest right angle is exact, as in ``degrees``."""
+
+    def reduced(x: Extended) -> tuple[int, Extended]:
+        turn = x % 360
+        quarters = int(mp.nint(turn / 90))
+        return quarters, (turn - 90 * quarters) / 180
+
+    def sind(x: Extended) -> Extended:
+        quarters, rest = reduced(x)
+        if abs(rest) * 6 == 1 and not quarters & 1:
+            return mp.sign(rest) / 2 * (-1 if quarters & 2 else 1)
+        value = mp.cospi(rest) if quarters & 1 else mp.sinpi(rest)
+        return -value if quarters & 2 else value
+
+    def cosd(x: Extended) -> Extended:
+        return sind(x % 360 + 90)
+
+    def tand(x: Extended) -> Extended:
+        return sind(x) / cosd(x)
+
+    def in_degrees(function: Callable[[Extended], Extended]) -> Callable[[Extended], Extended]:
+        return _real(mp, lambda x: function(x) / mp.pi * 180)
+
+    return {
+        "sind": sind,
+        "cosd": cosd,
+        "tand": tand,
+        "asind": in_degrees(mp.asin),
+        "acosd": in_degrees(mp.acos),
+        "atand": in_degrees(mp.atan),
+        "atan2d": lambda y, x: _direction(mp, y, x, mp.mpf(180)),
+    }
+
+
+def _bessel(mp: Any) -> dict[str, Callable[..., Extended]]:
+    def at_order(function: Callable[..., Extended], order: int) -> Callable[[Extended], Extended]:
+        return _real(mp, lambda x: function(order, x))
+
+    return {
+        "j0": at_order(mp.besselj, 0),
+        "j1": at_order(mp.besselj, 1),
+        "jn": _real(mp, mp.besselj),
+        "y0": at_order(mp.bessely, 0),
+        "y1": at_order(mp.bessely, 1),
+        "yn": _real(mp, mp.bessely),
+        "i0": at_order(mp.besseli, 0),
+        "bessel_i1": at_order(mp.besseli, 1),
+        "k0": at_order(mp.besselk, 0),
+        "bessel_k1": at_order(mp.besselk, 1),
+    }
