@@ -21,6 +21,7 @@ Interval = tuple[float, float]
 SAMPLES = 129
 INFLATIONS = (4.0, 64.0, 4096.0, 2.0**20)
 POLE_ULPS = 16
+GAP = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,15 +65,20 @@ def resolve_clusters(
 
 
 def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) -> list[Cluster]:
-    """Intervals that touch or overlap joined, ascending."""
+    """Intervals joined that touch, overlap, or are parted by less than a few of their widths (rounding
+    noise leaves such fragments), ascending."""
     boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]
     clusters: list[Cluster] = []
     for box in sorted(boxes, key=lambda b: (b.low, b.high)):
-        if clusters and box.low <= clusters[-1].high:
+        if clusters and box.low - clusters[-1].high <= GAP * _width(box, clusters[-1]):
             last = clusters.pop()
             box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)
         clusters.append(box)
     return clusters
+
+
+def _width(box: Cluster, last: Cluster) -> float:
+    return 0.0 if box.rough or last.rough else max(box.high - box.low, last.high - last.low)
 
 
 def _resolve(function: IntervalFunction, cluster: Cluster, found: Found) -> None:
@@ -184,7 +190,7 @@ def _add_touching(function: IntervalFunction, cluster: Cluster, found: Found) ->
     lowest = lowest_point(function.value, low, high)
     for x in (_stationary_point(function, low, high), lowest):
         if x is not None and not math.isnan(f := value_at(function.value, x)):
-            found.touching.append((x, f))
+            found.touching.append((x + 0.0, f + 0.0))
             return
 
 

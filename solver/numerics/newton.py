@@ -40,6 +40,9 @@ class NewtonLimits:
     termination: Termination = field(default_factory=Termination)
 
 
+STANDARD_LIMITS = NewtonLimits()
+
+
 @dataclass(frozen=True, slots=True)
 class NewtonResult:
     """The best point met. ``condition`` is that of the scaled Jacobian there, None where undefined."""
@@ -56,7 +59,7 @@ def newton(
     jacobian: Jacobian,
     start: Sequence[float],
     scale: Sequence[float] | None = None,
-    limits: NewtonLimits = NewtonLimits(),
+    limits: NewtonLimits = STANDARD_LIMITS,
 ) -> NewtonResult:
     """Search a root of F: Rⁿ → Rᵐ from ``start`` (n,).
 
