@@ -101,23 +101,25 @@ def _direction(mp: Any, y: Extended, x: Extended, half_turn: Extended) -> Extend
 def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:
     """Degrees: reduction to the nearest right angle is exact, as in ``degrees``."""
 
-    def reduced(x: Extended) -> tuple[int, Extended]:
+    def wave(x: Extended, ahead: int) -> Extended:
+        """Sine of x and ``ahead`` right angles."""
         turn = x % 360
-        quarters = int(mp.nint(turn / 90))
-        return quarters, (turn - 90 * quarters) / 180
-
-    def sind(x: Extended) -> Extended:
-        quarters, rest = reduced(x)
-        if abs(rest) * 6 == 1 and not quarters & 1:
-            return mp.sign(rest) / 2 * (-1 if quarters & 2 else 1)
-        value = mp.cospi(rest) if quarters & 1 else mp.sinpi(rest)
+        nearest = int(mp.nint(turn / 90))
+        rest, quarters = turn - 90 * nearest, nearest + ahead
+        if quarters & 1:
+            value = mp.cospi(rest / 180)
+        else:
+            value = mp.sign(rest) / 2 if abs(rest) == 30 else mp.sinpi(rest / 180)
         return -value if quarters & 2 else value
 
+    def sind(x: Extended) -> Extended:
+        return wave(x, 0)
+
     def cosd(x: Extended) -> Extended:
-        return sind(x % 360 + 90)
+        return wave(x, 1)
 
     def tand(x: Extended) -> Extended:
-        return sind(x) / cosd(x)
+        return mp.sign(x % 180 - 90) * -1 if x % 90 == 45 else sind(x) / cosd(x)
 
     def in_degrees(function: Callable[[Extended], Extended]) -> Callable[[Extended], Extended]:
         return _real(mp, lambda x: function(x) / mp.pi * 180)
