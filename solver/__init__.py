@@ -1,1 +1,42 @@
-"""Equations and any well-posed set of inputs in, solution path and checked answers out."""
+"""Equations and any well-posed set of inputs in, solution path and checked answers out.
+
+Names are fetched on first use, so that ``import solver`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from solver.prepare import Plan, Unsolved, prepare
+    from solver.result import Result, Solution, Status
+    from solver.solution import solve
+    from solver.sweep import Table, sweep
+
+_HOMES = {
+    "Plan": "solver.prepare",
+    "Result": "solver.result",
+    "Solution": "solver.result",
+    "Status": "solver.result",
+    "Table": "solver.sweep",
+    "Unsolved": "solver.prepare",
+    "prepare": "solver.prepare",
+    "solve": "solver.solution",
+    "sweep": "solver.sweep",
+}
+
+__all__ = ["Plan", "Result", "Solution", "Status", "Table", "Unsolved", "prepare", "solve", "sweep"]
+
+
+def __getattr__(name: str) -> object:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'solver' has no attribute {name!r}")
+    found: object = getattr(import_module(home), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -234,4 +234,4 @@ class _Search:
 
 
 def _smaller(simplified: list[float], step: list[float], weight: list[float]) -> bool:
-    return scaled_norm(simplified, weight) < 0.5 * scaled_norm(step, weight)
+    return scaled_norm(simplified, weight) < scaled_norm(step, weight)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from rulesheets import nodes
 from rulesheets.model import Equation, Model
@@ -34,6 +35,7 @@ class ModelGraph:
         )
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._turns: dict[str, float | None] | None = None
+        self.kernels: dict[Any, Any] = {}
 
     def _numbers(self, names: Iterable[str]) -> tuple[int, ...]:
         return tuple(self.number[name] for name in names)

@@ -1,0 +1,97 @@
+"""What a solve found out, in numbers of equations and names of variables; no sentences yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from rulesheets.model import Value
+
+
+@dataclass(frozen=True, slots=True)
+class NoValue:
+    """Solving ``equation`` for ``unknown`` needs ``operation`` to be ``value`` (``cosd = 1.08``), which it can't.
+
+    ``pole``: the unknown would have to be infinite (a product with 0 that is not 0).
+    """
+
+    equation: int
+    unknown: str
+    reading: str
+    pole: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AsksNothing:
+    """At these values ``equation`` holds whatever ``unknown`` is."""
+
+    equation: int
+    unknown: str
+
+
+@dataclass(frozen=True, slots=True)
+class OutOfRange:
+    """``equation`` gives ``unknown`` a value outside the range that the sheet declares for it."""
+
+    equation: int
+    unknown: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Rules that can't hold together: ``equation`` misses by ``miss`` (left minus right)."""
+
+    equations: tuple[int, ...]
+    miss: float | None
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class NoRoot:
+    """A simultaneous block without a solution: ``proven``, or only not found.
+
+    ``best`` is the nearest miss, ``misses`` what each equation is off there.
+    """
+
+    equations: tuple[int, ...]
+    unknowns: tuple[str, ...]
+    proven: bool
+    best: Mapping[str, float] = field(default_factory=dict)
+    misses: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RankLoss:
+    """A block whose equations do not determine ``free``, which moves along ``direction``.
+
+    ``everywhere``: linear equations that say the same thing whatever the values (under-determined);
+    otherwise a singular point (dead centre, double root).
+    """
+
+    equations: tuple[int, ...]
+    free: tuple[str, ...]
+    direction: Mapping[str, float]
+    everywhere: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DoubleRoot:
+    """An answer where two coincide: to first order ``unknowns`` can move along ``direction``."""
+
+    equations: tuple[int, ...]
+    unknowns: tuple[str, ...]
+    direction: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Truncated:
+    """A limit was met; there may be more answers."""
+
+    what: str
+
+
+Fact: TypeAlias = (
+    NoValue | AsksNothing | OutOfRange | Conflict | NoRoot | RankLoss | DoubleRoot | Truncated
+)

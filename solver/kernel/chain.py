@@ -1,0 +1,202 @@
+"""A torn block as chains of assignments: from the tear to every other unknown and to the residual.
+
+Every combination of preimages of the explicit steps gives one chain. A chain is evaluated
+on floats (compiled) and on arrays of intervals, with its slope by forward accumulation.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from rulesheets import nodes
+from rulesheets.construct import subtract, substitute
+from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.model import Value
+from rulesheets.nodes import Call, Expression, Name, Number
+from solver.kernel.scalar import Emitter
+from solver.path.graph import ModelGraph
+from solver.path.isolate import TARGET, Isolation
+from solver.path.steps import SolveBlock
+
+if TYPE_CHECKING:
+    from rulesheets.evaluate.enclosure import Box
+
+MAX_CHAINS = 256
+RESIDUAL = "#residual"
+_JUMPS = frozenset({"sgn", "int", "frac", "round", "mod", "step", "atan2", "atan2d", "tan", "tand"})
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """``name := expression``, which must come out between ``low`` and ``high``."""
+
+    name: str
+    expression: Expression
+    low: float = -inf
+    high: float = inf
+    low_open: bool = False
+    high_open: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Assignments that lead from the tears to the unknowns and to the residuals, in order."""
+
+    tears: tuple[str, ...]
+    assignments: tuple[Assignment, ...]
+    residuals: tuple[str, ...]
+
+
+def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
+    """One chain for every combination of preimages; at most ``MAX_CHAINS``."""
+    alternatives: list[tuple[tuple[Assignment, ...], ...]] = []
+    for number, step in enumerate(block.order):
+        isolation = graph.isolation(step.equation, graph.number[step.unknown])
+        assert isolation is not None
+        alternatives.append(tuple(_through(isolation, f"#{number}")))
+    residuals = tuple(_residual(graph, equation) for equation in block.residuals)
+    found = []
+    for combination in itertools.islice(itertools.product(*alternatives), MAX_CHAINS):
+        steps = tuple(itertools.chain.from_iterable(combination))
+        found.append(Chain(block.tears, (*steps, *residuals), tuple(r.name for r in residuals)))
+    return tuple(found)
+
+
+def _residual(graph: ModelGraph, equation: int) -> Assignment:
+    body = graph.model.equations[equation]
+    return Assignment(f"{RESIDUAL}{equation}", subtract(body.left, body.right))
+
+
+def _through(isolation: Isolation, prefix: str) -> Iterator[tuple[Assignment, ...]]:
+    """The ways from the start of an isolation to its unknown."""
+    unknown = isolation.unknown
+    if isolation.quadratic is not None:
+        for form in isolation.forms():
+            yield (Assignment(unknown, form),)
+        return
+    if not isolation.stages:
+        yield (Assignment(unknown, isolation.start),)
+        return
+    for forms in itertools.product(*(stage.forms for stage in isolation.stages)):
+        steps: list[Assignment] = []
+        expression = isolation.start
+        for place, (stage, form) in enumerate(zip(isolation.stages, forms, strict=True)):
+            bounded = stage.low > -inf or stage.high < inf
+            target = expression
+            if bounded or sum(1 for name in nodes.names(form) if name == TARGET.name) > 1:
+                name = f"{prefix}.{place}"
+                steps.append(
+                    Assignment(name, expression, stage.low, stage.high, stage.low_open, stage.high_open)
+                )
+                target = Name(name)
+            expression = substitute(form, {TARGET.name: target})
+        yield (*steps, Assignment(unknown, expression))
+
+
+def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:
+    """``f(*tears, *known)`` returns the values called ``results``; raises outside the domain."""
+    emitter = Emitter((*chain.tears, *known))
+    for assignment in chain.assignments:
+        emitter.assign(assignment.name, assignment.expression)
+        emitter.require(
+            assignment.name, assignment.low, assignment.high, assignment.low_open, assignment.high_open
+        )
+    tokens = [emitter.argument(name) for name in results]
+    return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")
+
+
+class Enclosure:
+    """The residual of a chain with one tear, and its slope, on arrays of boxes of the tear."""
+
+    def __init__(self, chain: Chain, known: Mapping[str, Value]) -> None:
+        self.chain = chain
+        self.known = known
+        self.slopes = _slopes(chain)
+
+    def __call__(self, low: Any, high: Any) -> tuple[Any, Any]:
+        return self._boxes(low, high)[0][self.chain.residuals[0]]
+
+    def _boxes(self, low: Any, high: Any) -> tuple[dict[str, Box], Any]:
+        """Boxes of every name, and where some value may leave its domain."""
+        import numpy as np
+
+        from rulesheets.evaluate.enclosure import enclose
+
+        boxes: dict[str, Any] = {
+            name: (np.full_like(low, number), np.full_like(low, number))
+            for name, number in self.known.items()
+            if isinstance(number, float)
+        }
+        boxes[self.chain.tears[0]] = (low, high)
+        doubtful = np.zeros(low.shape, dtype=bool)
+        empty = np.zeros(low.shape, dtype=bool)
+        for item in self.chain.assignments:
+            lo, hi = enclose(item.expression, boxes)
+            outside = (hi < item.low) | (lo > item.high)
+            doubtful |= (lo < item.low) | (hi > item.high)
+            lo, hi = np.maximum(lo, item.low), np.minimum(hi, item.high)
+            empty |= outside | np.isnan(lo) | np.isnan(hi)
+            boxes[item.name] = (np.where(empty, np.nan, lo), np.where(empty, np.nan, hi))
+        return boxes, doubtful
+
+    def slope(self, low: Any, high: Any) -> tuple[Any, Any]:
+        """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
+        import numpy as np
+
+        from rulesheets.evaluate.enclosure import enclose
+
+        boxes, doubtful = self._boxes(low, high)
+        assert self.slopes is not None
+        for name, expression in self.slopes:
+            boxes[name] = enclose(expression, boxes)
+        lo, hi = boxes[_slope_name(self.chain.residuals[0])]
+        unknown = doubtful | np.isnan(lo) | np.isnan(hi)
+        return np.where(unknown, -np.inf, lo), np.where(unknown, np.inf, hi)
+
+
+def _slope_name(name: str) -> str:
+    return f"d {name}"
+
+
+def _slopes(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
+    """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
+    moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
+    found: list[tuple[str, Expression]] = []
+    try:
+        for item in chain.assignments:
+            used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
+            if not used:
+                continue
+            if _jumps(item.expression):
+                return None
+            terms = tuple(
+                _times(differentiate(item.expression, name), moving[name]) for name in used
+            )
+            slope = _slope_name(item.name)
+            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(terms)))
+            moving[item.name] = Name(slope)
+    except NotDifferentiable:
+        return None
+    if chain.residuals[0] not in moving:
+        return None
+    return tuple(found)
+
+
+def _times(left: Expression, right: Expression) -> Expression:
+    from rulesheets.construct import multiply
+
+    return multiply(left, right)
+
+
+def _jumps(expression: Expression) -> bool:
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Call) and node.function in _JUMPS:
+            return True
+        stack.extend(nodes.children(node))
+    return False

@@ -1,0 +1,279 @@
+"""One equation solved for one unknown at given numbers: every preimage, or why there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate.number import number_text
+from rulesheets.model import Value, Variable
+from rulesheets.nodes import Expression, Name, Number, Symbol
+from solver.facts import AsksNothing, Fact, NoValue, OutOfRange
+from solver.path.graph import ModelGraph
+from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
+from solver.witness import testify
+
+MAX_TURNS = 2_000
+
+
+@dataclass(frozen=True, slots=True)
+class StepOutcome:
+    """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular."""
+
+    values: tuple[Value, ...] = ()
+    fact: Fact | None = None
+    complete: bool = True
+
+
+def solve_step(
+    graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
+) -> StepOutcome:
+    """All values of the unknown of ``isolation`` that satisfy the equation at the known ``values``."""
+    return _Step(graph, equation, isolation, values).outcome()
+
+
+class _Refused(Exception):
+    """A stage that has no preimage; carries the fact."""
+
+    def __init__(self, fact: Fact) -> None:
+        self.fact = fact
+
+
+class _Step:
+    def __init__(
+        self, graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
+    ) -> None:
+        self.graph, self.index, self.isolation, self.values = graph, equation, isolation, values
+        self.equation = graph.model.equations[equation]
+        self.variable: Variable = graph.model.variables[isolation.unknown]
+        self.complete = True
+        self.clamped = False
+
+    def outcome(self) -> StepOutcome:
+        try:
+            found = self._raw()
+        except _Refused as refused:
+            return StepOutcome(fact=refused.fact)
+        except Undefined as undefined:
+            return StepOutcome(fact=NoValue(self.index, self.isolation.unknown, str(undefined)))
+        if len(found) == 1 and isinstance(found[0], str):
+            return StepOutcome((found[0],))
+        numbers = [float(v) for v in found]
+        return self._kept([self._wrapped(v) for v in numbers])
+
+    def _raw(self) -> list[Value]:
+        isolation = self.isolation
+        if isolation.quadratic is not None:
+            return list(self._roots(isolation.quadratic))
+        if isolation.identity and isinstance(isolation.start, Symbol):
+            return [isolation.start.name]
+        if isolation.identity and isinstance(isolation.start, Name):
+            return [self.values[isolation.start.name]]
+        targets = [value(isolation.start, self.values)]
+        for place, stage in enumerate(isolation.stages):
+            targets = self._undo(stage, targets, isolation.stages[place + 1 :])
+        return list(targets)
+
+    # --- stages ---
+
+    def _undo(self, stage: Stage, targets: list[float], rest: tuple[Stage, ...]) -> list[float]:
+        found: list[float] = []
+        refused: Exception | None = None
+        for target in targets:
+            try:
+                inside = self._in_image(stage, target)
+                self._divisible(stage, inside)
+                for form in stage.forms:
+                    found.extend(self._form(stage, form, inside, rest))
+            except (_Refused, Undefined) as error:
+                refused = error
+        if not found and refused is not None:
+            raise refused
+        return found
+
+    def _form(self, stage: Stage, form: Expression, target: float, rest: tuple[Stage, ...]) -> list[float]:
+        try:
+            principal = value(form, {**self.values, TARGET.name: target})
+        except Undefined:
+            if form is stage.forms[-1] and len(stage.forms) == 1:
+                raise
+            return []
+        if stage.period is None:
+            return [principal]
+        return self._turns(principal, stage.period, rest)
+
+    def _in_image(self, stage: Stage, target: float) -> float:
+        """The target, moved to the end of the image if it lies outside; verification has the last word."""
+        low, high = stage.low, stage.high
+        if low < target < high or (target == low and not stage.low_open):
+            return target
+        if target == high and not stage.high_open:
+            return target
+        edge, is_open = (low, stage.low_open) if target <= low else (high, stage.high_open)
+        if is_open or abs(target - edge) > 1e-9 * self._size():
+            operation = _OUTER.get(stage.operation, stage.operation)
+            reading = f"{operation} = {number_text(target)}"
+            raise _Refused(NoValue(self.index, self.isolation.unknown, reading, pole=False))
+        self.clamped = True
+        return edge
+
+    def _size(self) -> float:
+        """How large the numbers are that the start of the chain was made of."""
+        numbers = [abs(v) for n in self.equation.names if isinstance(v := self.values.get(n), float)]
+        return max([1.0, *numbers]) ** 2
+
+    def _divisible(self, stage: Stage, target: float) -> None:
+        if stage.divisor is None or isinstance(stage.divisor, Number):
+            return
+        divisor = value(stage.divisor, {**self.values, TARGET.name: target})
+        if divisor != 0.0:
+            return
+        unknown = self.isolation.unknown
+        dividend = target
+        if stage.divisor == TARGET:
+            dividend = value(stage.forms[0].left, self.values)  # type: ignore[union-attr]
+        if stage.operation == "power":
+            dividend = target - 1.0
+        if dividend == 0.0:
+            raise _Refused(AsksNothing(self.index, unknown))
+        reading = f"0 times {unknown} = {number_text(dividend)}"
+        if stage.operation != "product":
+            reading = f"division by 0 for {unknown}"
+        raise _Refused(NoValue(self.index, unknown, reading, pole=True))
+
+    # --- whole turns ---
+
+    def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
+        """The principal preimage and its whole turns within the window of the unknown."""
+        first, second = self._through(principal, rest), self._through(principal + period, rest)
+        stride = second - first
+        window = self._window(stride)
+        if window is None or stride == 0 or not math.isfinite(stride):
+            return [principal]
+        low, high = window
+        ends = sorted(((low - first) / stride, (high - first) / stride))
+        counts = range(math.floor(ends[0]) - 1, math.ceil(ends[1]) + 2)
+        if len(counts) > MAX_TURNS:
+            self.complete = False
+            counts = range(-MAX_TURNS // 2, MAX_TURNS // 2)
+        slack = 1e-12 * abs(stride)
+        inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
+        return [principal + k * period for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
+
+    def _window(self, stride: float) -> tuple[float, float] | None:
+        """Where to look for whole turns: the declared range, else one turn. None: the principal one only."""
+        low, high = self.variable.low, self.variable.high
+        if low > -math.inf and high < math.inf:
+            return low, high
+        turn = self.graph.turn(self.isolation.unknown)
+        self.complete = self.complete and turn is not None
+        span = turn or abs(stride)
+        if low > -math.inf:
+            return low, low + span
+        if high < math.inf:
+            return high - span, high
+        return (-span / 2, span / 2) if turn else None
+
+    def _through(self, target: float, rest: tuple[Stage, ...]) -> float:
+        for stage in rest:
+            target = value(stage.forms[0], {**self.values, TARGET.name: target})
+        return target
+
+    def _wrapped(self, number: float) -> float:
+        """An angle without a declared range is reported in (-180, 180]."""
+        turn = self.graph.turn(self.isolation.unknown)
+        bounded = self.variable.low > -math.inf or self.variable.high < math.inf
+        if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
+            return number
+        wrapped = math.remainder(number, turn) if abs(number) > turn / 2 else number
+        return turn / 2 if wrapped == -turn / 2 else wrapped
+
+    # --- quadratics ---
+
+    def _roots(self, quadratic: Quadratic) -> list[float]:
+        a, b, c = (value(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c))
+        unknown = self.isolation.unknown
+        if a == 0.0:
+            if b == 0.0:
+                fact = AsksNothing(self.index, unknown) if c == 0.0 else None
+                reading = f"0 times {unknown} = {number_text(-c)}"
+                raise _Refused(fact or NoValue(self.index, unknown, reading, pole=True))
+            return [-c / b]
+        discriminant = b * b - 4 * a * c
+        if discriminant < 0.0:
+            if discriminant < -1e-9 * max(b * b, abs(4 * a * c)):
+                raise _Refused(NoValue(self.index, unknown, f"sqrt of {number_text(discriminant)}"))
+            discriminant, self.clamped = 0.0, True
+        q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
+        roots = [q / a, c / q if q else 0.0]
+        principal = sorted(roots, reverse=a > 0) if roots[0] != roots[1] else roots[:1]
+        return sorted(principal, reverse=True)
+
+    # --- what is kept ---
+
+    def _kept(self, numbers: list[float]) -> StepOutcome:
+        kept: list[float] = []
+        outside: float | None = None
+        lost = False
+        for number in numbers:
+            number = self._polished(number)
+            if not math.isfinite(number):
+                lost = True
+            elif not in_range(self.variable, number):
+                outside = number
+            elif self._holds(number) and not any(_same(number, other) for other in kept):
+                kept.append(number)
+        if kept:
+            return StepOutcome(tuple(kept), complete=self.complete and not lost)
+        unknown = self.isolation.unknown
+        if outside is not None:
+            return StepOutcome(fact=OutOfRange(self.index, unknown, outside))
+        last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
+        reading = f"{_OUTER.get(last, last)} has no preimage here"
+        return StepOutcome(fact=NoValue(self.index, unknown, reading))
+
+    def _holds(self, number: float) -> bool:
+        if not (self.isolation.verify or self.clamped):
+            return True
+        return testify(self.equation, {**self.values, self.isolation.unknown: number}).holds
+
+    def _polished(self, number: float) -> float:
+        """One or two Newton corrections in the equation as written, for the last digits of a long chain."""
+        if len(self.isolation.stages) < 2 and self.isolation.quadratic is None:
+            return number
+        miss, slope = self._slope(number)
+        for _ in range(2):
+            if not miss or not slope or not math.isfinite(slope) or abs(miss) > 1e-6 * abs(slope * number):
+                return number
+            corrected = number - miss / slope
+            better, slope = self._slope(corrected)
+            if better is None or abs(better) >= abs(miss):
+                return number
+            number, miss = corrected, better
+        return number
+
+    def _slope(self, number: float) -> tuple[float | None, float]:
+        unknown = self.isolation.unknown
+        at = {**self.values, unknown: number}
+        try:
+            left, by_left = derivatives(self.equation.left, at)
+            right, by_right = derivatives(self.equation.right, at)
+        except Undefined:
+            return None, 0.0
+        return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
+
+
+_OUTER = {"square": "a square", "power": "a power", "product": "a product", "abs": "abs"}
+
+
+def in_range(variable: Variable, number: float) -> bool:
+    """Whether a number lies in the declared range of a variable."""
+    above = number > variable.low if variable.low_open else number >= variable.low
+    below = number < variable.high if variable.high_open else number <= variable.high
+    return above and below
+
+
+def _same(a: float, b: float) -> bool:
+    return abs(a - b) <= 8 * 2.0**-52 * max(abs(a), abs(b))

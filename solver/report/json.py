@@ -1,0 +1,104 @@
+"""A result as one JSON object."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from math import isfinite
+
+from rulesheets.diagnosis import Diagnosis
+from rulesheets.model import Model, Value
+from rulesheets.source import Span
+from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.report.places import rule_text
+from solver.report.sheet import answers
+from solver.result import Result
+
+Json = dict[str, object]
+
+
+def result_json(result: Result, *, explain: bool = False) -> str:
+    """The object of a solve; ``explain`` adds the locals under their dotted names.
+
+    ``solutions`` holds every answer or, where the status is ``partial``, the one object of
+    what is determined.
+    """
+    return _dump(
+        {
+            "status": str(result.status),
+            "solutions": [_solution(result, answer, explain) for answer in _answers(result)],
+            "complete": result.complete,
+            "undetermined": list(result.undetermined),
+            "diagnoses": [_diagnosis(diagnosis) for diagnosis in result.diagnoses],
+            "path": [_step(result.model, step) for step in result.path.steps],
+        }
+    )
+
+
+def error_json(diagnoses: Iterable[Diagnosis]) -> str:
+    """The object of a sheet or a command that is wrong: status ``error`` and the diagnoses."""
+    return _dump({"status": "error", "diagnoses": [_diagnosis(diagnosis) for diagnosis in diagnoses]})
+
+
+def _dump(document: Json) -> str:
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def _answers(result: Result) -> tuple[Mapping[str, Value], ...]:
+    shown = answers(result, every=True)
+    return shown if result.solutions or shown[0] and str(result.status) == "partial" else ()
+
+
+def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Json:
+    asked = {*result.inputs, *result.wanted}
+    return {
+        name: answer[name]
+        for name, variable in result.model.variables.items()
+        if name in answer and (explain or variable.posted or name in asked) and _finite(answer[name])
+    }
+
+
+def _finite(value: Value) -> bool:
+    return isinstance(value, str) or isfinite(value)
+
+
+def _diagnosis(diagnosis: Diagnosis) -> Json:
+    return {
+        "code": diagnosis.code,
+        "severity": str(diagnosis.severity),
+        "message": diagnosis.message,
+        "notes": list(diagnosis.notes),
+        "rules": [_place(label.span) for label in diagnosis.labels],
+        "variables": list(diagnosis.variables),
+    }
+
+
+def _place(span: Span) -> Json:
+    return {"file": span.file, "line": span.line, "text": rule_text(span)}
+
+
+def _step(model: Model, step: Step) -> Json:
+    match step:
+        case Evaluate(equation, unknown, branches):
+            return {"step": "evaluate", "unknowns": [unknown], "branches": branches} | _rules(model, (equation,))
+        case Select(equations, unknown, branches):
+            return {"step": "select", "unknowns": [unknown], "branches": branches} | _rules(model, equations)
+        case SolveBlock(equations, unknowns, tears):
+            found = {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
+            return found | _rules(model, equations)
+        case Decide(conditions):
+            return {"step": "decide", "conditions": [_condition(model, index) for index in conditions]}
+        case Assume(condition):
+            return {"step": "assume", "conditions": [_condition(model, condition)]}
+        case Check(equation):
+            return {"step": "check"} | _rules(model, (equation,))
+
+
+def _rules(model: Model, equations: Iterable[int]) -> Json:
+    return {"rules": [_place(model.equations[index].rule) for index in equations]}
+
+
+def _condition(model: Model, index: int) -> str:
+    from rulesheets.format import format_condition
+
+    return format_condition(model.conditions[index])

@@ -1,0 +1,78 @@
+"""A solution path as text: what is solved from which rule, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rulesheets.format import format_condition
+from rulesheets.model import Equation, Model
+from rulesheets.spelling import plural
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
+from solver.report.places import Places, rule_text
+from solver.report.table import table
+
+Row = tuple[str, str, str, str, str]
+
+
+def path_text(model: Model, path: Path) -> str:
+    """A table of the steps, then the number of branches and what no step reaches."""
+    lines = [path_table(model, path), branches_line(path)]
+    if path.undetermined:
+        lines.append(f"Not reached: {', '.join(path.undetermined)}.")
+    return "\n".join(lines)
+
+
+def path_table(model: Model, path: Path) -> str:
+    """One line a step: number, what is found, how many ways, the rule and its place."""
+    places = Places(model)
+    rows = [row for number, step in enumerate(path.steps, 1) for row in _rows(model, places, number, step)]
+    return table(("Step", "Finds", "Ways", "By the rule", "Place"), rows)
+
+
+def branches_line(path: Path) -> str:
+    """How many answers the path can have, as far as its direct steps tell."""
+    if any(isinstance(step, SolveBlock) for step in path.steps):
+        return f"At most {plural(path.branches, 'way')} through the direct steps; blocks are searched for all answers."
+    if path.branches == 1:
+        return "One answer at most."
+    return f"At most {path.branches} answers."
+
+
+def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row]:
+    match step:
+        case Evaluate(equation, unknown, branches):
+            yield (str(number), unknown, _ways(branches), *_rule(places, model.equations[equation]))
+        case Select(equations, unknown, branches):
+            first, *others = equations
+            yield (str(number), unknown, _ways(branches), *_rule(places, model.equations[first]))
+            for index in others:
+                yield ("", "  or by", "", *_rule(places, model.equations[index]))
+        case SolveBlock():
+            yield from _block_rows(model, places, number, step)
+        case Decide(conditions):
+            for index in conditions:
+                condition = format_condition(model.conditions[index])
+                yield (str(number), "(decides)", "", f"whether {condition}", "")
+        case Assume(index):
+            condition = format_condition(model.conditions[index])
+            yield (str(number), "(case by case)", "", f"assuming {condition}, and not", "")
+        case Check(equation):
+            yield (str(number), "(checks)", "", *_rule(places, model.equations[equation]))
+
+
+def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[Row]:
+    iterated = block.tears or block.unknowns
+    heading = f"{len(block.unknowns)} unknowns together, iterating on {', '.join(iterated)}"
+    yield (str(number), f"block of {len(block.unknowns)}", "", heading, "")
+    for step in block.order:
+        yield ("", f"  {step.unknown}", _ways(step.branches), *_rule(places, model.equations[step.equation]))
+    for index in block.residuals or block.equations:
+        yield ("", "  (closes)", "", *_rule(places, model.equations[index]))
+
+
+def _ways(branches: int) -> str:
+    return "" if branches == 1 else str(branches)
+
+
+def _rule(places: Places, equation: Equation) -> tuple[str, str]:
+    return rule_text(equation.rule), places.of(equation)

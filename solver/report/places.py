@@ -1,0 +1,38 @@
+"""Rules as a reader meets them: their text on one line, their file and line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from rulesheets.model import Equation, Model
+from rulesheets.source import Span
+
+
+def rule_text(span: Span) -> str:
+    """The rule as written, on one line, its inner spaces single."""
+    return " ".join(span.text.split())
+
+
+def short_names(files: Iterable[str]) -> Mapping[str, str]:
+    """The shortest endings of file names that tell them apart: ``position.tk``."""
+    names = tuple(dict.fromkeys(files))
+    return {name: _ending(name, names) for name in names}
+
+
+def _ending(name: str, names: tuple[str, ...]) -> str:
+    parts = name.split("/")
+    for length in range(1, len(parts)):
+        ending = "/".join(parts[-length:])
+        if sum(other == ending or other.endswith("/" + ending) for other in names) == 1:
+            return ending
+    return name
+
+
+class Places:
+    """``file:line`` of the rules of a model, the files by their shortest names."""
+
+    def __init__(self, model: Model) -> None:
+        self._short = short_names(equation.rule.file for equation in model.equations)
+
+    def of(self, equation: Equation) -> str:
+        return f"{self._short[equation.rule.file]}:{equation.rule.line}"

@@ -1,0 +1,70 @@
+"""The rule sheet's status column: rules that are not satisfied, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from rulesheets.model import Equation, Value
+from rulesheets.source import Span
+from solver.report.places import Places, rule_text
+from solver.report.sheet import answers
+from solver.report.table import table
+from solver.result import Result
+
+WAITING, BLAMED = "*", ">"
+
+LIMIT = 12
+"""Rows shown; the rest is counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleStatus:
+    """``mark`` is ``>`` for a rule that a diagnosis points at, ``*`` for one that waits for unknowns."""
+
+    mark: str
+    equation: Equation
+    waits_for: tuple[str, ...]
+
+
+def rule_statuses(result: Result) -> tuple[RuleStatus, ...]:
+    """The rules that are not satisfied, those blamed first, each rule of the text once a call."""
+    if result.solutions:
+        return ()
+    found: dict[tuple[Span, str], RuleStatus] = {}
+    for status in _statuses(result):
+        found.setdefault((status.equation.rule, status.equation.scope), status)
+    return tuple(sorted(found.values(), key=lambda status: status.mark != BLAMED))
+
+
+def rule_status_table(result: Result) -> str:
+    """The statuses as a table, empty where every rule is satisfied."""
+    statuses = rule_statuses(result)
+    if not statuses:
+        return ""
+    places = Places(result.model)
+    rows = [(s.mark, rule_text(s.equation.rule), places.of(s.equation), _waiting(s)) for s in statuses[:LIMIT]]
+    text = table(("St", "Rule", "Place", "Waits for"), rows)
+    hidden = len(statuses) - len(rows)
+    return f"{text}\n… and {hidden} more" if hidden else text
+
+
+def _statuses(result: Result) -> Iterator[RuleStatus]:
+    blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
+    (known,) = answers(result, every=False)
+    for equation in result.model.equations:
+        waits_for = tuple(name for name in equation.names if name not in known)
+        if (equation.rule.file, equation.rule.start) in blamed:
+            yield RuleStatus(BLAMED, equation, waits_for)
+        elif waits_for and _asked(result, equation, known):
+            yield RuleStatus(WAITING, equation, waits_for)
+
+
+def _asked(result: Result, equation: Equation, known: Mapping[str, Value]) -> bool:
+    """Whether any wanted variable is among the unknowns of an equation, directly or in a local of it."""
+    return any(name in result.undetermined for name in equation.names if name not in known)
+
+
+def _waiting(status: RuleStatus) -> str:
+    names = status.waits_for
+    return ", ".join(names[:4]) + (", …" if len(names) > 4 else "")

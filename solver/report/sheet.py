@@ -1,0 +1,74 @@
+"""The variable sheet of a result: St, Input, Name, Output, Unit, Comment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from rulesheets.model import Value, Variable
+from solver.result import Result
+
+COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
+
+GUESS = "G"
+
+
+@dataclass(frozen=True, slots=True)
+class SheetRow:
+    """A variable with its input or its guess (then ``status`` is ``G``) and one output an answer."""
+
+    status: str
+    input: Value | None
+    name: str
+    outputs: tuple[Value | None, ...]
+    unit: str
+    comment: str
+
+
+def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
+    """The answers to show, the primary one first; what is determined where there is none."""
+    if not result.solutions:
+        return (result.partial,)
+    return result.solutions if every else result.solutions[:1]
+
+
+def sheet_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
+    """Rows in the order of the sheet, locals only where they are given or wanted.
+
+    A variable that was not asked for and has no value is left out.
+    """
+    shown = answers(result, every=every)
+    asked = {*result.inputs, *result.wanted}
+    return tuple(
+        _row(result, variable, shown)
+        for variable in result.model.variables.values()
+        if variable.name in asked or (variable.posted and any(variable.name in a for a in shown))
+    )
+
+
+def local_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
+    """Rows of the variables that :func:`sheet_rows` leaves out."""
+    shown = answers(result, every=every)
+    there = {row.name for row in sheet_rows(result, every=every)}
+    rest = (v for v in result.model.variables.values() if v.name not in there)
+    return tuple(_row(result, variable, shown) for variable in rest)
+
+
+def _row(result: Result, variable: Variable, shown: tuple[Mapping[str, Value], ...]) -> SheetRow:
+    name = variable.name
+    given = result.inputs.get(name)
+    guess = None if given is not None else result.guesses.get(name)
+    outputs = (None,) * len(shown) if given is not None else tuple(answer.get(name) for answer in shown)
+    return SheetRow(
+        status="" if guess is None else GUESS,
+        input=given if given is not None else guess,
+        name=name,
+        outputs=outputs,
+        unit=variable.unit or "",
+        comment=variable.comment,
+    )
+
+
+def output_heads(count: int) -> Iterator[str]:
+    """``Output``, or ``Output 1``, ``Output 2``, … side by side."""
+    return iter(("Output",)) if count == 1 else (f"Output {k}" for k in range(1, count + 1))

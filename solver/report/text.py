@@ -1,0 +1,84 @@
+"""A result as a person reads it: the variable sheet, then what was done or what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from rulesheets.diagnosis import render
+from rulesheets.spelling import plural
+from solver.report.numbers import readable
+from solver.report.path import path_text
+from solver.report.rule_status import rule_status_table
+from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, sheet_rows
+from solver.report.table import table
+from solver.report.work import used, work_line
+from solver.result import Result, Status
+
+NUMBER_WIDTH = 16
+"""Cells of an output: a number with ten digits, a sign and an exponent."""
+
+INPUT_WIDTH = 10
+
+
+def result_text(result: Result, *, every: bool = False, explain: bool = False, color: bool = False) -> str:
+    """Everything that ``backsolve solve`` prints, without the last line end.
+
+    ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and how
+    many rules were needed.
+    """
+    parts = [sheet_table(sheet_rows(result, every=every))]
+    if explain:
+        parts.extend(_explanation(result, every))
+    parts.append("\n".join(_verdict(result, every)))
+    parts.append(rule_status_table(result))
+    parts.extend(render(diagnosis, color=color) for diagnosis in result.diagnoses)
+    return "\n\n".join(part for part in parts if part)
+
+
+def sheet_table(rows: Iterable[SheetRow]) -> str:
+    """The variable sheet as in print, one output column an answer."""
+    rows = tuple(rows)
+    count = len(rows[0].outputs) if rows else 1
+    status, given, name, _, unit, comment = COLUMNS
+    header = (status, given, name, *output_heads(count), unit, comment)
+    names = max((len(row.name) for row in rows), default=0)
+    least = (0, INPUT_WIDTH, names, *(NUMBER_WIDTH,) * count)
+    return table(header, (_cells(row) for row in rows), least)
+
+
+def _cells(row: SheetRow) -> tuple[str, ...]:
+    outputs = (readable(value) for value in row.outputs)
+    return (row.status, readable(row.input), row.name, *outputs, row.unit, row.comment)
+
+
+def _explanation(result: Result, every: bool) -> Iterator[str]:
+    rows = local_rows(result, every=every)
+    if rows:
+        yield "Locals\n" + sheet_table(rows)
+    yield "Path\n" + path_text(result.model, result.path)
+    yield f"Used {used(result.path)} of {plural(len(result.model.equations), 'rule')}."
+
+
+def _verdict(result: Result, every: bool) -> Iterator[str]:
+    if result.status is not Status.SOLVED:
+        yield f"{result.status}{_unknown(result)}"
+    yield work_line(result)
+    yield from _others(result, every)
+
+
+def _unknown(result: Result) -> str:
+    names = result.undetermined
+    if not names:
+        return ""
+    listed = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+    return f": no value for {listed}"
+
+
+def _others(result: Result, every: bool) -> Iterator[str]:
+    """How many other answers there are, and whether these are all."""
+    others = len(result.solutions) - 1
+    if others > 0 and not every:
+        more = "" if result.complete else " at least"
+        yield f"There {'is' if others == 1 else 'are'}{more} {plural(others, 'other answer')}: --all shows them."
+    elif result.solutions and not result.complete:
+        yield "There may be other answers: these are not known to be all."

@@ -1,0 +1,305 @@
+"""Follow a path: from inputs to every answer, each one checked by the independent witness."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from rulesheets import nodes
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.model import Model, Value
+from solver.facts import Conflict, Fact, RankLoss, Truncated
+from solver.kernel.block import BlockKernel, solve_block
+from solver.kernel.step import solve_step
+from solver.path.build import Planner, activity
+from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.witness import testify
+
+MAX_LEAVES = 1024
+MAX_ASSUMPTIONS = 16
+
+
+@dataclass
+class Branch:
+    """What is known along one way through the path."""
+
+    values: dict[str, Value]
+    decided: dict[int, bool]
+    assumed: dict[int, bool] = field(default_factory=dict)
+    void: dict[int, Fact] = field(default_factory=dict)
+    steps: tuple[Step, ...] = ()
+    origins: dict[str, Step] = field(default_factory=dict)
+    facts: tuple[Fact, ...] = ()
+    free: tuple[str, ...] = ()
+
+    def fork(self) -> Branch:
+        return replace(
+            self,
+            values=dict(self.values),
+            decided=dict(self.decided),
+            assumed=dict(self.assumed),
+            void=dict(self.void),
+            origins=dict(self.origins),
+        )
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """The end of a branch: all that could be computed along it, checked.
+
+    ``conflicts`` are rules that do not hold there; ``missing`` the wanted names without a value.
+    ``worst`` is the largest scaled residual of the ``checked`` rules.
+    """
+
+    branch: Branch
+    missing: tuple[str, ...]
+    conflicts: tuple[Fact, ...]
+    worst: float
+    checked: int
+
+    @property
+    def solved(self) -> bool:
+        return not self.missing and not self.conflicts
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """Every leaf that was reached, in order of preference, and whether they are known to be all."""
+
+    leaves: tuple[Leaf, ...]
+    complete: bool
+    dead: tuple[Leaf, ...]
+
+
+def planner(model: Model) -> Planner:
+    """The planner of a model, with every path that it has found so far."""
+    found = model.__dict__.get("_planner")
+    if found is None:
+        found = Planner(model)
+        model.__dict__["_planner"] = found
+    return found  # type: ignore[no-any-return]
+
+
+def explore(
+    model: Model,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+) -> Exploration:
+    """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have."""
+    return _Explorer(model, inputs, want, guesses, judged).run()
+
+
+class _Explorer:
+    def __init__(
+        self,
+        model: Model,
+        inputs: Mapping[str, Value],
+        want: Sequence[str] | None,
+        guesses: Mapping[str, float],
+        judged: Sequence[str],
+    ) -> None:
+        self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
+        self.want = None if want is None else frozenset(want)
+        self.planner = planner(model)
+        self.graph = self.planner.graph
+        self.leaves: list[Leaf] = []
+        self.dead: list[Leaf] = []
+        self.complete = True
+
+    def run(self) -> Exploration:
+        decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
+        self._explore(Branch(dict(self.inputs), decided))
+        return Exploration(tuple(self.leaves), self.complete, tuple(self.dead))
+
+    # --- conditions ---
+
+    def _outcomes(self, conditions: Collection[int], values: Mapping[str, Value]) -> dict[int, bool]:
+        found = {}
+        for index in conditions:
+            names = (self.graph.names[v] for v in self.graph.condition_occurs[index])
+            if all(name in values for name in names):
+                found[index] = self._outcome(index, values)
+        return found
+
+    def _outcome(self, index: int, values: Mapping[str, Value]) -> bool:
+        try:
+            return holds(self.model.conditions[index], values, self.inputs)
+        except Undefined:
+            return False
+
+    # --- following a path ---
+
+    def _explore(self, branch: Branch) -> None:
+        """Plan from what is known, follow, and plan again where an outcome asks for it."""
+        while True:
+            if len(self.leaves) + len(self.dead) >= MAX_LEAVES:
+                self._truncate(branch, "answers")
+                return
+            known = frozenset(branch.values)
+            decided = {**branch.decided, **branch.assumed}
+            path = self.planner.path(known, decided, frozenset(branch.void), self.want)
+            if not self._follow(branch, path.steps):
+                return
+
+    def _truncate(self, branch: Branch, what: str) -> None:
+        self.complete = False
+        branch.facts = (*branch.facts, Truncated(what))
+
+    def _follow(self, branch: Branch, steps: Sequence[Step]) -> bool:
+        """Run the steps; True where the branch must be planned anew, False where it has ended."""
+        for place, step in enumerate(steps):
+            match step:
+                case Evaluate(equation=equation, unknown=unknown):
+                    again = self._evaluate(branch, step, equation, unknown, steps[place + 1 :])
+                case Select():
+                    again = self._select(branch, step, steps[place + 1 :])
+                case SolveBlock():
+                    again = self._block(branch, step, steps[place + 1 :])
+                case Check(equation=equation):
+                    again = self._check(branch, step, equation)
+                case Decide(conditions=conditions):
+                    branch.decided.update(self._outcomes(conditions, branch.values))
+                    branch.steps = (*branch.steps, step)
+                    return True
+                case Assume():
+                    return self._assume(branch, step)
+            if again is not None:
+                return again
+        self._finish(branch)
+        return False
+
+    def _learn(self, branch: Branch, step: Step, found: Mapping[str, Value]) -> None:
+        branch.values.update(found)
+        branch.origins.update(dict.fromkeys(found, step))
+        branch.steps = (*branch.steps, step)
+
+    def _evaluate(
+        self, branch: Branch, step: Step, equation: int, unknown: str, rest: Sequence[Step]
+    ) -> bool | None:
+        """None: go on; True: plan anew; False: ended (each fork has gone its own way)."""
+        isolation = self.graph.isolation(equation, self.graph.number[unknown])
+        assert isolation is not None
+        outcome = solve_step(self.graph, equation, isolation, branch.values)
+        self.complete = self.complete and outcome.complete
+        if outcome.fact is not None:
+            branch.void[equation] = outcome.fact
+            return True
+        if len(outcome.values) == 1:
+            self._learn(branch, step, {unknown: outcome.values[0]})
+            return None
+        return self._forks(branch, step, [{unknown: v} for v in outcome.values], rest)
+
+    def _forks(
+        self, branch: Branch, step: Step, found: Sequence[Mapping[str, Value]], rest: Sequence[Step]
+    ) -> bool:
+        for values in found:
+            fork = branch.fork()
+            self._learn(fork, step, values)
+            if self._follow(fork, rest):
+                self._explore(fork)
+        return False
+
+    def _select(self, branch: Branch, step: Select, rest: Sequence[Step]) -> bool | None:
+        equations = self.model.equations
+        for equation in step.equations:
+            conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
+            branch.decided.update(self._outcomes(conditions, branch.values))
+            if activity(equations[equation], {**branch.decided, **branch.assumed}):
+                return self._evaluate(branch, step, equation, step.unknown, rest)
+        return True
+
+    def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
+        branch.steps = (*branch.steps, step)
+        testimony = testify(self.model.equations[equation], branch.values)
+        if testimony.holds:
+            return None
+        self._finish(branch)
+        return False
+
+    def _block(self, branch: Branch, step: SolveBlock, rest: Sequence[Step]) -> bool | None:
+        kernel = self._kernel(step)
+        outcome = solve_block(kernel, branch.values, self.guesses)
+        self.complete = self.complete and outcome.complete
+        branch.facts = (*branch.facts, *outcome.facts)
+        if outcome.free:
+            lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
+            branch.void.update(dict.fromkeys(step.equations, lost))
+            branch.free = (*branch.free, *outcome.free)
+            self._learn(branch, step, outcome.solutions[0])
+            return True
+        if not outcome.solutions:
+            reason = outcome.facts[-1]
+            branch.void.update(dict.fromkeys(step.equations, reason))
+            return True
+        if len(outcome.solutions) == 1:
+            self._learn(branch, step, outcome.solutions[0])
+            return None
+        return self._forks(branch, step, outcome.solutions, rest)
+
+    def _kernel(self, step: SolveBlock) -> BlockKernel:
+        kernels: dict[SolveBlock, BlockKernel] = self.graph.kernels
+        if step not in kernels:
+            kernels[step] = BlockKernel(self.graph, step)
+        return kernels[step]
+
+    # --- case by case ---
+
+    def _assume(self, branch: Branch, step: Assume) -> bool:
+        """Both cases of a condition; a case is dropped once the condition is known to come out otherwise."""
+        if len(branch.assumed) >= MAX_ASSUMPTIONS:
+            self._truncate(branch, "cases")
+            self._finish(branch)
+            return False
+        before = len(self.leaves)
+        for outcome in (True, False):
+            case = branch.fork()
+            case.assumed[step.condition] = outcome
+            case.steps = (*case.steps, step)
+            self._given_by_case(case, step.condition, outcome)
+            if not self._contradicted(case):
+                self._explore(case)
+        if not any(self._settled(leaf, step.condition) for leaf in self.leaves[before:]):
+            self._finish(branch)
+        return False
+
+    def _given_by_case(self, case: Branch, condition: int, outcome: bool) -> None:
+        """``if mode = 'open`` assumed true says what ``mode`` is."""
+        match self.model.conditions[condition]:
+            case nodes.Comparison("=", nodes.Name(name), nodes.Symbol(symbol)) if outcome:
+                case.values.setdefault(name, symbol)
+            case _:
+                pass
+
+    def _contradicted(self, branch: Branch) -> bool:
+        found = self._outcomes(branch.assumed, branch.values)
+        return any(branch.assumed[index] is not outcome for index, outcome in found.items())
+
+    def _settled(self, leaf: Leaf, condition: int) -> bool:
+        return condition in self._outcomes([condition], leaf.branch.values)
+
+    # --- the end of a branch ---
+
+    def _finish(self, branch: Branch) -> None:
+        if self._contradicted(branch):
+            return
+        values = branch.values
+        conflicts: list[Fact] = []
+        worst, checked = 0.0, 0
+        decided = self._outcomes(range(len(self.model.conditions)), values)
+        for equation in self.model.equations:
+            if not activity(equation, decided) or not all(name in values for name in equation.names):
+                continue
+            testimony = testify(equation, values)
+            checked += 1
+            if testimony.holds:
+                worst = max(worst, testimony.scaled)
+            else:
+                conflicts.append(Conflict((equation.index,), testimony.miss, values))
+        unverified = [c for c in branch.assumed if c not in decided]
+        missing = tuple(name for name in self.judged if name not in values)
+        if unverified and missing:
+            return
+        leaf = Leaf(branch, missing, tuple(conflicts), worst, checked)
+        (self.dead if conflicts else self.leaves).append(leaf)

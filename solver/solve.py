@@ -1,0 +1,92 @@
+"""One solve: inputs in, a judged and explained result out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from rulesheets.model import Model, Value
+from rulesheets.variables import override
+from solver.explain import explain
+from solver.path.steps import Path
+from solver.result import Result, Solution, Status
+from solver.solution import Leaf, explore, planner
+from solver.verdict import Verdict, judge
+
+
+def solve(
+    model: Model,
+    inputs: Mapping[str, Value | None] | None = None,
+    want: Iterable[str] | None = None,
+    guesses: Mapping[str, float] | None = None,
+) -> Result:
+    """Solve a model for whatever is not an input.
+
+    ``inputs`` override those of the sheet; None clears one. ``want`` names the variables that
+    are asked for: nothing else is computed or can fail. ``guesses`` say which of several answers comes
+    first (and start the iteration where there is one). Values are in calculation units.
+
+    Raises RuleSheetError for names that the model does not have, numbers that are not finite, and
+    values outside the range that the sheet declares.
+    """
+    given, hints = override(model, inputs or {}, guesses or {}, want or ())
+    wanted = None if want is None else tuple(want)
+    judged = wanted if wanted is not None else posted(model)
+    found = explore(model, given, wanted, hints, judged)
+    verdict = judge(model, found, judged, given, hints)
+    return _result(model, verdict, found.complete, given, hints, judged)
+
+
+def posted(model: Model) -> tuple[str, ...]:
+    """The names that a solve without ``want`` is judged by."""
+    names = tuple(name for name, variable in model.variables.items() if variable.posted)
+    return names or tuple(model.variables)
+
+
+def _result(
+    model: Model,
+    verdict: Verdict,
+    complete: bool,
+    inputs: Mapping[str, Value],
+    guesses: Mapping[str, float],
+    judged: tuple[str, ...],
+) -> Result:
+    answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
+    solutions = tuple(_solution(leaf) for leaf in verdict.leaves) if answered else ()
+    primary = verdict.leaves[0] if verdict.leaves else None
+    undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
+    return Result(
+        model=model,
+        status=verdict.status,
+        solutions=solutions,
+        complete=complete and verdict.status is Status.SOLVED,
+        inputs=inputs,
+        guesses=guesses,
+        wanted=judged,
+        undetermined=tuple(n for n in undetermined if n in judged) if answered else undetermined,
+        diagnoses=explain(model, verdict, inputs, judged),
+        path=_path(model, primary, inputs),
+        partial=_determined(verdict, inputs),
+    )
+
+
+def _solution(leaf: Leaf) -> Solution:
+    return Solution(leaf.branch.values, leaf.worst, leaf.checked)
+
+
+def _unreached(model: Model, verdict: Verdict, inputs: Mapping[str, Value]) -> tuple[str, ...]:
+    known = _determined(verdict, inputs)
+    return tuple(name for name in model.variables if name not in known)
+
+
+def _determined(verdict: Verdict, inputs: Mapping[str, Value]) -> Mapping[str, Value]:
+    """What the inputs determine even though the whole is not solved."""
+    if verdict.status is Status.INFEASIBLE and len(verdict.leaves) == 1:
+        return verdict.leaves[0].branch.values
+    return inputs
+
+
+def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Path:
+    if primary is None:
+        return planner(model).path(frozenset(inputs), {})
+    missing = tuple(name for name in model.variables if name not in primary.branch.values)
+    return Path(primary.branch.steps, missing)

@@ -1,0 +1,167 @@
+"""From the leaves of an exploration to one status: the judgement that a result stands on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rulesheets.model import Model, Value
+from solver.facts import (
+    AsksNothing,
+    Conflict,
+    DoubleRoot,
+    Fact,
+    NoRoot,
+    NoValue,
+    OutOfRange,
+    RankLoss,
+)
+from solver.path.steps import SolveBlock
+from solver.result import Status
+from solver.solution import Exploration, Leaf, planner
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """``leaves`` are the answers (or what is determined of them), the primary first.
+
+    ``facts`` are what the status rests on; ``undetermined`` the names that stay unknown in the
+    primary leaf, ``structural`` those of them that these inputs could not determine at any values.
+    """
+
+    status: Status
+    leaves: tuple[Leaf, ...]
+    facts: tuple[Fact, ...] = ()
+    undetermined: tuple[str, ...] = ()
+    structural: tuple[str, ...] = ()
+
+
+def judge(
+    model: Model,
+    found: Exploration,
+    judged: Sequence[str],
+    inputs: Mapping[str, Value],
+    guesses: Mapping[str, float],
+) -> Verdict:
+    """The status of a solve, by what its leaves reached."""
+    solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
+    if solved:
+        doubles = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
+        status = Status.SINGULAR if doubles else Status.SOLVED
+        return Verdict(status, tuple(solved), doubles, _unknown(model, solved[0]))
+    if found.leaves:
+        fewest = min(len(leaf.missing) for leaf in found.leaves)
+        leaves = [leaf for leaf in found.leaves if len(leaf.missing) == fewest]
+        return _unfinished(model, _ordered(model, leaves, guesses), judged, inputs)
+    if found.dead:
+        return _contradicted(found)
+    status = Status.INFEASIBLE if found.complete else Status.FAILED
+    return Verdict(status, ())
+
+
+def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
+    return tuple(name for name in model.variables if name not in leaf.branch.values)
+
+
+def _unfinished(
+    model: Model, leaves: list[Leaf], judged: Sequence[str], inputs: Mapping[str, Value]
+) -> Verdict:
+    """Wanted variables are missing: because of values (void rules), or of the inputs' pattern."""
+    leaf = leaves[0]
+    structural = _structurally_missing(model, leaf, inputs)
+    by_value = [name for name in leaf.missing if name not in structural]
+    facts = tuple(dict.fromkeys(leaf.branch.void.values()))
+    status = Status.PARTIAL
+    if by_value or (facts and not structural):
+        status = _worst(facts)
+    unknown = _unknown(model, leaf)
+    kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
+    return Verdict(status, kept, facts, unknown, tuple(n for n in leaf.missing if n in structural))
+
+
+def _structurally_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> frozenset[str]:
+    """Wanted names that no path reaches from these inputs, however the values come out."""
+    decided = {**leaf.branch.decided, **leaf.branch.assumed}
+    known = frozenset(inputs)
+    path = planner(model).path(known, decided)
+    return frozenset(path.undetermined).intersection(leaf.missing)
+
+
+_SEVERITY: tuple[tuple[Status, type[object]], ...] = (
+    (Status.INCONSISTENT, Conflict),
+    (Status.INFEASIBLE, NoValue),
+    (Status.INFEASIBLE, OutOfRange),
+)
+
+
+def _worst(facts: Sequence[Fact]) -> Status:
+    for status, kind in _SEVERITY:
+        if any(isinstance(fact, kind) for fact in facts):
+            return status
+    roots = [fact for fact in facts if isinstance(fact, NoRoot)]
+    if roots:
+        return Status.INFEASIBLE if any(fact.proven for fact in roots) else Status.FAILED
+    lost = [fact for fact in facts if isinstance(fact, RankLoss)]
+    if any(isinstance(fact, AsksNothing) for fact in facts) or any(not f.everywhere for f in lost):
+        return Status.SINGULAR
+    return Status.PARTIAL
+
+
+def _contradicted(found: Exploration) -> Verdict:
+    """Every way ended at a rule that does not hold."""
+    leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
+    iterated = any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
+    status = Status.FAILED if iterated and not found.complete else Status.INCONSISTENT
+    return Verdict(status, (leaf,), leaf.conflicts)
+
+
+# --- which answer comes first -------------------------------------------------------
+
+
+def _preferred(leaves: list[Leaf]) -> list[Leaf]:
+    """Distinct leaves; one in which an auxiliary has no value gives way to one where all have."""
+    whole = [leaf for leaf in leaves if not _violates(leaf)]
+    distinct: list[Leaf] = []
+    for leaf in whole or leaves:
+        if not any(_same(leaf.branch.values, other.branch.values) for other in distinct):
+            distinct.append(leaf)
+    return distinct
+
+
+def _violates(leaf: Leaf) -> bool:
+    """An auxiliary outside a domain (a pole is no violation: it has a limit)."""
+    unmet = (f for f in leaf.branch.void.values() if isinstance(f, NoValue | OutOfRange))
+    return any(f.unknown not in leaf.branch.values and not getattr(f, "pole", False) for f in unmet)
+
+
+def _same(one: Mapping[str, Value], other: Mapping[str, Value]) -> bool:
+    if one.keys() != other.keys():
+        return False
+    return all(_equal(value, other[name]) for name, value in one.items())
+
+
+def _equal(a: Value, b: Value) -> bool:
+    if isinstance(a, str) or isinstance(b, str):
+        return a == b
+    return abs(a - b) <= 1e-11 * max(abs(a), abs(b))
+
+
+def _ordered(model: Model, leaves: list[Leaf], guesses: Mapping[str, float]) -> list[Leaf]:
+    """Nearest to the guesses first; without guesses in the order of the branches, principal first."""
+    if not guesses:
+        return leaves
+    graph = planner(model).graph
+
+    def distance(leaf: Leaf) -> float:
+        total = 0.0
+        for name, guess in guesses.items():
+            value = leaf.branch.values.get(name)
+            if isinstance(value, float):
+                apart = abs(value - guess)
+                turn = graph.turn(name)
+                if turn:
+                    apart = min(apart % turn, turn - apart % turn)
+                total += (apart / max(abs(guess), 1.0)) ** 2
+        return total
+
+    return sorted(leaves, key=distance)

@@ -1,0 +1,75 @@
+"""The independent witness: does a rule, as written, hold at an answer?
+
+A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
+is, if values within a few ulp of those reported satisfy it exactly. Every decision that a rule
+is satisfied is made here, and nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.model import Equation, Value
+from rulesheets.nodes import Expression, Name, Symbol
+
+BACKWARD = 64 * 2.0**-52
+
+
+@dataclass(frozen=True, slots=True)
+class Testimony:
+    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number."""
+
+    holds: bool
+    miss: float | None
+    scaled: float = 0.0
+
+
+def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
+    """Evaluate an equation all of whose variables have values."""
+    left, right = equation.left, equation.right
+    symbols = _symbol(left, values), _symbol(right, values)
+    if symbols != (None, None):
+        same = symbols[0] == symbols[1]
+        return Testimony(same, None, 0.0 if same else math.inf)
+    try:
+        a, slopes = derivatives(left, values)
+        b, others = derivatives(right, values)
+    except Undefined:
+        return Testimony(False, None, math.inf)
+    miss = a - b
+    if miss == 0.0:
+        return Testimony(True, miss)
+    for name, slope in others.items():
+        slopes[name] = slopes.get(name, 0.0) - slope
+    size = sum(abs(slope * values[name]) for name, slope in slopes.items() if values[name])  # type: ignore[operator]
+    if math.isfinite(size):
+        scaled = abs(miss) / size if size else math.inf
+        return Testimony(scaled <= BACKWARD, miss, scaled)
+    reached = _crosses(equation, values, miss)
+    return Testimony(reached, miss, 0.0 if reached else math.inf)
+
+
+def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
+    if isinstance(expression, Symbol):
+        return expression.name
+    if isinstance(expression, Name):
+        found = values[expression.name]
+        return found if isinstance(found, str) else None
+    return None
+
+
+def _crosses(equation: Equation, values: Mapping[str, Value], miss: float) -> bool:
+    """Where a slope is infinite or undefined: does F reach zero within the same relative change of one variable?"""
+    for name in equation.names:
+        number = values[name]
+        for change in (1 - BACKWARD, 1 + BACKWARD):
+            moved = {**values, name: number * change}  # type: ignore[operator]
+            try:
+                if (value(equation.left, moved) - value(equation.right, moved)) * miss <= 0.0:
+                    return True
+            except Undefined:
+                continue
+    return False
