@@ -111,7 +111,8 @@ def _middle(lo: Array, hi: Array) -> Array:
 
 
 def _finite(lo: Array, hi: Array) -> Mask:
-    finite: Mask = (np.isfinite(lo) & np.isfinite(hi)).reshape(len(lo), -1).all(axis=1)
+    axes = tuple(range(1, lo.ndim))
+    finite: Mask = np.logical_and.reduce(np.isfinite(lo) & np.isfinite(hi), axis=axes)
     return finite
 
 
