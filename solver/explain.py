@@ -1,15 +1,227 @@
-"""Facts to diagnoses, in the user's names and places."""
+"""Facts to diagnoses, in the user's names and places. Every sentence about an outcome is written here."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 
-from rulesheets.diagnosis import Diagnosis
+from rulesheets.diagnosis import Diagnosis, Label, Severity
+from rulesheets.evaluate.number import number_text
 from rulesheets.model import Model, Value
+from solver.facts import (
+    AsksNothing,
+    Conflict,
+    DoubleRoot,
+    Fact,
+    NoRoot,
+    NoValue,
+    OutOfRange,
+    RankLoss,
+    Truncated,
+)
+from solver.remedy import bounds, clash, cures, givings
+from solver.result import Status
+from solver.solution import Leaf
 from solver.verdict import Verdict
+
+MAX_NAMED = 8
+MAX_INPUTS = 10
 
 
 def explain(
     model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
 ) -> tuple[Diagnosis, ...]:
-    return ()
+    """One diagnosis for each thing that keeps a solve from being plainly solved."""
+    return tuple(_Explanation(model, verdict, inputs, judged).diagnoses())
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``; long lists are cut."""
+    if len(names) > MAX_NAMED:
+        return f"{', '.join(names[:MAX_NAMED])} and {len(names) - MAX_NAMED} more"
+    return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+class _Explanation:
+    def __init__(
+        self, model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
+    ) -> None:
+        self.model, self.verdict, self.inputs, self.judged = model, verdict, inputs, judged
+        self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
+
+    def diagnoses(self) -> Iterator[Diagnosis]:
+        verdict = self.verdict
+        if verdict.status is Status.INCONSISTENT:
+            yield self._clash()
+            return
+        if verdict.status in (Status.INFEASIBLE, Status.FAILED, Status.SINGULAR, Status.PARTIAL):
+            for fact in verdict.facts:
+                yield self._of(fact)
+        if verdict.status in (Status.INFEASIBLE, Status.FAILED) and not verdict.facts:
+            yield self._no_case()
+        if verdict.structural:
+            yield self._undetermined()
+        yield from self._remarks()
+
+    def _remarks(self) -> Iterator[Diagnosis]:
+        """Notes on an answer that stands: what stays blank, what was cut off."""
+        if self.leaf is None:
+            return
+        for fact in self.leaf.branch.facts:
+            if isinstance(fact, Truncated):
+                yield self._note("S590", f"there are too many {fact.what} to list them all", ())
+        if self.verdict.status is Status.SOLVED:
+            for equation, fact in self.leaf.branch.void.items():
+                if isinstance(fact, NoValue) and fact.unknown not in self.leaf.branch.values:
+                    text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
+                    yield self._note("S591", text, (equation,), (fact.unknown,))
+
+    # --- one fact, one sentence ---
+
+    def _of(self, fact: Fact) -> Diagnosis:
+        match fact:
+            case NoValue(equation, unknown, reading):
+                message = f"no value of {unknown} satisfies this rule: it needs {reading}"
+                return self._error("S530", message, (equation,), (unknown,), self._bounds())
+            case OutOfRange(equation, unknown, value):
+                message = f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
+                return self._error("S531", message, (equation,), (unknown,), self._bounds())
+            case NoRoot(equations, unknowns, True):
+                message = f"no values of {listed(unknowns)} satisfy these rules together (proven)"
+                return self._error("S532", message, equations, unknowns, self._bounds())
+            case NoRoot(equations, unknowns, False):
+                return self._not_found(fact)
+            case AsksNothing(equation, unknown):
+                message = f"{unknown} is free: here this rule holds whatever {unknown} is"
+                notes = (*self._zeros(equation), f"give {unknown}, or change the position")
+                return self._error("S540", message, (equation,), (unknown,), notes)
+            case RankLoss():
+                return self._rank(fact)
+            case DoubleRoot(equations, unknowns, direction):
+                message = f"two answers coincide here: {listed(unknowns)} is a double root, not an isolated answer"
+                if len(unknowns) > 1:
+                    message = message.replace(" is a double root", " have a double root")
+                notes = (f"to first order the rules let it move along {_direction(direction)}",)
+                return self._error("S541", message, equations, unknowns, notes)
+            case Conflict(equations, miss):
+                note = () if miss is None else (f"together they miss by {number_text(miss)}",)
+                return self._error("S520", "these rules contradict each other", equations, (), note)
+            case Truncated(what):
+                return self._note("S590", f"there are too many {what} to list them all", ())
+
+    def _rank(self, fact: RankLoss) -> Diagnosis:
+        if fact.everywhere:
+            message = f"these rules say the same thing twice: {listed(fact.free)} stay unknown"
+            code = "S511"
+        else:
+            message = f"at these values the rules leave {listed(fact.free)} free"
+            code = "S542"
+        notes = (
+            f"give {listed(fact.free, 'or')}",
+            f"they can move along {_direction(fact.direction)}",
+        )
+        return self._error(code, message, fact.equations, fact.free, notes)
+
+    def _not_found(self, fact: NoRoot) -> Diagnosis:
+        best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
+        notes = [f"the nearest miss was at {best}"] if best else []
+        for equation, miss in zip(fact.equations, fact.misses, strict=False):
+            notes.append(f"rule {self._line(equation)} is off by {number_text(miss)} there")
+        notes.append(f"give a guess for {listed(fact.unknowns, 'or')}, or a range: name in [a, b]")
+        message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
+        return self._error("S550", message, fact.equations, fact.unknowns, tuple(notes))
+
+    def _no_case(self) -> Diagnosis:
+        conditional = tuple(e.index for e in self.model.equations if e.guard)
+        message = "no case of the conditional rules fits the inputs"
+        return self._error("S533", message, conditional[:MAX_NAMED], (), self._bounds())
+
+    def _undetermined(self) -> Diagnosis:
+        assert self.leaf is not None
+        branch = self.leaf.branch
+        missing = self.verdict.structural
+        ways = givings(
+            self.model,
+            tuple(self.inputs),
+            {**branch.decided, **branch.assumed},
+            frozenset(),
+            missing,
+        )
+        enough = [way.names for way in ways if way.enough]
+        notes = []
+        if enough and len(enough[0]) == 1:
+            notes.append(f"give {listed([names[0] for names in enough], 'or')}")
+        elif enough:
+            notes.append("give " + ", or ".join(listed(names) for names in enough[:MAX_NAMED]))
+        elif ways:
+            notes.append(f"more than one input is missing; {ways[0].names[0]} would determine most")
+        message = f"the inputs do not determine {listed(missing)}"
+        return self._error("S510", message, (), missing, tuple(notes))
+
+    def _clash(self) -> Diagnosis:
+        assert self.leaf is not None
+        facts = [f for f in self.verdict.facts if isinstance(f, Conflict)]
+        fact = facts[0]
+        found = clash(self.model, self.inputs, self.leaf, fact.equations)
+        given = [f"{name} = {_text(self.inputs[name])}" for name in found.inputs]
+        message = "these rules contradict each other"
+        if given:
+            message = f"these rules contradict {listed(given)}"
+        notes = [] if fact.miss is None else [f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"]
+        for name, value in cures(self.model, self.inputs, found.inputs[:MAX_INPUTS], self.judged):
+            notes.append(f"leave out {name}: the other inputs make it {_text(value)}")
+        return self._error("S520", message, found.equations, found.inputs, tuple(notes))
+
+    def _bounds(self) -> tuple[str, ...]:
+        numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
+        if len(numeric) > MAX_INPUTS:
+            return ()
+        found = bounds(self.model, self.inputs, numeric, self.judged)
+        sides = [f"{b.name} {'≤' if b.upper else '≥'} {number_text(_rounded(b.value))}" for b in found]
+        return (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
+
+    def _zeros(self, equation: int) -> tuple[str, ...]:
+        assert self.leaf is not None
+        values = self.leaf.branch.values
+        zero = [name for name in self.model.equations[equation].names if values.get(name) == 0.0]
+        return (f"because {listed([f'{name} = 0' for name in zero])}",) if zero else ()
+
+    # --- making diagnoses ---
+
+    def _line(self, equation: int) -> str:
+        rule = self.model.equations[equation].rule
+        return f"{rule.file}:{rule.line}"
+
+    def _labels(self, equations: Sequence[int]) -> tuple[Label, ...]:
+        spans = dict.fromkeys(self.model.equations[e].rule for e in equations)
+        return tuple(Label(span) for span in spans)
+
+    def _error(
+        self,
+        code: str,
+        message: str,
+        equations: Sequence[int],
+        variables: Sequence[str],
+        notes: tuple[str, ...] = (),
+    ) -> Diagnosis:
+        return Diagnosis(code, Severity.ERROR, message, self._labels(equations), notes, tuple(variables))
+
+    def _note(
+        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str] = ()
+    ) -> Diagnosis:
+        return Diagnosis(code, Severity.NOTE, message, self._labels(equations), (), tuple(variables))
+
+
+def _direction(direction: Mapping[str, float]) -> str:
+    parts = [f"{name}: {number_text(_rounded(value, 3))}" for name, value in direction.items() if value]
+    return f"({', '.join(parts)})"
+
+
+def _rounded(value: float, digits: int = 6) -> float:
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    return round(value, digits - 1 - math.floor(math.log10(abs(value))))
+
+
+def _text(value: Value) -> str:
+    return f"'{value}" if isinstance(value, str) else number_text(value)

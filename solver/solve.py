@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from rulesheets.model import Model, Value
-from rulesheets.variables import override
+from rulesheets.inputs import override, variable_named
 from solver.explain import explain
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
@@ -28,8 +28,9 @@ def solve(
     Raises RuleSheetError for names that the model does not have, numbers that are not finite, and
     values outside the range that the sheet declares.
     """
-    given, hints = override(model, inputs or {}, guesses or {}, want or ())
-    wanted = None if want is None else tuple(want)
+    effective = override(model, inputs, guesses)
+    given, hints = effective.values, effective.guesses
+    wanted = None if want is None else tuple(variable_named(model, name).name for name in want)
     judged = wanted if wanted is not None else posted(model)
     found = explore(model, given, wanted, hints, judged)
     verdict = judge(model, found, judged, given, hints)

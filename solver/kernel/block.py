@@ -228,18 +228,26 @@ class _Attempt:
     def _by_starts(self, few: bool) -> bool:
         from solver.numerics.multistart import multistart
 
-        boxes = [self._domain(name) for name in self.kernel.unknowns]
-        guess = self._guess()
+        ranges = [self._domain(name) for name in self.kernel.unknowns]
         count = STARTS // 4 if few else STARTS
-        for root in multistart(self.residual, self.jacobian, boxes, guess, count):
-            self._refine(root)
+        found = multistart(self.residual, self.jacobian, self._guess(), ranges, self._scale(), count)
+        for root in found.roots:
+            self._refine(root.x)
+        if found.best is not None:
+            self._note_best(dict(zip(self.kernel.unknowns, found.best.x, strict=True)))
         return False
 
-    def _guess(self) -> list[float] | None:
-        numbers = [self.guesses.get(name) for name in self.kernel.unknowns]
-        if all(number is None for number in numbers):
-            return None
-        return [1.0 if number is None else number for number in numbers]
+    def _guess(self) -> list[float]:
+        return [self.guesses.get(name, 1.0) for name in self.kernel.unknowns]
+
+    def _scale(self) -> list[float]:
+        """Typical size of the unknowns: that of the guess, else of the numbers around them."""
+        sizes = sorted(abs(v) for v in self.known if isinstance(v, float) and v)
+        around = sizes[len(sizes) // 2] if sizes else 1.0
+        return [
+            90.0 if self.kernel.graph.turn(name) == 360.0 else abs(self.guesses.get(name, 0.0)) or around
+            for name in self.kernel.unknowns
+        ]
 
     # --- from a candidate to an answer ---
 

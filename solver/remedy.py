@@ -1,0 +1,224 @@
+"""What to do about a refusal: which inputs would help, which rules clash, how far an input may go."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from rulesheets import nodes
+from rulesheets.model import Model, Value
+from solver.path.steps import Evaluate, Select, SolveBlock, Step
+from solver.solution import Leaf, explore, planner
+
+MAX_CANDIDATES = 200
+MAX_SETS = 400
+MAX_FILTER = 60
+MAX_TRIALS = 80
+
+
+# --- under-determined: what to give ------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Giving:
+    """Giving ``names`` determines ``determines`` further variables; ``enough`` if nothing stays unknown."""
+
+    names: tuple[str, ...]
+    determines: int
+    enough: bool
+
+
+def givings(
+    model: Model, known: Sequence[str], decided: Mapping[int, bool], void: frozenset[int], missing: Sequence[str]
+) -> tuple[Giving, ...]:
+    """The smallest sets of further inputs that would determine ``missing``, the most determining first.
+
+    Single variables first; pairs and triples only where no single one is enough.
+    """
+    plan = planner(model)
+    start = frozenset(known)
+    unknown = [n for n in plan.path(start, decided, void).undetermined if n in model.variables]
+    posted = [n for n in unknown if model.variables[n].posted] or unknown
+    candidates = posted[:MAX_CANDIDATES]
+    trials = 0
+    best: list[Giving] = []
+    for size in range(1, min(4, len(candidates)) + 1):
+        for names in itertools.combinations(candidates, size):
+            trials += 1
+            if trials > MAX_SETS:
+                return tuple(sorted(best, key=_rank))
+            left = plan.path(start.union(names), decided, void).undetermined
+            enough = not set(left).intersection(missing)
+            if enough or size == 1:
+                best.append(Giving(names, len(unknown) - len(left) - size, enough))
+        if any(giving.enough for giving in best):
+            break
+    return tuple(sorted(best, key=_rank))
+
+
+def _rank(giving: Giving) -> tuple[bool, int, int]:
+    return (not giving.enough, len(giving.names), -giving.determines)
+
+
+# --- inconsistent: the smallest conflicting set --------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Clash:
+    """Rules (by equation) and inputs that can't hold together, none of them superfluous."""
+
+    equations: tuple[int, ...]
+    inputs: tuple[str, ...]
+
+
+def clash(model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]) -> Clash:
+    """From the derivation of a contradiction, what is left when nothing more can be taken away."""
+    rules, given = _derivation(model, inputs, leaf, equations)
+    if len(rules) + len(given) > MAX_FILTER:
+        return Clash(tuple(rules), tuple(given))
+    for item in (*reversed(rules), *reversed(given)):
+        fewer = [e for e in rules if e != item], [n for n in given if n != item]
+        if _contradictory(model, inputs, *fewer):
+            rules, given = fewer
+    return Clash(tuple(rules), tuple(given))
+
+
+def _derivation(
+    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]
+) -> tuple[list[int], list[str]]:
+    """Every rule and input that the values in ``equations`` come from."""
+    rules = dict.fromkeys(equations)
+    given: dict[str, None] = {}
+    names = [name for e in equations for name in _reads(model, e)]
+    seen: set[str] = set()
+    while names:
+        name = names.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        if name in inputs:
+            given[name] = None
+        for equation in _equations(leaf.branch.origins.get(name)):
+            rules[equation] = None
+            names.extend(_reads(model, equation))
+    return sorted(rules), [name for name in inputs if name in given]
+
+
+def _reads(model: Model, equation: int) -> Iterator[str]:
+    body = model.equations[equation]
+    yield from body.names
+    for premise in body.guard:
+        yield from nodes.names(model.conditions[premise.condition])
+
+
+def _equations(step: Step | None) -> tuple[int, ...]:
+    match step:
+        case Evaluate(equation=equation):
+            return (equation,)
+        case Select(equations=equations) | SolveBlock(equations=equations):
+            return equations
+        case _:
+            return ()
+
+
+def restricted(model: Model, equations: Sequence[int]) -> Model:
+    """The model with some of its equations, and the variables that these and their guards read."""
+    kept = tuple(replace(model.equations[e], index=i) for i, e in enumerate(equations))
+    names = {name for e in equations for name in _reads(model, e)}
+    every = {name for condition in model.conditions for name in nodes.names(condition)}
+    variables = {n: v for n, v in model.variables.items() if n in names | every}
+    return Model(model.name, variables, kept, model.conditions)
+
+
+def _contradictory(
+    model: Model, inputs: Mapping[str, Value], rules: Sequence[int], given: Sequence[str]
+) -> bool:
+    if not rules:
+        return False
+    part = restricted(model, rules)
+    values = {name: inputs[name] for name in given if name in part.variables}
+    found = explore(part, values, None, {}, ())
+    impossible = not any(leaf.solved and not _impossible(leaf) for leaf in found.leaves)
+    return impossible and bool(found.dead or found.leaves)
+
+
+def _impossible(leaf: Leaf) -> bool:
+    from solver.facts import Conflict
+
+    return any(isinstance(fact, Conflict) for fact in leaf.branch.void.values())
+
+
+# --- what an input could be ---------------------------------------------------------------------
+
+
+def cures(
+    model: Model, inputs: Mapping[str, Value], names: Sequence[str], judged: Sequence[str]
+) -> tuple[tuple[str, Value], ...]:
+    """Inputs that make the rest solvable when left out, each with the value that it would take then."""
+    found: list[tuple[str, Value]] = []
+    for name in names:
+        rest = {n: v for n, v in inputs.items() if n != name}
+        leaves = [leaf for leaf in explore(model, rest, None, {}, judged).leaves if leaf.solved]
+        values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
+        if values:
+            found.append((name, _nearest(inputs[name], values)))
+    return tuple(found)
+
+
+def _nearest(given: Value, values: Sequence[Value]) -> Value:
+    numbers = [v for v in values if isinstance(v, float)]
+    if isinstance(given, str) or not numbers:
+        return values[0]
+    return min(numbers, key=lambda v: abs(v - given))
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The input ``name`` admits a solution up to ``value``; ``upper`` if it is given above that."""
+
+    name: str
+    value: float
+    upper: bool
+
+
+def bounds(
+    model: Model, inputs: Mapping[str, Value], names: Sequence[str], judged: Sequence[str]
+) -> tuple[Bound, ...]:
+    """How far each single input would have to move for a solution to exist, found by bisection."""
+    found = []
+    for name in names:
+        given = inputs[name]
+        if not isinstance(given, float):
+            continue
+
+        def feasible(value: float, name: str = name) -> bool:
+            leaves = explore(model, {**inputs, name: value}, judged, {}, judged).leaves
+            return any(leaf.solved for leaf in leaves)
+
+        edge = _edge(feasible, given)
+        if edge is not None:
+            found.append(Bound(name, edge, upper=edge < given))
+    return tuple(found)
+
+
+def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
+    """The feasible value nearest to the given one along the line, as far as a short search tells."""
+    size = abs(given) or 1.0
+    for share in (0.02, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5, 5.0):
+        for trial in (given - share * size, given + share * size):
+            if feasible(trial):
+                return _bisected(feasible, given, trial)
+    return None
+
+
+def _bisected(feasible: Callable[[float], bool], outside: float, inside: float) -> float:
+    for _ in range(MAX_TRIALS):
+        middle = 0.5 * (outside + inside)
+        if abs(outside - inside) <= 1e-9 * max(abs(inside), 1e-9) or middle in (outside, inside):
+            break
+        if feasible(middle):
+            inside = middle
+        else:
+            outside = middle
+    return inside
