@@ -84,13 +84,9 @@ def substitute(expression: Expression, replacements: Mapping[str, Expression]) -
         case Sum(terms):
             return Sum(tuple(substitute(term, replacements) for term in terms), expression.span)
         case Product(left, right):
-            return Product(
-                substitute(left, replacements), substitute(right, replacements), expression.span
-            )
+            return Product(substitute(left, replacements), substitute(right, replacements), expression.span)
         case Quotient(left, right):
-            return Quotient(
-                substitute(left, replacements), substitute(right, replacements), expression.span
-            )
+            return Quotient(substitute(left, replacements), substitute(right, replacements), expression.span)
         case Power(base, exponent):
             return Power(substitute(base, replacements), substitute(exponent, replacements), expression.span)
         case Call(function, arguments):

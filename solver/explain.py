@@ -84,7 +84,9 @@ class _Explanation:
                 message = f"no value of {unknown} satisfies this rule: it needs {reading}"
                 return self._error("S530", message, (equation,), (unknown,), self._bounds())
             case OutOfRange(equation, unknown, value):
-                message = f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
+                message = (
+                    f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
+                )
                 return self._error("S531", message, (equation,), (unknown,), self._bounds())
             case NoRoot(equations, unknowns, True):
                 message = f"no values of {listed(unknowns)} satisfy these rules together (proven)"
@@ -98,7 +100,9 @@ class _Explanation:
             case RankLoss():
                 return self._rank(fact)
             case DoubleRoot(equations, unknowns, direction):
-                message = f"two answers coincide here: {listed(unknowns)} is a double root, not an isolated answer"
+                message = (
+                    f"two answers coincide here: {listed(unknowns)} is a double root, not an isolated answer"
+                )
                 if len(unknowns) > 1:
                     message = message.replace(" is a double root", " have a double root")
                 notes = (f"to first order the rules let it move along {_direction(direction)}",)
@@ -167,7 +171,11 @@ class _Explanation:
         message = "these rules contradict each other"
         if given:
             message = f"these rules contradict {listed(given)}"
-        notes = [] if fact.miss is None else [f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"]
+        notes = (
+            []
+            if fact.miss is None
+            else [f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"]
+        )
         for name, value in cures(self.model, self.inputs, found.inputs[:MAX_INPUTS], self.judged):
             notes.append(f"leave out {name}: the other inputs make it {_text(value)}")
         return self._error("S520", message, found.equations, found.inputs, tuple(notes))
@@ -178,7 +186,9 @@ class _Explanation:
             return ()
         found = bounds(self.model, self.inputs, numeric, self.judged)
         sides = [f"{b.name} {'≤' if b.upper else '≥'} {number_text(_rounded(b.value))}" for b in found]
-        return (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
+        return (
+            (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
+        )
 
     def _zeros(self, equation: int) -> tuple[str, ...]:
         assert self.leaf is not None

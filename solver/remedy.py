@@ -30,7 +30,11 @@ class Giving:
 
 
 def givings(
-    model: Model, known: Sequence[str], decided: Mapping[int, bool], void: frozenset[int], missing: Sequence[str]
+    model: Model,
+    known: Sequence[str],
+    decided: Mapping[int, bool],
+    void: frozenset[int],
+    missing: Sequence[str],
 ) -> tuple[Giving, ...]:
     """The smallest sets of further inputs that would determine ``missing``, the most determining first.
 

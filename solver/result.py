@@ -36,18 +36,18 @@ class Solution(Mapping[str, Value]):
     ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules checked.
     """
 
-    values: Mapping[str, Value]
+    by_name: Mapping[str, Value]
     worst_residual: float = 0.0
     checked: int = 0
 
     def __getitem__(self, name: str) -> Value:
-        return self.values[name]
+        return self.by_name[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.values)
+        return iter(self.by_name)
 
     def __len__(self) -> int:
-        return len(self.values)
+        return len(self.by_name)
 
 
 @dataclass(frozen=True)

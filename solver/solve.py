@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from rulesheets.model import Model, Value
 from rulesheets.inputs import override, variable_named
+from rulesheets.model import Model, Value
 from solver.explain import explain
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
@@ -30,7 +30,7 @@ def solve(
     """
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
-    wanted = None if want is None else tuple(variable_named(model, name).name for name in want)
+    wanted = None if want is None else tuple(variable_named(name, model).name for name in want)
     judged = wanted if wanted is not None else posted(model)
     found = explore(model, given, wanted, hints, judged)
     verdict = judge(model, found, judged, given, hints)

@@ -62,7 +62,7 @@ def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
 
 
 def _crosses(equation: Equation, values: Mapping[str, Value], miss: float) -> bool:
-    """Where a slope is infinite or undefined: does F reach zero within the same relative change of one variable?"""
+    """Where a slope is infinite or undefined: does F reach zero within that change of one variable?"""
     for name in equation.names:
         number = values[name]
         for change in (1 - BACKWARD, 1 + BACKWARD):

@@ -115,7 +115,9 @@ def _differences(
     return rows
 
 
-def solve_block(kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]) -> BlockOutcome:
+def solve_block(
+    kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]
+) -> BlockOutcome:
     """All solutions of the block that can be found at the known ``values``."""
     return _Attempt(kernel, values, guesses).outcome()
 
@@ -170,7 +172,9 @@ class _Attempt:
         if facts.free:
             direction = dict(zip(unknowns, facts.nullspace[0], strict=True))
             free = tuple(unknowns[j] for j in facts.free)
-            constant = all(not any(True for _ in nodes.names(p)) for row in self.kernel.partials for p in row if p)
+            constant = all(
+                not any(True for _ in nodes.names(p)) for row in self.kernel.partials for p in row if p
+            )
             return BlockOutcome((point,), True, (RankLoss(block.equations, free, direction, constant),), free)
         if len(point) < len(unknowns):
             return None

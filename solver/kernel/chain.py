@@ -10,10 +10,10 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rulesheets import nodes
-from rulesheets.construct import subtract, substitute
+from rulesheets.construct import multiply, subtract, substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Expression, Name, Number
@@ -21,9 +21,6 @@ from solver.kernel.scalar import Emitter
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation
 from solver.path.steps import SolveBlock
-
-if TYPE_CHECKING:
-    from rulesheets.evaluate.enclosure import Box
 
 MAX_CHAINS = 256
 RESIDUAL = "#residual"
@@ -118,9 +115,10 @@ class Enclosure:
         self.slopes = _slopes(chain)
 
     def __call__(self, low: Any, high: Any) -> tuple[Any, Any]:
-        return self._boxes(low, high)[0][self.chain.residuals[0]]
+        low, high = self._boxes(low, high)[0][self.chain.residuals[0]]
+        return low, high
 
-    def _boxes(self, low: Any, high: Any) -> tuple[dict[str, Box], Any]:
+    def _boxes(self, low: Any, high: Any) -> tuple[dict[str, Any], Any]:
         """Boxes of every name, and where some value may leave its domain."""
         import numpy as np
 
@@ -173,9 +171,7 @@ def _slopes(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
                 continue
             if _jumps(item.expression):
                 return None
-            terms = tuple(
-                _times(differentiate(item.expression, name), moving[name]) for name in used
-            )
+            terms = tuple(multiply(differentiate(item.expression, name), moving[name]) for name in used)
             slope = _slope_name(item.name)
             found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(terms)))
             moving[item.name] = Name(slope)
@@ -184,12 +180,6 @@ def _slopes(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
     if chain.residuals[0] not in moving:
         return None
     return tuple(found)
-
-
-def _times(left: Expression, right: Expression) -> Expression:
-    from rulesheets.construct import multiply
-
-    return multiply(left, right)
 
 
 def _jumps(expression: Expression) -> bool:

@@ -233,18 +233,18 @@ class _Building:
     # --- simultaneous blocks ---
 
     def _blocks(self) -> bool:
-        remaining = [
-            e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)
-        ]
+        remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
         if not remaining:
             return False
         incidence, equations, unknowns = self._incidence(remaining)
         parts = dulmage_mendelsohn(incidence)
-        square = block_triangular(incidence, parts.square)
-        over = () if not parts.over.unknowns else self._first_of(incidence, parts.over)
-        for block in (*square, *over):
+        if parts.over.unknowns:
+            blocks = self._first_of(incidence, parts.over)
+        else:
+            blocks = block_triangular(incidence, parts.square)
+        for block in blocks:
             self._block(block, incidence, equations, unknowns)
-        return bool(square or over)
+        return bool(blocks)
 
     def _incidence(self, remaining: list[int]) -> tuple[Incidence, list[int], list[int]]:
         unknowns: dict[int, int] = {}
@@ -269,9 +269,7 @@ class _Building:
         matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
         return block_triangular(incidence, matched)[:1]
 
-    def _block(
-        self, block: Block, incidence: Incidence, equations: list[int], unknowns: list[int]
-    ) -> None:
+    def _block(self, block: Block, incidence: Incidence, equations: list[int], unknowns: list[int]) -> None:
         names = self.graph.names
         if len(block.equations) == 1 and block.unknowns[0] in incidence.resolvable[block.equations[0]]:
             self._evaluate(equations[block.equations[0]], unknowns[block.unknowns[0]])

@@ -91,9 +91,7 @@ class Isolation:
             return _quadratic_forms(self.quadratic)
         forms: tuple[Expression, ...] = (self.start,)
         for stage in self.stages:
-            forms = tuple(
-                substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms
-            )
+            forms = tuple(substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms)
         return forms
 
 
@@ -199,7 +197,7 @@ def _undo_call(
     if function in ("atan2", "atan2d") and len(arguments) == 2:
         return _undo_direction(function, arguments, unknown)
     builtin = TABLE.get(function)
-    preimage = builtin and builtin.preimage
+    preimage = None if builtin is None else builtin.preimage
     if preimage is None or len(arguments) != 1:
         return None
     stage = Stage(
