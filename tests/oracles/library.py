@@ -53,7 +53,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Swap:
-    """A choice of inputs; ``determinant`` of its scaled derivatives tells how well it determines the state."""
+    """A choice of inputs; the ``determinant`` of its scaled derivatives tells how well it determines."""
 
     inputs: tuple[str, ...]
     determinant: float
@@ -89,10 +89,8 @@ def cone_frustum(r1: mpf, r2: mpf, th: mpf) -> State:
 
 def loan(loan: mpf, downpay: mpf, rate: mpf, term: mpf) -> State:
     payment = loan * rate / (1 - (1 + rate) ** (-term))
-    return {
-        **{"price": loan + downpay, "loan": loan, "downpay": downpay},
-        **{"payment": payment, "rate": rate, "term": term},
-    }
+    sums = {"price": loan + downpay, "loan": loan, "downpay": downpay}
+    return sums | {"payment": payment, "rate": rate, "term": term}
 
 
 def planetary_gear(ns: mpf, nr: mpf) -> State:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import mpmath
@@ -17,7 +18,7 @@ ANYWHERE = (-2.3, -0.4, 0.7, 3.1)
 UNIT = (-0.9, -0.2, 0.3, 0.8)
 POSITIVE = (0.2, 0.9, 1.7, 6.5)
 SAMPLES: dict[str, tuple[tuple[float, ...], ...]] = {
-    **{name: ((),) for name in ("pi", "e")},
+    **dict.fromkeys(("pi", "e"), ((),)),
     **{
         name: tuple((x,) for x in ANYWHERE)
         for name in (
@@ -34,7 +35,7 @@ SAMPLES: dict[str, tuple[tuple[float, ...], ...]] = {
         for name in ("mod", "step", "min", "max", "atan2", "atan2d")
     },
     "beta": ((0.5, 2.5), (3.0, 4.0)),
-    **{name: ((0.0, 1.3), (1.0, 2.2), (3.0, 0.8), (-2.0, 4.0)) for name in ("jn", "yn")},
+    **dict.fromkeys(("jn", "yn"), ((0.0, 1.3), (1.0, 2.2), (3.0, 0.8), (-2.0, 4.0))),
 }
 EXACT = functions(50)
 MP = context(50)
@@ -91,7 +92,7 @@ def test_branches_are_all_solutions_of_a_period(name: str) -> None:
     points = [period * (k + 0.01) / 3600 for k in range(3601)]
     crossings = [
         left
-        for left, right in zip(points, points[1:], strict=False)
+        for left, right in itertools.pairwise(points)
         if (row.value(left) - target) * (row.value(right) - target) < 0 and abs(row.value(left)) < 2
     ]
     assert found == pytest.approx(crossings, abs=period / 3000)
