@@ -38,8 +38,8 @@ STANDARD_LIMITS = SubdivisionLimits()
 class Subdivision:
     """``proved``: boxes, as narrow as rounding allows, each with exactly one root, no two with the same.
 
-    ``unresolved``: boxes of which nothing is known, those that touch merged into one around them. ``complete``: there are none, so that ``proved`` holds
-    every root in the box searched.
+    ``unresolved``: boxes of which nothing is known, those that touch merged into one around them.
+    ``complete``: there are none, so that ``proved`` holds every root in the box searched.
     """
 
     proved: tuple[Box, ...]
@@ -111,7 +111,7 @@ class _Search:
         self.boxes += len(lo)
         below, above = self.enclose(lo, hi)
         excluding = (below > 0) | (above < 0) | (np.isnan(below) & np.isnan(above))
-        kept: Mask = ~excluding.any(axis=1)
+        kept: Mask = ~np.logical_or.reduce(excluding, axis=1)
         return kept
 
     def _newton(self, lo: Array, hi: Array) -> NewtonImage:
@@ -190,23 +190,28 @@ class _Search:
         return np.concatenate([lo, right_lo]), np.concatenate([left_hi, hi])
 
 
-def _hulls(boxes: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
-    """Boxes around each group of boxes that touch one another."""
+def _hulls(boxes: list[tuple[Array, Array]], cells: int = 32) -> list[tuple[Array, Array]]:
+    """Boxes around each group of boxes that touch; those in one cell of a coarse grid count as touching."""
     if not boxes:
         return []
     lo, hi = np.array([b[0] for b in boxes]), np.array([b[1] for b in boxes])
-    hulls = []
-    while len(lo):
-        low, high = lo[0], hi[0]
-        touching = np.zeros(len(lo), bool)
-        while not touching.all():
-            reached = ((lo <= high) & (hi >= low)).all(axis=1)
-            if (reached == touching).all():
-                break
-            touching = reached
-            low, high = lo[touching].min(axis=0), hi[touching].max(axis=0)
-        hulls.append((low, high))
-        lo, hi = lo[~touching], hi[~touching]
+    low, high = lo.min(axis=0), hi.max(axis=0)
+    cell = np.floor((lo - low) / np.where(high > low, high - low, 1.0) * cells)
+    _, group = np.unique(cell, axis=0, return_inverse=True)
+    members = [group.ravel() == g for g in range(int(group.max()) + 1)]
+    return _merged([(lo[m].min(axis=0), hi[m].max(axis=0)) for m in members])
+
+
+def _merged(boxes: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    hulls: list[tuple[Array, Array]] = []
+    for low, high in boxes:
+        apart = []
+        for other_low, other_high in hulls:
+            if ((other_low <= high) & (other_high >= low)).all():
+                low, high = np.minimum(low, other_low), np.maximum(high, other_high)
+            else:
+                apart.append((other_low, other_high))
+        hulls = [*apart, (low, high)]
     return hulls
 
 
