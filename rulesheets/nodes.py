@@ -273,6 +273,25 @@ def children(node: Expression | Condition) -> tuple[Expression | Condition, ...]
             return ()
 
 
+def rebuilt(node: Expression, parts: tuple[Expression, ...]) -> Expression:
+    """The expression with other direct parts: the inverse of :func:`children`."""
+    match node:
+        case Negative(span=span):
+            return Negative(parts[0], span)
+        case Sum(span=span):
+            return Sum(parts, span)
+        case Product(span=span):
+            return Product(parts[0], parts[1], span)
+        case Quotient(span=span):
+            return Quotient(parts[0], parts[1], span)
+        case Power(span=span):
+            return Power(parts[0], parts[1], span)
+        case Call(function, _, span):
+            return Call(function, parts, span)
+        case _:
+            return node
+
+
 def names(node: Expression | Condition) -> Iterator[str]:
     """Names of the variables in a node, left to right, with repetition."""
     stack = [node]

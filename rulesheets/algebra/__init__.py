@@ -1,0 +1,58 @@
+"""Rules as sympy equations: the only door to sympy.
+
+Every equation of a model can be had as ``Eq(left, right)``, with its guard as
+``Implies(guard, Eq(left, right))``, and every model as a listing in text or LaTeX.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from rulesheets.algebra.convert import AS_MATHEMATICS
+from rulesheets.algebra.printing import listing
+from rulesheets.model import Equation, Model
+from rulesheets.nodes import Expression
+from rulesheets.source import Span
+
+__all__ = [
+    "SympyEquation",
+    "equation_to_sympy",
+    "expression_to_sympy",
+    "listing",
+    "sympy_equations",
+]
+
+
+@dataclass(frozen=True)
+class SympyEquation:
+    """``equation`` holds where ``guard`` does (``true`` for a rule without ``if``); ``place`` is its rule."""
+
+    equation: sympy.Eq
+    guard: Any
+    place: Span
+
+
+def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
+    """Every equation of a model in sympy with its guard and its place in the text, in the model's order."""
+    return tuple(
+        SympyEquation(
+            AS_MATHEMATICS.equation(equation), AS_MATHEMATICS.guard(equation.guard, model), equation.rule
+        )
+        for equation in model.equations
+    )
+
+
+def equation_to_sympy(equation: Equation, model: Model) -> sympy.Basic:
+    """``Eq(left, right)``, or ``Implies(guard, Eq(left, right))`` for an equation under an ``if``."""
+    plain = AS_MATHEMATICS.equation(equation)
+    if not equation.guard:
+        return plain
+    return sympy.Implies(AS_MATHEMATICS.guard(equation.guard, model), plain, evaluate=False)
+
+
+def expression_to_sympy(expression: Expression) -> sympy.Expr:
+    """An expression in sympy; degree functions become those of radians (``sin(pi*x/180)``)."""
+    return AS_MATHEMATICS.expression(expression)

@@ -1,0 +1,51 @@
+"""What a parsed program must satisfy before its calls are expanded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rulesheets.checks.calls import check_calls
+from rulesheets.checks.heads import check_head
+from rulesheets.checks.names import (
+    check_declared,
+    check_givens,
+    check_names,
+    check_rows,
+    check_symbols,
+    check_tuples,
+)
+from rulesheets.checks.recursion import check_recursion
+from rulesheets.checks.scope import Scope
+from rulesheets.checks.size import check_size
+from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.program import Program
+
+__all__ = ["check"]
+
+
+def check(program: Program) -> None:
+    """Raise RuleSheetError with every complaint about names, symbols and calls, scope by scope."""
+    complaints = tuple(_complaints(program))
+    if complaints:
+        raise RuleSheetError(*complaints)
+
+
+def _complaints(program: Program) -> Iterator[Diagnosis]:
+    sheet = Scope(program)
+    functions = {name: Scope(program, function) for name, function in program.functions.items()}
+    yield from check_rows(program)
+    yield from _check_scope(sheet)
+    for function, scope in zip(program.functions.values(), functions.values(), strict=True):
+        yield from check_head(function)
+        yield from _check_scope(scope)
+    rings = tuple(check_recursion(functions))
+    yield from rings or check_size(sheet, functions)
+
+
+def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
+    yield from check_declared(scope)
+    yield from check_names(scope)
+    yield from check_tuples(scope)
+    yield from check_symbols(scope)
+    yield from check_givens(scope)
+    yield from check_calls(scope)

@@ -1,0 +1,95 @@
+"""Rows of the variables section as variables with their values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from rulesheets.checks.names import check_constant
+from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.evaluate import Undefined, value
+from rulesheets.input_messages import empty_range, names_variable, not_finite, outside_range, symbol_as_guess
+from rulesheets.model import Value, Variable
+from rulesheets.nodes import Expression, Range, Symbol, VariableRow, names
+
+
+def constant(expression: Expression) -> Value:
+    """The value of an input as written: a symbol, or an expression of numbers evaluated once.
+
+    Raises RuleSheetError where it names a variable (E401), has no finite value (E402) or
+    breaks the rules of calls and symbols.
+    """
+    if isinstance(expression, Symbol):
+        return expression.name
+    name = next(names(expression), None)
+    if name is not None:
+        raise RuleSheetError(names_variable(name, expression.span))
+    complaints = tuple(check_constant(expression))
+    if complaints:
+        raise RuleSheetError(*complaints)
+    try:
+        number = float(value(expression, {}))
+    except Undefined as undefined:
+        raise RuleSheetError(not_finite(str(undefined), expression.span)) from None
+    if not math.isfinite(number):
+        raise RuleSheetError(not_finite(f"it is {number}", expression.span))
+    return number
+
+
+def in_range(number: float, variable: Variable) -> bool:
+    above = number > variable.low if variable.low_open else number >= variable.low
+    below = number < variable.high if variable.high_open else number <= variable.high
+    return above and below
+
+
+def declared(rows: tuple[VariableRow, ...]) -> Mapping[str, Variable]:
+    """The variables of the rows, in their order.
+
+    Raises RuleSheetError with everything that is wrong with values, guesses and ranges.
+    """
+    variables: dict[str, Variable] = {}
+    complaints: list[Diagnosis] = []
+    for row in rows:
+        try:
+            variables[row.name] = _variable(row)
+        except RuleSheetError as wrong:
+            complaints.extend(wrong.diagnoses)
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return variables
+
+
+def _variable(row: VariableRow) -> Variable:
+    bounds = row.range or Range()
+    variable = Variable(
+        name=row.name,
+        value=None if row.value is None else constant(row.value),
+        guess=None if row.guess is None else _guess(row.guess),
+        unit=row.unit,
+        display_unit=row.display_unit,
+        low=bounds.low,
+        high=bounds.high,
+        low_open=bounds.low_open,
+        high_open=bounds.high_open,
+        comment=row.comment,
+        posted=True,
+        span=row.span,
+    )
+    complaints = tuple(_complaints(variable, row))
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return variable
+
+
+def _guess(expression: Expression) -> float:
+    guess = constant(expression)
+    if isinstance(guess, str):
+        raise RuleSheetError(symbol_as_guess(guess, expression.span))
+    return guess
+
+
+def _complaints(variable: Variable, row: VariableRow) -> Iterator[Diagnosis]:
+    if variable.low > variable.high:
+        yield empty_range(variable, row.range.span if row.range else row.span)
+    elif isinstance(variable.value, float) and not in_range(variable.value, variable):
+        yield outside_range(variable.value, variable, row.value.span if row.value else None)

@@ -1,0 +1,171 @@
+"""What is said about values, inputs and variable sheets: the wording of their diagnoses, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rulesheets.checks.messages import labels
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.model import Model, Variable
+from rulesheets.source import Span
+from rulesheets.spelling import suggestion
+
+
+def names_variable(name: str, place: Span | None) -> Diagnosis:
+    return error(
+        "E401",
+        f"an input is a number or a symbol, and {name} is a variable",
+        *labels((place, "evaluated once, before anything is solved")),
+        notes=(
+            f"for the symbol write '{name}",
+            "to tie two variables together write a rule",
+        ),
+    )
+
+
+def not_finite(reason: str, place: Span | None) -> Diagnosis:
+    return error(
+        "E402",
+        f"this input has no finite value: {reason}",
+        *labels((place, "")),
+        notes=("give a finite number, or leave the value out to have it solved",),
+    )
+
+
+def outside_range(number: float, variable: Variable, place: Span | None) -> Diagnosis:
+    return error(
+        "E403",
+        f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}",
+        *labels((place, "")),
+        notes=("change the value, or the range in the variables section",),
+    )
+
+
+def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
+    return error(
+        "E404",
+        f"a guess is a number, and '{symbol} is a symbol",
+        *labels((place, "")),
+        notes=(f"to give the symbol as an input write = '{symbol}",),
+    )
+
+
+def range_text(variable: Variable) -> str:
+    """``> 0``, ``<= 5`` or ``[0, 5]``, with round brackets at open ends."""
+    low, high = f"{variable.low:.10g}", f"{variable.high:.10g}"
+    if math.isinf(variable.low):
+        return f"{'<' if variable.high_open else '<='} {high}"
+    if math.isinf(variable.high):
+        return f"{'>' if variable.low_open else '>='} {low}"
+    return f"{'(' if variable.low_open else '['}{low}, {high}{')' if variable.high_open else ']'}"
+
+
+def not_a_value(text: str, place: Span, wrong: RuleSheetError) -> Diagnosis:
+    reason = wrong.diagnoses[0].message
+    return error(
+        "E406",
+        f"{text or 'nothing'} is not a value: {reason}" if text else "there is no value",
+        *labels((place, "")),
+        notes=("a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)",),
+    )
+
+
+def not_a_symbol(text: str, variable: Variable) -> Diagnosis:
+    return error(
+        "E406",
+        f"{text!r} is no value for {variable.name}: a text is read as a symbol, and this is none",
+        notes=("give numbers as numbers, and symbols by their names ('open')",),
+    )
+
+
+def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
+    """The complaint about a name that the model does not have, with the name that may be meant."""
+    locals_ = [full for full in model.variables if full.endswith(f".{name}")]
+    if locals_:
+        also = f" (also {', '.join(locals_[1:])})" if len(locals_) > 1 else ""
+        notes: tuple[str, ...] = (f"its full name is {locals_[0]}{also}",)
+    else:
+        notes = suggestion(name, model.variables)
+    return error("E407", f"{model.name} has no variable {name}", *labels((place, "")), notes=notes)
+
+
+def no_name_column(columns: Sequence[str], place: Span) -> Diagnosis:
+    return error(
+        "E410",
+        "a variable sheet needs a heading with the column Name",
+        *labels((place, "")),
+        notes=(f"the first line is {','.join(columns)}",),
+    )
+
+
+def unknown_column(name: str, columns: Sequence[str], place: Span) -> Diagnosis:
+    return error(
+        "E411",
+        f"a variable sheet has no column {name}",
+        *labels((place, "")),
+        notes=(*suggestion(name, columns), f"the columns are {', '.join(columns)}"),
+    )
+
+
+def unknown_status(status: str, place: Span) -> Diagnosis:
+    if status == "L":
+        message = "a variable with the status L holds a list, and lists are not there yet"
+    else:
+        message = f"there is no status {status}"
+    return error(
+        "E412",
+        message,
+        *labels((place, "")),
+        notes=("the column St is blank, or G for a guess, or C for a comment row",),
+    )
+
+
+def nameless_input(text: str, place: Span) -> Diagnosis:
+    return error(
+        "E413",
+        f"the input {text} belongs to no variable",
+        *labels((place, "")),
+        notes=("fill in the column Name, or mark a comment row by C in the column St",),
+    )
+
+
+def repeated_row(name: str, place: Span) -> Diagnosis:
+    return error(
+        "E414", f"{name} has a row already", *labels((place, "again")), notes=("keep one of the rows",)
+    )
+
+
+def too_many_cells(cells: int, columns: int, place: Span) -> Diagnosis:
+    return error(
+        "E415",
+        f"this row has {cells} cells, and the heading {columns}",
+        *labels((place, "")),
+        notes=("put a cell that has a comma in it in double quotes",),
+    )
+
+
+def other_unit(name: str, unit: str, place: Span) -> Diagnosis:
+    return error(
+        "E417",
+        f"{name} is in {unit}, and units are not converted yet",
+        *labels((place, "")),
+        notes=(f"give the input in {unit}",),
+    )
+
+
+def empty_range(variable: Variable, place: Span | None) -> Diagnosis:
+    return error(
+        "E405",
+        f"the range of {variable.name} is empty: {variable.low:.10g} is above {variable.high:.10g}",
+        *labels((place, "")),
+        notes=("write the smaller bound first",),
+    )
+
+
+def not_finite_number(number: float, variable: Variable) -> Diagnosis:
+    return error("E402", f"{variable.name} = {number} is not finite", notes=("give a finite number",))
+
+
+def unwritable(path: str, failure: OSError) -> Diagnosis:
+    return error("E416", f"{path} cannot be written: {failure.strerror}", notes=("choose another place",))

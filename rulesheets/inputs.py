@@ -1,0 +1,135 @@
+"""Inputs of a solve: a value as text, and the sheet's inputs overridden by the caller's."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import SupportsFloat
+
+from rulesheets.declarations import constant, in_range
+from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.input_messages import (
+    not_a_symbol,
+    not_a_value,
+    not_finite,
+    not_finite_number,
+    outside_range,
+    symbol_as_guess,
+    unknown_variable,
+)
+from rulesheets.model import Model, Value, Variable
+from rulesheets.source import Source, Span
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_SYMBOL = re.compile(r"'?([A-Za-z_]\w*)", re.ASCII)
+_NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a solve starts from: values of the inputs and first guesses, by full names."""
+
+    values: Mapping[str, Value]
+    guesses: Mapping[str, float]
+
+
+def parse_value(text: str, place: Span | None = None) -> Value:
+    """A number, an expression of numbers, or a symbol (``open`` or ``'open``).
+
+    ``place`` is where the text stands, for messages. Raises RuleSheetError for anything else,
+    for what names a variable and for what has no finite value.
+    """
+    text = text.strip()
+    place = place or Span(Source("<value>", text), 0, len(text))
+    if _NUMBER.fullmatch(text):
+        return _finite(float(text), place)
+    symbol = _SYMBOL.fullmatch(text)
+    if symbol and (text.startswith("'") or text.lower() not in _NOT_SYMBOLS):
+        return symbol[1]
+    if text.lower().lstrip("+-") in _NOT_SYMBOLS - {"pi"}:
+        raise RuleSheetError(not_finite(f"it is {text}", place))
+    return _evaluated(text, place)
+
+
+def _evaluated(text: str, place: Span) -> Value:
+    """The value of an expression of numbers, read by the parser of rules."""
+    from rulesheets.parse import parse_expression
+
+    try:
+        expression = parse_expression(Source("<value>", text))
+    except RuleSheetError as wrong:
+        raise RuleSheetError(not_a_value(text, place, wrong)) from None
+    return constant(expression)
+
+
+def _finite(number: float, place: Span | None) -> float:
+    if not math.isfinite(number):
+        raise RuleSheetError(not_finite(f"it is {number}", place))
+    return number
+
+
+def override(
+    model: Model,
+    inputs: Mapping[str, Value | SupportsFloat | None] | None = None,
+    guesses: Mapping[str, SupportsFloat] | None = None,
+) -> Inputs:
+    """The sheet's inputs and guesses, overridden by the caller's; None clears an input.
+
+    Raises RuleSheetError with every name that the model does not have and every value that
+    is not finite or lies outside the range of its variable.
+    """
+    complaints: list[Diagnosis] = []
+    values = {name: item.value for name, item in model.variables.items() if item.value is not None}
+    first = {name: item.guess for name, item in model.variables.items() if item.guess is not None}
+    for name, given in (inputs or {}).items():
+        try:
+            value = None if given is None else _checked(given, variable_named(name, model))
+            variable_named(name, model)
+            values.pop(name, None)
+            if value is not None:
+                values[name] = value
+        except RuleSheetError as wrong:
+            complaints.extend(wrong.diagnoses)
+    for name, guess in (guesses or {}).items():
+        try:
+            first[name] = _checked_guess(guess, variable_named(name, model))
+        except RuleSheetError as wrong:
+            complaints.extend(wrong.diagnoses)
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return Inputs(values, first)
+
+
+def variable_named(name: str, model: Model, place: Span | None = None) -> Variable:
+    """The variable of that full name. Raises RuleSheetError (E407) with what may be meant."""
+    variable = model.variables.get(name)
+    if variable is None:
+        raise RuleSheetError(unknown_variable(name, model, place))
+    return variable
+
+
+def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | None = None) -> Value:
+    if isinstance(given, str):
+        symbol = _SYMBOL.fullmatch(given)
+        if symbol is None:
+            raise RuleSheetError(not_a_symbol(given, variable))
+        return symbol[1]
+    number = _number(given, variable)
+    if not in_range(number, variable):
+        raise RuleSheetError(outside_range(number, variable, place))
+    return number
+
+
+def _checked_guess(given: SupportsFloat | str, variable: Variable) -> float:
+    if isinstance(given, str):
+        raise RuleSheetError(symbol_as_guess(given, None))
+    return _number(given, variable)
+
+
+def _number(given: SupportsFloat, variable: Variable) -> float:
+    number = float(given)
+    if not math.isfinite(number):
+        raise RuleSheetError(not_finite_number(number, variable))
+    return number

@@ -1,0 +1,105 @@
+"""A sheet with every function that it can call: what a file and the files it uses amount to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from rulesheets.nodes import (
+    Call,
+    CallRule,
+    CommentLine,
+    Condition,
+    Equality,
+    Expression,
+    Function,
+    IfRule,
+    Rule,
+    RuleBody,
+    RuleSheet,
+    VariableRow,
+    children,
+)
+from rulesheets.source import Span
+
+
+@dataclass(frozen=True)
+class Program:
+    """``functions`` are the rule functions of all files by their names in lower case."""
+
+    sheet: RuleSheet
+    functions: Mapping[str, Function]
+
+    @property
+    def rows(self) -> tuple[VariableRow, ...]:
+        """The rows of the variables section, without its comment lines."""
+        return tuple(row for row in self.sheet.variables or () if isinstance(row, VariableRow))
+
+
+def rules_of(owner: RuleSheet | Function) -> Iterator[Rule]:
+    """The rules of a sheet or a function, without the comment lines between them."""
+    return (rule for rule in owner.rules if not isinstance(rule, CommentLine))
+
+
+def bodies(body: RuleBody) -> Iterator[Equality | CallRule | IfRule]:
+    """A rule body and every body nested in its arms, in source order."""
+    stack: list[RuleBody] = [body]
+    while stack:
+        item = stack.pop()
+        yield item
+        if isinstance(item, IfRule):
+            stack.extend(arm for arm in (item.otherwise, item.then) if arm is not None)
+
+
+def operands(body: RuleBody) -> tuple[Expression | Condition, ...]:
+    """The expressions of one body, or the condition of an ``if`` (its arms not included)."""
+    match body:
+        case Equality(left, right):
+            return (*left, *right)
+        case CallRule(_, arguments, results):
+            return (*arguments, *results)
+        case IfRule(condition):
+            return (condition,)
+
+
+def walk(node: Expression | Condition) -> Iterator[Expression | Condition]:
+    """A node and all its parts, each before its own parts, left to right."""
+    stack = [node]
+    while stack:
+        item = stack.pop()
+        yield item
+        stack.extend(reversed(children(item)))
+
+
+def components(rule: Equality, functions: Mapping[str, Function]) -> tuple[Equality | CallRule, ...]:
+    """An equality as scalar equalities and calls, in order.
+
+    ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
+    unlike length that no call explains come back as they are.
+    """
+    if len(rule.left) == len(rule.right):
+        pairs = zip(rule.left, rule.right, strict=True)
+        return tuple(_component(left, right, rule.span, functions) for left, right in pairs)
+    for one, other in ((rule.right, rule.left), (rule.left, rule.right)):
+        call = _as_call(one[0], other, rule.span, functions) if len(one) == 1 else None
+        if call is not None:
+            return (call,)
+    return (rule,)
+
+
+def _component(
+    left: Expression, right: Expression, span: Span | None, functions: Mapping[str, Function]
+) -> Equality | CallRule:
+    return (
+        _as_call(right, (left,), span, functions)
+        or _as_call(left, (right,), span, functions)
+        or Equality((left,), (right,), span)
+    )
+
+
+def _as_call(
+    side: Expression, results: tuple[Expression, ...], span: Span | None, functions: Mapping[str, Function]
+) -> CallRule | None:
+    if not isinstance(side, Call) or side.function not in functions:
+        return None
+    return CallRule(side.function, side.arguments, results, side.span or span)

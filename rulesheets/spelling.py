@@ -1,0 +1,35 @@
+"""The nearest known word to one that is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """The known word that ``word`` most likely stands for, or None where none is near.
+
+    The same letters in another case come first, then Ratcliff and Obershelp's
+    similarity; among equals the first in the order given.
+    """
+    from difflib import get_close_matches
+
+    candidates = list(dict.fromkeys(known))
+    for candidate in candidates:
+        if candidate.lower() == word.lower() and candidate != word:
+            return candidate
+    folded = {candidate.lower(): candidate for candidate in reversed(candidates)}
+    near = get_close_matches(word.lower(), list(reversed(folded)), n=1, cutoff=0.6)
+    return folded[near[0]] if near else None
+
+
+def suggestion(word: str, known: Iterable[str]) -> tuple[str, ...]:
+    """The note ``did you mean …?`` for a diagnosis, empty where nothing is near."""
+    near = closest(word, known)
+    return (f"did you mean {near}?",) if near else ()
+
+
+def plural(count: int, noun: str) -> str:
+    """``1 argument``, ``2 arguments``, ``no argument``."""
+    if count == 0:
+        return f"no {noun}"
+    return f"{count} {noun}" + ("s" if count > 1 else "")

@@ -1,0 +1,139 @@
+"""``use``: the functions of a sheet and of every file that it leads to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from rulesheets.checks import messages
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.nodes import Function, RuleSheet, Use
+from rulesheets.parse import parse
+from rulesheets.program import Program, rules_of
+from rulesheets.source import Source, Span, read_source
+from rulesheets.spelling import suggestion
+
+
+@dataclass(frozen=True)
+class File:
+    """A parsed file: ``key`` tells it from others, ``folder`` is what its ``use`` paths are relative to."""
+
+    key: str
+    shown: str
+    folder: str
+    sheet: RuleSheet
+
+
+def gather(source: Source, folder: str, path: str | None = None) -> Program:
+    """Parse a sheet and, each once, the files that it uses directly or through others.
+
+    ``path`` is the file of the sheet itself, None for a text that is in no file.
+    Raises RuleSheetError for what cannot be read or parsed, circles and doubly defined functions.
+    """
+    key = os.path.realpath(path) if path else source.name
+    first = File(key, source.name, folder, parse(source))
+    gathering = _Gathering()
+    gathering.follow(first)
+    if gathering.complaints:
+        raise RuleSheetError(*gathering.complaints)
+    return Program(first.sheet, gathering.functions)
+
+
+@dataclass
+class _Gathering:
+    functions: dict[str, Function] = field(default_factory=dict)
+    complaints: list[Diagnosis] = field(default_factory=list)
+    seen: set[str] = field(default_factory=set)
+
+    def follow(self, first: File) -> None:
+        """Depth-first over the uses, with a stack, so that no chain of files is too long."""
+        trail = [first]
+        pending = [self.enter(first)]
+        while trail:
+            step = next(pending[-1], None)
+            if step is None:
+                trail.pop()
+                pending.pop()
+                continue
+            file = self.open(*step, trail)
+            if file is not None:
+                trail.append(file)
+                pending.append(self.enter(file))
+
+    def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
+        self.seen.add(file.key)
+        for function in file.sheet.functions:
+            earlier = self.functions.setdefault(function.name.lower(), function)
+            if earlier is not function:
+                self.complaints.append(messages.duplicate_function(function, earlier))
+        return ((path, place_of(path, use)) for use in file.sheet.uses for path in use.paths)
+
+    def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
+        """The file that a ``use`` names; None where it was read before or cannot be used."""
+        shown = os.path.normpath(os.path.join(trail[-1].folder, path))
+        key = os.path.realpath(shown)
+        circle = [file.key for file in trail]
+        if key in circle:
+            shown_trail = [file.shown for file in trail[circle.index(key) :]]
+            self.complaints.append(_circle(shown_trail, place))
+            return None
+        if key in self.seen:
+            return None
+        if not os.path.exists(shown):
+            self.complaints.append(_missing(path, shown, place))
+            return None
+        file = File(key, shown, os.path.dirname(shown), parse(read_source(shown)))
+        self.complaints.extend(_only_functions(file, path, place))
+        return file
+
+
+def place_of(path: str, use: Use) -> Span | None:
+    """Where a ``use`` names the path, quotes included."""
+    if use.span is None:
+        return None
+    start = use.span.text.find(f'"{path}"')
+    if start < 0:
+        return use.span
+    start += use.span.start
+    return Span(use.span.source, start, start + len(path) + 2)
+
+
+def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
+    folder = os.path.dirname(shown) or "."
+    wanted = os.path.basename(path)
+    if not os.path.isdir(folder):
+        notes: tuple[str, ...] = (f"there is no folder {folder} either",)
+    else:
+        sheets = sorted(name for name in os.listdir(folder) if name.endswith(".tk"))
+        notes = suggestion(wanted, sheets) or ("paths are relative to the file that names them",)
+    return error(
+        "E311",
+        f"there is no file {path} to use",
+        *messages.labels((place, f"looked for {shown}")),
+        notes=notes,
+    )
+
+
+def _circle(shown: list[str], place: Span | None) -> Diagnosis:
+    ring = " → ".join(os.path.basename(name) for name in (*shown, shown[0]))
+    message = "a file uses itself" if len(shown) == 1 else "files use each other in a circle"
+    return error(
+        "E312",
+        message,
+        *messages.labels((place, "closes the circle")),
+        notes=(f"the way round: {ring}; move what both need into a file of its own",),
+    )
+
+
+def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
+    rule = next(rules_of(file.sheet), None)
+    found = "rules" if rule is not None else "a variables section"
+    if rule is None and file.sheet.variables is None:
+        return
+    yield error(
+        "E313",
+        f"{path} cannot be used: it has {found} of its own",
+        *messages.labels((place, "used here"), (rule.span if rule else None, "a rule outside any function")),
+        notes=("a used file may hold functions only; move them into a file of their own",),
+    )

@@ -1,0 +1,215 @@
+"""Variable sheets as CSV: ``St,Input,Name,Output,Unit,Comment``, read and written.
+
+Only the column Name is required, and capitals in the heading do not matter. A row says:
+
+======  ==========  ==============================================================
+St      Input       means
+======  ==========  ==============================================================
+        a value     an input: a number, an expression of numbers, or a symbol
+        blank       not an input, whatever the rule sheet says
+G       a number    to be solved, with a first guess
+C       anything    a comment row
+======  ==========  ==============================================================
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.input_messages import (
+    nameless_input,
+    no_name_column,
+    other_unit,
+    repeated_row,
+    symbol_as_guess,
+    too_many_cells,
+    unknown_column,
+    unknown_status,
+    unknown_variable,
+    unwritable,
+)
+from rulesheets.inputs import Inputs, override, parse_value, variable_named
+from rulesheets.model import Model, Value
+from rulesheets.source import Source, Span, read_source
+
+__all__ = [
+    "COLUMNS",
+    "Inputs",
+    "Row",
+    "VariableSheet",
+    "override",
+    "parse_value",
+    "read_variable_sheet",
+    "unknown_variable",
+    "variable_named",
+    "write_variable_sheet",
+]
+
+COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
+_STATUSES = {"", "I", "O", "G", "C", "L"}
+
+
+@dataclass(frozen=True)
+class VariableSheet:
+    """What a variable sheet overrides: inputs (None clears one) and first guesses."""
+
+    inputs: Mapping[str, Value | None] = field(default_factory=dict)
+    guesses: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row as texts, in the order of ``COLUMNS``."""
+
+    status: str = ""
+    input: str = ""
+    name: str = ""
+    output: str = ""
+    unit: str = ""
+    comment: str = ""
+
+
+def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableSheet:
+    """The inputs and guesses of a CSV variable sheet for a model.
+
+    Raises RuleSheetError with every row that is wrong, each with its place.
+    """
+    source = read_source(os.fspath(path))
+    inputs: dict[str, Value | None] = {}
+    guesses: dict[str, float] = {}
+    complaints: list[Diagnosis] = []
+    for row, line in _rows(source):
+        try:
+            value = _input_of(row, line, model)
+            if row.name in inputs:
+                raise RuleSheetError(repeated_row(row.name, _cell(line, row.name)))
+            inputs[row.name] = None if row.status == "G" else value
+            if row.status == "G" and value is not None:
+                guesses[row.name] = _guess(value, _cell(line, row.input))
+        except RuleSheetError as wrong:
+            complaints.extend(wrong.diagnoses)
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return VariableSheet(inputs, guesses)
+
+
+def _input_of(row: Row, line: Span, model: Model) -> Value | None:
+    variable = variable_named(row.name, model, _cell(line, row.name))
+    if row.unit and row.unit != (variable.unit or row.unit):
+        raise RuleSheetError(other_unit(row.name, variable.unit or "", _cell(line, row.unit)))
+    return parse_value(row.input, _cell(line, row.input)) if row.input else None
+
+
+def _guess(value: Value, place: Span) -> float:
+    if isinstance(value, str):
+        raise RuleSheetError(symbol_as_guess(value, place))
+    return value
+
+
+def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
+    """The rows that speak of a variable, each with the place of its lines."""
+    reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=_delimiter(source))
+    columns: list[str] | None = None
+    before = 0
+    for cells in reader:
+        line = _lines(source, before, reader.line_num)
+        before = reader.line_num
+        cells = [cell.strip() for cell in cells]
+        if not any(cells):
+            continue
+        if columns is None:
+            columns = _heading(cells, line)
+            continue
+        row = _row(columns, cells, line)
+        if row is not None:
+            yield row, line
+    if columns is None:
+        raise RuleSheetError(no_name_column(COLUMNS, _lines(source, 0, 1)))
+
+
+def _delimiter(source: Source) -> str:
+    """A comma, or what spreadsheets write instead where commas are decimal: a semicolon or a tab."""
+    heading = source.text.lstrip("\r\n").partition("\n")[0]
+    return max(",;\t", key=heading.count)
+
+
+def _lines(source: Source, before: int, last: int) -> Span:
+    starts = source.line_starts
+    first = min(before, len(starts) - 1)
+    end = starts[last] - 1 if last < len(starts) else len(source.text)
+    return Span(source, starts[first], max(end, starts[first]))
+
+
+def _cell(line: Span, text: str) -> Span:
+    """The place of a cell in its line; the whole line where it is quoted beyond recognition."""
+    at = line.text.find(text)
+    if at < 0 or not text:
+        return line
+    return Span(line.source, line.start + at, line.start + at + len(text))
+
+
+def _heading(cells: list[str], line: Span) -> list[str]:
+    columns = [cell.lower() for cell in cells]
+    if "name" not in columns:
+        raise RuleSheetError(no_name_column(COLUMNS, line))
+    known = {column.lower() for column in COLUMNS}
+    complaints = [
+        unknown_column(cell, COLUMNS, _cell(line, cell))
+        for cell in cells
+        if cell and cell.lower() not in known
+    ]
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return columns
+
+
+def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
+    if len(cells) > len(columns) and any(cells[len(columns) :]):
+        raise RuleSheetError(too_many_cells(len(cells), len(columns), line))
+    by_column = dict(zip(columns, cells, strict=False))
+    row = Row(
+        status=by_column.get("st", "").upper(),
+        input=by_column.get("input", ""),
+        name=by_column.get("name", ""),
+        output=by_column.get("output", ""),
+        unit=by_column.get("unit", ""),
+        comment=by_column.get("comment", ""),
+    )
+    if row.status == "C" or not (row.name or row.input):
+        return None
+    if row.status not in _STATUSES or row.status == "L":
+        raise RuleSheetError(unknown_status(row.status, _cell(line, cells[columns.index("st")])))
+    if not row.name:
+        raise RuleSheetError(nameless_input(row.input, line))
+    return row
+
+
+def write_variable_sheet(path: str | os.PathLike[str], rows: Iterable[Row]) -> None:
+    """Write a variable sheet. The file is replaced as a whole or not at all.
+
+    Raises RuleSheetError (E416) where it cannot be written.
+    """
+    target = os.fspath(path)
+    folder = os.path.dirname(os.path.abspath(target))
+    try:
+        handle, temporary = tempfile.mkstemp(dir=folder, prefix=".", suffix=".csv")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+                writer = csv.writer(file, lineterminator="\n")
+                writer.writerow(COLUMNS)
+                writer.writerows(
+                    (row.status, row.input, row.name, row.output, row.unit, row.comment) for row in rows
+                )
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, target)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as failure:
+        raise RuleSheetError(unwritable(target, failure)) from None

@@ -1,0 +1,128 @@
+"""Files, folders, shipped names and the functions that sheets use."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import rulesheets
+from rulesheets import RuleSheetError, load, loads
+from rulesheets.loading import find_sheet, shipped_models
+
+
+def codes(caught: pytest.ExceptionInfo[RuleSheetError]) -> list[str]:
+    return [diagnosis.code for diagnosis in caught.value.diagnoses]
+
+
+@pytest.fixture
+def crank(tmp_path):
+    folder = tmp_path / "crank"
+    (folder / "parts").mkdir(parents=True)
+    (folder / "model.tk").write_text('use "parts/pin.tk", "parts/rod.tk"\n\nx = pin(30) + rod(2)\n')
+    (folder / "parts" / "pin.tk").write_text('use "rod.tk"\n\nfunction pin(a; b)\nrules\n  b = rod(a) + 1\n')
+    (folder / "parts" / "rod.tk").write_text("function rod(a; b)\nrules\n  b = 2*a\n")
+    return folder
+
+
+def test_a_file_a_folder_and_a_path_object_load_the_same_model(crank):
+    models = [load(crank / "model.tk"), load(str(crank)), load(crank)]
+    assert {model.name for model in models} == {"crank"}
+    assert len({model.equations for model in models}) == 1
+
+
+def test_use_is_relative_to_the_file_that_names_it_and_reads_a_file_once(crank):
+    model = load(crank)
+    assert "pin.rod.b" in model.variables
+    assert {os.path.basename(item.rule.file) for item in model.equations} == {"model.tk", "pin.tk", "rod.tk"}
+
+
+def test_a_text_uses_files_relative_to_its_base(crank):
+    model = loads('use "rod.tk"\ny = rod(x) + 1', base=crank / "parts")
+    assert list(model.variables) == ["y", "x", "rod.b"] or list(model.variables) == ["y", "rod.b", "x"]
+
+
+def test_a_missing_file_in_use_is_refused(crank):
+    (crank / "model.tk").write_text('use "parts/pim.tk"\ny = pin(x)\n')
+    with pytest.raises(RuleSheetError) as caught:
+        load(crank)
+    assert "E311" in codes(caught)
+    assert "did you mean pin.tk?" in caught.value.diagnoses[0].notes
+
+
+def test_a_circle_of_uses_is_refused(crank):
+    (crank / "parts" / "rod.tk").write_text('use "pin.tk"\nfunction rod(a; b)\nrules\n  b = 2*a\n')
+    with pytest.raises(RuleSheetError) as caught:
+        load(crank)
+    assert "E312" in codes(caught)
+
+
+def test_a_long_chain_of_uses_is_followed(tmp_path):
+    for k in range(300):
+        (tmp_path / f"f{k}.tk").write_text(f'use "f{k + 1}.tk"\nfunction f{k}(a; b)\nrules\n  b = a\n')
+    (tmp_path / "f300.tk").write_text("function f300(a; b)\nrules\n  b = 2*a\n")
+    assert len(loads('use "f0.tk"\ny = f300(x)', base=tmp_path).equations) == 1
+
+
+def test_an_unknown_bare_name_is_refused():
+    with pytest.raises(RuleSheetError) as caught:
+        load("no_such_linkage_anywhere")
+    assert codes(caught) == ["E314"]
+
+
+def test_shipped_models_are_found_by_name():
+    assert "offset_slider_crank" in shipped_models()
+    assert find_sheet("offset_slider_crank").endswith("model.tk")
+    assert load("offset_slider_crank").name == "offset_slider_crank"
+
+
+def test_a_missing_path_is_refused(tmp_path):
+    with pytest.raises(RuleSheetError):
+        load(tmp_path / "nothing.tk")
+
+
+def test_everything_wrong_is_told_at_once():
+    with pytest.raises(RuleSheetError) as caught:
+        loads("y = sqr(x)\nz = atan2d(1)\nsin = 2")
+    assert sorted(codes(caught)) == ["E201", "E203", "E210"]
+
+
+def test_variables_keep_the_order_of_the_section_then_of_the_rules():
+    model = loads('variables\n  b = 2 [mm]  " width\n  a ~ 3\n  unused\nrules\n  c = a + b\n  d = c\n')
+    assert list(model.variables) == ["b", "a", "unused", "c", "d"]
+    assert [item.posted for item in model.variables.values()] == [True, True, True, False, False]
+    assert model.variables["b"].value == 2.0
+    assert model.variables["b"].unit == "mm"
+    assert model.variables["b"].comment.strip() == "width"
+    assert (model.variables["a"].value, model.variables["a"].guess) == (None, 3.0)
+
+
+def test_inputs_are_evaluated_once():
+    model = loads("variables\n  a = 2*3 + sqrt(16)\n  b = 'open\n  c = -30\n  d = pi()\nrules\n  a = c")
+    values = {name: item.value for name, item in model.variables.items()}
+    assert values == {"a": 10.0, "b": "open", "c": -30.0, "d": 3.141592653589793}
+
+
+@pytest.mark.parametrize("name", ["y0", "y1", "j1", "gamma", "beta", "step", "e", "sum"])
+def test_names_that_sheets_need_stay_free(name):
+    assert name in loads(f"{name} + 1 = x").variables
+
+
+def test_a_declared_variable_may_share_the_name_of_a_function_of_the_sheet():
+    model = loads("variables\n  area\nrules\n  area = 2*area(x)\nfunction area(a; b)\nrules\n  b = a^2\n")
+    assert list(model.variables) == ["area", "x", "area.b"] or "area.b" in model.variables
+
+
+def test_importing_the_package_imports_nothing_heavy():
+    code = (
+        "import sys, rulesheets; print([m for m in ('lark', 'sympy', 'numpy', 'scipy') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+def test_every_public_name_is_there():
+    for name in rulesheets.__all__:
+        assert getattr(rulesheets, name) is not None
+    with pytest.raises(AttributeError):
+        rulesheets.nothing_of_the_kind  # noqa: B018
