@@ -1,6 +1,7 @@
 """Equations and any well-posed set of inputs in, solution path and checked answers out.
 
-Names are fetched on first use, so that ``import solver`` costs nothing.
+Names are fetched on first use, so that ``import solver`` costs nothing. (No module is called
+like a function of this page: the module would take the function's place.)
 """
 
 from __future__ import annotations
@@ -9,21 +10,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from solver.prepare import Plan, Unsolved, prepare
+    from solver.plan import Plan, Unsolved, prepare
     from solver.result import Result, Solution, Status
-    from solver.solution import solve
-    from solver.sweep import Table, sweep
+    from solver.solving import solve
+    from solver.sweeping import Table, sweep
 
 _HOMES = {
-    "Plan": "solver.prepare",
+    "Plan": "solver.plan",
     "Result": "solver.result",
     "Solution": "solver.result",
     "Status": "solver.result",
-    "Table": "solver.sweep",
-    "Unsolved": "solver.prepare",
-    "prepare": "solver.prepare",
-    "solve": "solver.solution",
-    "sweep": "solver.sweep",
+    "Table": "solver.sweeping",
+    "Unsolved": "solver.plan",
+    "prepare": "solver.plan",
+    "solve": "solver.solving",
+    "sweep": "solver.sweeping",
 }
 
 __all__ = ["Plan", "Result", "Solution", "Status", "Table", "Unsolved", "prepare", "solve", "sweep"]

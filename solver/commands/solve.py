@@ -1,0 +1,70 @@
+"""``backsolve solve``: the variable sheet, filled in."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from solver.commands.inputs import add_input_options, read_request
+
+if TYPE_CHECKING:
+    from solver.result import Result
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    add_input_options(parser)
+    parser.add_argument("--all", action="store_true", help="show every answer, side by side")
+    parser.add_argument("--explain", action="store_true", help="show locals, path, and rules used")
+    forms = parser.add_mutually_exclusive_group()
+    forms.add_argument("--json", action="store_true", help="print one JSON object")
+    forms.add_argument("--csv", action="store_true", help="print the variable sheet as CSV")
+    parser.add_argument("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
+
+
+def run(arguments: Namespace) -> int:
+    """Solve, print, write; the exit code is that of the status."""
+    from solver.solving import solve
+
+    request = read_request(arguments)
+    result = solve(request.model, request.inputs, want=request.want, guesses=request.guesses)
+    if arguments.output:
+        _write(result, arguments.output)
+    _print(result, arguments)
+    return result.status.exit_code
+
+
+def _write(result: Result, path: str) -> None:
+    from rulesheets.variables import write_variable_sheet
+    from solver.report.csv import csv_rows
+
+    write_variable_sheet(path, csv_rows(result))
+
+
+def _print(result: Result, arguments: Namespace) -> None:
+    if arguments.json:
+        from solver.report.json import result_json
+
+        print(result_json(result, explain=arguments.explain))
+    elif arguments.csv:
+        _print_csv(result, every=arguments.all)
+    else:
+        from solver.report.text import result_text
+
+        print(result_text(result, every=arguments.all, explain=arguments.explain, color=_color()))
+
+
+def _print_csv(result: Result, *, every: bool) -> None:
+    """The sheet on stdout; what is wrong on stderr, out of the way of a program that reads the sheet."""
+    from rulesheets.diagnosis import render
+    from solver.report.csv import result_csv
+
+    sys.stdout.write(result_csv(result, every=every))
+    for diagnosis in result.diagnoses:
+        print(render(diagnosis), file=sys.stderr)
+
+
+def _color() -> bool:
+    import os
+
+    return sys.stdout.isatty() and "NO_COLOR" not in os.environ

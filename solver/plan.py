@@ -1,0 +1,95 @@
+"""A model prepared for one pattern of inputs and outputs: floats in, checked floats out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from rulesheets.diagnosis import Diagnosis
+from rulesheets.inputs import override, variable_named
+from rulesheets.model import Model, Value
+from solver.explain import explain
+from solver.result import Status
+from solver.solution import Exploration, explore
+from solver.verdict import Verdict, judge
+
+if TYPE_CHECKING:
+    from solver.sweeping import Column, Table
+
+
+class Unsolved(Exception):
+    """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences."""
+
+    def __init__(self, status: Status, diagnoses: tuple[Diagnosis, ...]) -> None:
+        super().__init__(f"{status}: " + "; ".join(d.message for d in diagnoses))
+        self.status = status
+        self.diagnoses = diagnoses
+
+
+class Plan:
+    """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``."""
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: tuple[str, ...],
+        want: tuple[str, ...],
+        given: Mapping[str, Value],
+        guesses: Mapping[str, float],
+    ) -> None:
+        self.model, self.inputs, self.want = model, inputs, want
+        self.given, self.guesses = given, guesses
+
+    def __call__(self, *numbers: Value) -> tuple[Value, ...]:
+        """The wanted values of the primary answer. Raises Unsolved where there is none."""
+        return self._answers(numbers)[0]
+
+    def all(self, *numbers: Value) -> list[tuple[Value, ...]]:
+        """The wanted values of every answer, the primary one first. Raises Unsolved where there is none."""
+        return self._answers(numbers)
+
+    def sweep(self, *columns: Column, jit: bool = False) -> Table:
+        """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN."""
+        from solver.sweeping import sweep_plan
+
+        return sweep_plan(self, columns)
+
+    def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
+        """Verdict on one row, unexplained."""
+        if len(numbers) != len(self.inputs):
+            raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
+        row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
+        values = {**self.given, **row}
+        found = explore(self.model, values, self.want, self.guesses, self.want)
+        return judge(self.model, found, self.want, values, self.guesses), found
+
+    def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
+        verdict, _ = self.judged(numbers)
+        if verdict.status is not Status.SOLVED:
+            values = {**self.given, **dict(zip(self.inputs, numbers, strict=True))}
+            raise Unsolved(verdict.status, explain(self.model, verdict, values, self.want))
+        rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
+        return list(dict.fromkeys(rows))
+
+
+def prepare(
+    model: Model,
+    inputs: Iterable[str],
+    want: Iterable[str] | None = None,
+    given: Mapping[str, Value | None] | None = None,
+    guesses: Mapping[str, float] | None = None,
+) -> Plan:
+    """Fix the pattern of a solve: ``inputs`` will be given by position, ``want`` is returned.
+
+    The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
+    defaults to the variables of the sheet that are no inputs. Raises RuleSheetError for names that the
+    model does not have.
+    """
+    names = tuple(variable_named(name, model).name for name in inputs)
+    effective = override(model, given, guesses)
+    fixed = {name: value for name, value in effective.values.items() if name not in names}
+    wanted = tuple(variable_named(name, model).name for name in want) if want is not None else ()
+    if want is None:
+        shown = [n for n, v in model.variables.items() if v.posted] or list(model.variables)
+        wanted = tuple(n for n in shown if n not in fixed and n not in names)
+    return Plan(model, names, wanted, fixed, effective.guesses)
