@@ -5,23 +5,32 @@ from __future__ import annotations
 import csv
 from io import StringIO
 
+from rulesheets.variables import Row
 from solver.report.numbers import exact
 from solver.report.sheet import COLUMNS, output_heads, sheet_rows
 from solver.result import Result
 
 
-def result_csv(result: Result, *, every: bool = False) -> str:
-    """The variable sheet of a result; numbers read back as the same floats.
+def csv_rows(result: Result) -> tuple[Row, ...]:
+    """The variable sheet with the primary answer; numbers read back as the same floats.
 
     Read as a variable sheet it gives the same inputs and guesses again: outputs are not inputs.
     """
+    return tuple(
+        Row(row.status, exact(row.input), row.name, exact(row.outputs[0]), row.unit, row.comment)
+        for row in sheet_rows(result)
+    )
+
+
+def result_csv(result: Result, *, every: bool = False) -> str:
+    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output 2``, …"""
     rows = sheet_rows(result, every=every)
-    count = len(rows[0].outputs) if rows else 1
     status, given, name, _, unit, comment = COLUMNS
+    heads = output_heads(len(rows[0].outputs) if rows else 1)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow((status, given, name, *output_heads(count), unit, comment))
+    writer.writerow((status, given, name, *heads, unit, comment))
     for row in rows:
-        outputs = (exact(value) for value in row.outputs)
+        outputs = map(exact, row.outputs)
         writer.writerow((row.status, exact(row.input), row.name, *outputs, row.unit, row.comment))
     return text.getvalue()

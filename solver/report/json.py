@@ -11,22 +11,17 @@ from rulesheets.model import Model, Value
 from rulesheets.source import Span
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.report.places import rule_text
-from solver.report.sheet import answers
 from solver.result import Result
 
 Json = dict[str, object]
 
 
 def result_json(result: Result, *, explain: bool = False) -> str:
-    """The object of a solve; ``explain`` adds the locals under their dotted names.
-
-    ``solutions`` holds every answer or, where the status is ``partial``, the one object of
-    what is determined.
-    """
+    """The object of a solve; ``explain`` adds the locals under their dotted names."""
     return _dump(
         {
             "status": str(result.status),
-            "solutions": [_solution(result, answer, explain) for answer in _answers(result)],
+            "solutions": [_solution(result, answer, explain) for answer in result.solutions],
             "complete": result.complete,
             "undetermined": list(result.undetermined),
             "diagnoses": [_diagnosis(diagnosis) for diagnosis in result.diagnoses],
@@ -42,11 +37,6 @@ def error_json(diagnoses: Iterable[Diagnosis]) -> str:
 
 def _dump(document: Json) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-
-
-def _answers(result: Result) -> tuple[Mapping[str, Value], ...]:
-    shown = answers(result, every=True)
-    return shown if result.solutions or shown[0] and str(result.status) == "partial" else ()
 
 
 def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Json:
@@ -80,9 +70,11 @@ def _place(span: Span) -> Json:
 def _step(model: Model, step: Step) -> Json:
     match step:
         case Evaluate(equation, unknown, branches):
-            return {"step": "evaluate", "unknowns": [unknown], "branches": branches} | _rules(model, (equation,))
+            found: Json = {"step": "evaluate", "unknowns": [unknown], "branches": branches}
+            return found | _rules(model, (equation,))
         case Select(equations, unknown, branches):
-            return {"step": "select", "unknowns": [unknown], "branches": branches} | _rules(model, equations)
+            found = {"step": "select", "unknowns": [unknown], "branches": branches}
+            return found | _rules(model, equations)
         case SolveBlock(equations, unknowns, tears):
             found = {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
             return found | _rules(model, equations)

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model
-from rulesheets.spelling import plural
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
 from solver.report.places import Places, rule_text
 from solver.report.table import table
@@ -30,12 +29,10 @@ def path_table(model: Model, path: Path) -> str:
 
 
 def branches_line(path: Path) -> str:
-    """How many answers the path can have, as far as its direct steps tell."""
+    """How many answers the path can have; only a block leaves that open."""
     if any(isinstance(step, SolveBlock) for step in path.steps):
-        return f"At most {plural(path.branches, 'way')} through the direct steps; blocks are searched for all answers."
-    if path.branches == 1:
-        return "One answer at most."
-    return f"At most {path.branches} answers."
+        return "Blocks can have any number of answers."
+    return "One answer at most." if path.branches == 1 else f"At most {path.branches} answers."
 
 
 def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row]:

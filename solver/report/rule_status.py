@@ -10,7 +10,7 @@ from rulesheets.source import Span
 from solver.report.places import Places, rule_text
 from solver.report.sheet import answers
 from solver.report.table import table
-from solver.result import Result
+from solver.result import Result, Status
 
 WAITING, BLAMED = "*", ">"
 
@@ -29,7 +29,7 @@ class RuleStatus:
 
 def rule_statuses(result: Result) -> tuple[RuleStatus, ...]:
     """The rules that are not satisfied, those blamed first, each rule of the text once a call."""
-    if result.solutions:
+    if result.status is Status.SOLVED:
         return ()
     found: dict[tuple[Span, str], RuleStatus] = {}
     for status in _statuses(result):
@@ -43,9 +43,10 @@ def rule_status_table(result: Result) -> str:
     if not statuses:
         return ""
     places = Places(result.model)
-    rows = [(s.mark, rule_text(s.equation.rule), places.of(s.equation), _waiting(s)) for s in statuses[:LIMIT]]
+    shown = statuses[:LIMIT]
+    rows = ((s.mark, rule_text(s.equation.rule), places.of(s.equation), _waiting(s)) for s in shown)
     text = table(("St", "Rule", "Place", "Waits for"), rows)
-    hidden = len(statuses) - len(rows)
+    hidden = len(statuses) - len(shown)
     return f"{text}\n… and {hidden} more" if hidden else text
 
 

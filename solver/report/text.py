@@ -78,7 +78,7 @@ def _others(result: Result, every: bool) -> Iterator[str]:
     """How many other answers there are, and whether these are all."""
     others = len(result.solutions) - 1
     if others > 0 and not every:
-        more = "" if result.complete else " at least"
-        yield f"There {'is' if others == 1 else 'are'}{more} {plural(others, 'other answer')}: --all shows them."
+        more = "" if result.complete else ", maybe more"
+        yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
     elif result.solutions and not result.complete:
-        yield "There may be other answers: these are not known to be all."
+        yield "these are not known to be all the answers" if others else "there may be other answers"

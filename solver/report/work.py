@@ -51,7 +51,7 @@ def _parts(result: Result) -> list[str]:
     if checks > 0:
         parts.append(plural(checks, "check"))
     if idle > 0:
-        parts.append(f"{idle} not asked")
+        parts.append(f"{idle} idle")
     return parts
 
 

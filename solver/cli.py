@@ -1,0 +1,150 @@
+"""The ``backsolve`` command: picks the command, reports what is wrong, never shows a traceback.
+
+Only the command that is asked for is imported, and its own heavy imports wait until it runs:
+help and mistakes in the command cost nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from rulesheets.diagnosis import RuleSheetError
+
+COMMANDS = {
+    "solve": "solve a sheet and print its variable sheet",
+    "sweep": "solve a sheet for many values of an input",
+    "path": "show the order in which the rules are solved",
+    "check": "read a sheet and say what is wrong with it",
+    "format": "print a sheet in its canonical form",
+    "models": "list the sheets that come with Backsolve",
+}
+
+WRONG = 2
+"""Exit code where the sheet or the command is wrong."""
+INTERRUPTED = 130
+BROKEN_PIPE = 141
+
+USAGE = """\
+usage: backsolve COMMAND …
+
+Write what you know as rules in any order; Backsolve solves them forward or backward.
+
+commands:
+{commands}
+
+`backsolve COMMAND --help` tells the options of a command, `backsolve --version` the version.
+A sheet is a file, a folder with a model.tk, or the name of a sheet that `backsolve models` lists."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or command."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    _print_anything()
+    try:
+        code = _dispatch(words)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        _silence_stdout()
+        return BROKEN_PIPE
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except (MemoryError, RecursionError):
+        print("error: this sheet is too large for the memory of this machine", file=sys.stderr)
+        return WRONG
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage())
+        return 0 if words else WRONG
+    if words[0] == "--version":
+        print(_version())
+        return 0
+    if words[0] not in COMMANDS:
+        return _unknown_command(words[0])
+    return _run(words[0], words[1:])
+
+
+def _run(command: str, words: list[str]) -> int:
+    """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
+    module = import_module(f"solver.commands.{command}")
+    parser = _parser(command)
+    module.add_arguments(parser)
+    try:
+        arguments = parser.parse_intermixed_args(words)
+    except SystemExit as end:
+        return int(end.code or 0)
+    from rulesheets.diagnosis import RuleSheetError
+
+    try:
+        code: int = module.run(arguments)
+        return code
+    except RuleSheetError as wrong:
+        return _report(wrong, arguments)
+
+
+def _parser(command: str) -> ArgumentParser:
+    from argparse import ArgumentParser
+
+    return ArgumentParser(
+        prog=f"backsolve {command}",
+        description=f"{COMMANDS[command].capitalize()}.",
+        allow_abbrev=False,
+    )
+
+
+def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
+    """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
+    from rulesheets.diagnosis import render
+
+    color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
+    print("\n\n".join(render(diagnosis, color=color) for diagnosis in wrong.diagnoses), file=sys.stderr)
+    if getattr(arguments, "json", False):
+        from solver.report.json import error_json
+
+        print(error_json(wrong.diagnoses))
+    return WRONG
+
+
+def usage() -> str:
+    width = max(map(len, COMMANDS))
+    lines = (f"  {name:<{width}}  {summary}" for name, summary in COMMANDS.items())
+    return USAGE.format(commands="\n".join(lines))
+
+
+def _unknown_command(word: str) -> int:
+    from rulesheets.spelling import suggestion
+
+    print(f"backsolve: there is no command {word}", file=sys.stderr)
+    for note in suggestion(word, COMMANDS):
+        print(f"  {note}", file=sys.stderr)
+    print(f"  the commands are {', '.join(COMMANDS)}", file=sys.stderr)
+    return WRONG
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return f"backsolve {version('backsolve')}"
+
+
+def _print_anything() -> None:
+    """A terminal that cannot show a character shows a mark for it."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+
+
+def _silence_stdout() -> None:
+    """Nobody reads on: what is still buffered goes nowhere, so that the exit raises nothing."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,44 @@
+"""``backsolve check``: is the sheet well formed, and which equations does it state?"""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rulesheets.model import Model
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
+    parser.add_argument("--equations", action="store_true", help="list the equations, calls expanded")
+    parser.add_argument("--latex", action="store_true", help="list the equations as LaTeX")
+    parser.add_argument("--json", action="store_true", help="print what is wrong as a JSON object")
+
+
+def run(arguments: Namespace) -> int:
+    """Load the sheet, which raises for all that is wrong; then say what it has."""
+    from rulesheets.loading import load
+
+    model = load(arguments.sheet)
+    if arguments.json:
+        print('{"status": "ok", "diagnoses": []}')
+    elif arguments.equations or arguments.latex:
+        from rulesheets.algebra import listing
+
+        print(listing(model, latex=arguments.latex))
+    else:
+        print(summary(model))
+    return 0
+
+
+def summary(model: Model) -> str:
+    """``offset_slider_crank: 12 variables, 16 locals, 31 rules; nothing wrong``."""
+    from rulesheets.spelling import plural
+
+    locals_ = sum("." in name for name in model.variables)
+    parts = [plural(len(model.variables) - locals_, "variable")]
+    if locals_:
+        parts.append(plural(locals_, "local"))
+    parts.append(plural(len(model.equations), "rule"))
+    return f"{model.name}: {', '.join(parts)}; nothing wrong"

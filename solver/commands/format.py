@@ -1,0 +1,37 @@
+"""``backsolve format``: a sheet in its canonical form."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("-i", "--in-place", action="store_true", help="write the file instead of printing it")
+    how.add_argument("--check", action="store_true", help="only say whether the file is in canonical form")
+
+
+def run(arguments: Namespace) -> int:
+    """Print or write the sheet; ``--check`` exits with 1 where it would change."""
+    from rulesheets.format import format_sheet
+    from rulesheets.loading import find_sheet
+    from rulesheets.parse import parse
+    from rulesheets.source import read_source
+
+    path = find_sheet(arguments.sheet)
+    source = read_source(path)
+    text = format_sheet(parse(source))
+    if arguments.check:
+        if text == source.text:
+            return 0
+        print(f"{path} is not in canonical form: backsolve format -i writes it so", file=sys.stderr)
+        return 1
+    if not arguments.in_place:
+        sys.stdout.write(text)
+    elif text != source.text:
+        from solver.report.files import replace_file
+
+        replace_file(path, text)
+    return 0

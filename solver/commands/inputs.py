@@ -1,0 +1,197 @@
+"""Inputs on the command line: a sheet, a variable sheet, and what the options override."""
+
+from __future__ import annotations
+
+import re
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.source import Source, Span
+
+if TYPE_CHECKING:
+    from rulesheets.model import Model, Value
+
+_UNIT = re.compile(r"(.*?)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all)."""
+
+    model: Model
+    inputs: Mapping[str, Value | None]
+    guesses: Mapping[str, float]
+    want: tuple[str, ...] | None
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option as the user wrote it: ``text`` is what stands after ``--name``."""
+
+    name: str
+    text: str
+
+    @property
+    def source(self) -> Source:
+        return Source("command line", f"--{self.name} {self.text}")
+
+    def place(self, part: str) -> Span:
+        """The place of a part of the text."""
+        start = len(self.name) + 3 + max(self.text.find(part), 0)
+        return Span(self.source, start, start + max(len(part), 1))
+
+
+def add_input_options(parser: ArgumentParser) -> None:
+    """The arguments that every command on a filled-in sheet takes."""
+    parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
+    parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
+    add = parser.add_argument
+    add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
+    add("--clear", metavar="NAME", action="append", default=[], help="take an input back: solve for it")
+    add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
+    add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
+
+
+def read_request(arguments: Namespace) -> Request:
+    """Load the sheets and apply the options.
+
+    Raises RuleSheetError with everything that is wrong, names that the model does not have included.
+    """
+    from rulesheets.loading import load
+    from rulesheets.variables import VariableSheet, read_variable_sheet
+
+    model = load(arguments.sheet)
+    given = read_variable_sheet(arguments.variables, model) if arguments.variables else VariableSheet()
+    reading = _Reading(model)
+    inputs = {**given.inputs, **reading.inputs(arguments.set, arguments.clear)}
+    guesses = {**given.guesses, **reading.guesses(arguments.guess, inputs)}
+    want = reading.names("want", arguments.want)
+    if reading.complaints:
+        raise RuleSheetError(*reading.complaints)
+    return Request(model, inputs, guesses, want or None)
+
+
+class _Reading:
+    """Reads options against a model and keeps every complaint."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.complaints: list[Diagnosis] = []
+
+    def inputs(self, given: Iterable[str], cleared: Iterable[str]) -> dict[str, Value | None]:
+        values: dict[str, Value | None] = {}
+        for option, name, text in self._assignments("set", given):
+            value = self._value(option, name, text)
+            self._once(option, name, values)
+            values[name] = value
+        for option, name in self._names("clear", cleared):
+            self._once(option, name, values)
+            values[name] = None
+        return values
+
+    def guesses(self, given: Iterable[str], inputs: Mapping[str, Value | None]) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for option, name, text in self._assignments("guess", given):
+            value = self._value(option, name, text)
+            self._once(option, name, found)
+            if inputs.get(name, self.model.variables[name].value) is not None:
+                self.complaints.append(_guess_of_input(option, name))
+            elif isinstance(value, str):
+                self.complaints.append(_symbol_guess(option, name, text))
+            elif value is not None:
+                found[name] = value
+        return found
+
+    def names(self, option: str, texts: Iterable[str]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(name for _, name in self._names(option, texts)))
+
+    def _names(self, option: str, texts: Iterable[str]) -> Iterator[tuple[Option, str]]:
+        """The known names of comma-separated lists."""
+        for text in texts:
+            for name in filter(None, map(str.strip, text.split(","))):
+                if self._known(Option(option, text), name):
+                    yield Option(option, text), name
+
+    def _assignments(self, option: str, texts: Iterable[str]) -> Iterator[tuple[Option, str, str]]:
+        for text in texts:
+            name, equals, value = (part.strip() for part in text.partition("="))
+            given = Option(option, text)
+            if not equals or not name:
+                self.complaints.append(_no_assignment(given))
+            elif self._known(given, name):
+                yield given, name, value
+
+    def _known(self, option: Option, name: str) -> bool:
+        from rulesheets.variables import unknown_variable
+
+        if name in self.model.variables:
+            return True
+        self.complaints.append(unknown_variable(name, self.model, option.place(name)))
+        return False
+
+    def _value(self, option: Option, name: str, text: str) -> Value | None:
+        from rulesheets.variables import parse_value
+
+        with_unit = _UNIT.fullmatch(text)
+        if with_unit:
+            text, unit = with_unit[1], with_unit[2].strip()
+            if unit != self.model.variables[name].unit:
+                self.complaints.append(_other_unit(option, unit, self.model.variables[name].unit, name))
+        try:
+            return parse_value(text, option.place(text))
+        except RuleSheetError as wrong:
+            self.complaints.extend(wrong.diagnoses)
+            return None
+
+    def _once(self, option: Option, name: str, before: Iterable[str]) -> None:
+        if name in before:
+            self.complaints.append(_repeated(option, name))
+
+
+def _no_assignment(option: Option) -> Diagnosis:
+    return error(
+        "E420",
+        f"--{option.name} needs a name and a value",
+        Label(option.place(option.text)),
+        notes=(f"write --{option.name} NAME=VALUE, such as --{option.name} x=3",),
+    )
+
+
+def _repeated(option: Option, name: str) -> Diagnosis:
+    return error(
+        "E421",
+        f"{name} is given twice",
+        Label(option.place(name), "again"),
+        notes=("keep one of the options",),
+    )
+
+
+def _other_unit(option: Option, unit: str, own: str | None, name: str) -> Diagnosis:
+    has = f"{name} is in {own}" if own else f"{name} has no unit"
+    return error(
+        "E422",
+        f"{has}, and units are not converted yet",
+        Label(option.place(f"[{unit}]") if f"[{unit}]" in option.text else option.place(unit)),
+        notes=(f"give the value in {own}" if own else "leave the unit out",),
+    )
+
+
+def _guess_of_input(option: Option, name: str) -> Diagnosis:
+    return error(
+        "E423",
+        f"{name} is an input: a guess for it says nothing",
+        Label(option.place(name)),
+        notes=(f"add --clear {name} to solve for it",),
+    )
+
+
+def _symbol_guess(option: Option, name: str, text: str) -> Diagnosis:
+    return error(
+        "E424",
+        f"a guess is a number, and {text} is a symbol",
+        Label(option.place(text)),
+        notes=(f"write --set {name}={text} to give it as an input",),
+    )

@@ -1,0 +1,90 @@
+"""What programs read: JSON and CSV, and files written as a whole."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import stat
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rulesheets.diagnosis import RuleSheetError
+from solver.report.csv import csv_rows, result_csv
+from solver.report.files import replace_file
+from solver.report.json import error_json, result_json
+from solver.result import Result, Solution
+
+
+def test_the_json_object_of_a_solve(solved: Result) -> None:
+    found = json.loads(result_json(solved))
+    assert list(found) == ["status", "solutions", "complete", "undetermined", "diagnoses", "path"]
+    assert found["status"] == "solved"
+    assert found["complete"] is True
+    assert found["solutions"] == [{"a": 3, "b": 4, "c": c, "kind": "right"} for c in (5, -5)]
+    assert [step["unknowns"] for step in found["path"]] == [["c"], ["f.angle"]]
+
+
+def test_locals_come_with_explain_or_when_wanted(solved: Result) -> None:
+    assert "f.angle" in json.loads(result_json(solved, explain=True))["solutions"][0]
+    wanted = replace(solved, wanted=("f.angle",))
+    assert "f.angle" in json.loads(result_json(wanted))["solutions"][0]
+
+
+def test_diagnoses_carry_their_rules(unsolved: Result) -> None:
+    (diagnosis,) = json.loads(result_json(unsolved))["diagnoses"]
+    assert diagnosis["code"] == "S501"
+    assert diagnosis["severity"] == "error"
+    assert diagnosis["rules"] == [{"file": "sheets/hypotenuse.tk", "line": 1, "text": "c^2 = a^2 + b^2"}]
+    assert diagnosis["variables"] == ["b", "c"]
+    assert json.loads(error_json(unsolved.diagnoses)) == {"status": "error", "diagnoses": [diagnosis]}
+
+
+def test_numbers_that_are_not_finite_never_appear(solved: Result) -> None:
+    answer = Solution({"a": 3.0, "b": float("inf"), "c": float("nan")})
+    assert json.loads(result_json(replace(solved, solutions=(answer,))))["solutions"] == [{"a": 3.0}]
+
+
+def test_csv_has_the_columns_of_the_variable_sheet(solved: Result) -> None:
+    rows = list(csv.DictReader(io.StringIO(result_csv(solved))))
+    assert list(rows[0]) == ["St", "Input", "Name", "Output", "Unit", "Comment"]
+    assert [(row["St"], row["Input"], row["Name"], row["Output"]) for row in rows] == [
+        ("", "3", "a", ""),
+        ("", "4", "b", ""),
+        ("G", "1", "c", "5"),
+        ("", "'right", "kind", ""),
+    ]
+
+
+def test_csv_rows_are_the_text(solved: Result) -> None:
+    rows = list(csv.reader(io.StringIO(result_csv(solved))))
+    found = [[r.status, r.input, r.name, r.output, r.unit, r.comment] for r in csv_rows(solved)]
+    assert found == rows[1:]
+
+
+def test_a_file_is_replaced_and_keeps_its_mode(tmp_path: Path) -> None:
+    file = tmp_path / "sheet.tk"
+    file.write_text("old")
+    file.chmod(0o640)
+    replace_file(str(file), "new é\n")
+    assert file.read_bytes() == "new é\n".encode()
+    assert stat.S_IMODE(file.stat().st_mode) == 0o640
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    file, link = tmp_path / "real.tk", tmp_path / "link.tk"
+    file.write_text("old")
+    link.symlink_to(file)
+    replace_file(str(link), "new")
+    assert link.is_symlink()
+    assert file.read_text() == "new"
+
+
+def test_a_place_that_cannot_be_written_is_a_diagnosis(tmp_path: Path) -> None:
+    with pytest.raises(RuleSheetError) as caught:
+        replace_file(str(tmp_path / "missing" / "sheet.tk"), "text")
+    assert caught.value.diagnoses[0].code == "E416"
+    assert list(tmp_path.iterdir()) == []
