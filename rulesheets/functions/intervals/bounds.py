@@ -21,7 +21,7 @@ Interval: TypeAlias = tuple[Array, Array]
 # What the vector functions of numpy are trusted to, in units in the last place (measured: 1.5), and of scipy.
 NUMPY_ULPS = 4.0
 SCIPY_ULPS = 32.0
-_EPSILON = float(np.finfo(float).eps)
+EPSILON = float(np.finfo(float).eps)
 
 quiet = np.errstate(all="ignore")
 """Decorator: operations meet infinities and nan on purpose."""
@@ -30,13 +30,13 @@ quiet = np.errstate(all="ignore")
 def down(x: Array, ulps: float = 1.0) -> Array:
     """A bound below every number whose floating-point result is within ``ulps`` of x."""
     lower: Array = np.nextafter(x, -np.inf)
-    return lower if ulps <= 1.0 else lower - np.abs(lower) * (ulps * _EPSILON)
+    return lower if ulps <= 1.0 else lower - np.abs(lower) * (ulps * EPSILON)
 
 
 def up(x: Array, ulps: float = 1.0) -> Array:
     """A bound above every number whose floating-point result is within ``ulps`` of x."""
     upper: Array = np.nextafter(x, np.inf)
-    return upper if ulps <= 1.0 else upper + np.abs(upper) * (ulps * _EPSILON)
+    return upper if ulps <= 1.0 else upper + np.abs(upper) * (ulps * EPSILON)
 
 
 def where_not(empty: Mask, low: Array, high: Array) -> Interval:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy import special
 
 from rulesheets.functions.intervals.bounds import (
+    EPSILON,
     SCIPY_ULPS,
     Array,
     Interval,
@@ -79,9 +80,16 @@ def digamma(low: Array, high: Array) -> Interval:
 @quiet
 def beta(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
     """Falling in either argument where both are positive; elsewhere the whole line."""
-    low = np.maximum(down(special.beta(a_high, b_high), 256.0), 0.0)
-    high = up(special.beta(a_low, b_low), 256.0)
-    return _for_positive(a_low, b_low, low, high)
+    least, greatest = special.beta(a_high, b_high), special.beta(a_low, b_low)
+    low = down(least) * (1.0 - _beta_error(a_high, b_high))
+    high = up(greatest) * (1.0 + _beta_error(a_low, b_low))
+    return _for_positive(a_low, b_low, np.maximum(low, 0.0), high)
+
+
+def _beta_error(a: Array, b: Array) -> Array:
+    """Bound on the relative error of scipy's beta, which cancels logarithms of gamma."""
+    logarithms = np.abs(special.gammaln(a)) + np.abs(special.gammaln(b)) + np.abs(special.gammaln(a + b))
+    return SCIPY_ULPS * EPSILON * (1.0 + logarithms)
 
 
 def _slow(

@@ -1,0 +1,31 @@
+"""Random smooth expressions of two variables, as a hypothesis strategy."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+
+SMOOTH = ("sqrt", "exp", "ln", "sin", "cos", "atan", "sind", "cosd", "tand", "asind", "atand", "tanh", "erf")
+
+leaves = st.one_of(
+    st.sampled_from([Name("x"), Name("y")]),
+    st.integers(-5, 5).map(lambda whole: Number(float(whole))),
+    st.floats(0.1, 3.0).map(Number),
+)
+
+
+def _grown(parts: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression]:
+    return st.one_of(
+        parts.map(Negative),
+        st.lists(parts, min_size=2, max_size=4).map(lambda terms: Sum(tuple(terms))),
+        st.builds(Product, parts, parts),
+        st.builds(Quotient, parts, parts),
+        st.builds(Power, parts, st.integers(-3, 3).map(lambda whole: Number(float(whole)))),
+        st.builds(Power, parts, parts),
+        st.builds(lambda name, part: Call(name, (part,)), st.sampled_from(SMOOTH), parts),
+        st.builds(lambda y, x: Call("atan2d", (y, x)), parts, parts),
+    )
+
+
+expressions = st.recursive(leaves, _grown, max_leaves=8)

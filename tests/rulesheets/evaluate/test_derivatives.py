@@ -1,0 +1,123 @@
+"""Symbolic and accumulated derivatives against differences at 60 digits."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from random_expressions import expressions
+
+from rulesheets.evaluate import (
+    NotDifferentiable,
+    Undefined,
+    derivatives,
+    differentiate,
+    extended,
+    simplify,
+    value,
+)
+from rulesheets.functions.extended import context
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, names
+
+X, Y = Name("x"), Name("y")
+MP = context(60)
+
+
+def slope(expression: Expression, point: dict[str, float], name: str) -> float:
+    """Central difference to about 20 digits."""
+    step = MP.mpf(10) ** -20
+    at = [extended(expression, {**point, name: MP.mpf(point[name]) + s * step}, 60) for s in (1, -1)]
+    return float((at[0] - at[1]) / (2 * step))
+
+
+@given(expression=expressions, x=st.floats(0.1, 3.0), y=st.floats(-3.0, 3.0))
+def test_both_agree_with_differences(expression: Expression, x: float, y: float) -> None:
+    point = {"x": x, "y": y}
+    try:
+        expected = {name: slope(expression, point, name) for name in set(names(expression))}
+        exact = {name: extended(differentiate(expression, name), point, 60) for name in expected}
+        result, gradient = derivatives(expression, point)
+    except Undefined:
+        return
+    assume(all(abs(each) < 1e6 for each in expected.values()))
+    assert result == value(expression, point)
+    assert set(gradient) == set(expected)
+    for name, each in expected.items():
+        assert float(exact[name]) == pytest.approx(each, rel=1e-12, abs=1e-12)
+        if well_conditioned(expression, name, point):
+            assert gradient[name] == pytest.approx(each, rel=1e-6, abs=1e-6)
+
+
+def well_conditioned(expression: Expression, name: str, point: dict[str, float]) -> bool:
+    """Whether the derivative hardly moves between neighbouring floats."""
+    tree = differentiate(expression, name)
+    try:
+        here = float(extended(tree, point))
+        near = [float(extended(tree, {k: v * (1.0 + s) for k, v in point.items()})) for s in (1e-12, -1e-12)]
+    except Undefined:
+        return False
+    return max(abs(each - here) for each in near) < 1e-8 and math.isfinite(here)
+
+
+def test_folding_of_zeros_and_ones() -> None:
+    assert differentiate(X, "x") == Number(1.0)
+    assert differentiate(Y, "x") == Number(0.0)
+    assert differentiate(Sum((X, Y, Negative(X))), "y") == Number(1.0)
+    assert differentiate(Product(Y, X), "x") == Y
+    assert differentiate(Quotient(X, Y), "x") == Quotient(Number(1.0), Y)
+    assert differentiate(Power(X, Number(2.0)), "x") == Product(Number(2.0), X)
+    assert differentiate(Call("exp", (X,)), "x") == Call("exp", (X,))
+    assert differentiate(Call("int", (X,)), "x") == Number(0.0)
+
+
+def test_bessel_functions_by_their_order() -> None:
+    expression = Call("jn", (X, Y))
+    with pytest.raises(NotDifferentiable):
+        differentiate(expression, "x")
+    assert value(differentiate(expression, "y"), {"x": 1.0, "y": 0.0}) == 0.5
+    gradient = derivatives(expression, {"x": 1.0, "y": 0.0})[1]
+    assert math.isnan(gradient["x"]) and gradient["y"] == 0.5
+
+
+def test_where_a_derivative_does_not_exist_it_is_nan() -> None:
+    result, gradient = derivatives(Sum((Call("sqrt", (X,)), Y)), {"x": 0.0, "y": 3.0})
+    assert result == 3.0
+    assert math.isnan(gradient["x"]) and gradient["y"] == 1.0
+
+
+def test_powers_of_zero_and_of_negative_bases() -> None:
+    square = Power(X, Number(2.0))
+    assert derivatives(square, {"x": 0.0}) == (0.0, {"x": 0.0})
+    assert derivatives(square, {"x": -3.0}) == (9.0, {"x": -6.0})
+    assert derivatives(Power(X, Number(1.0)), {"x": 0.0}) == (0.0, {"x": 1.0})
+    assert derivatives(Power(X, Number(0.0)), {"x": 0.0}) == (1.0, {"x": 0.0})
+
+
+def test_kinks_take_one_side() -> None:
+    both = Call("max", (X, Y, X))
+    assert derivatives(both, {"x": 2.0, "y": 1.0})[1] == {"x": 1.0, "y": 0.0}
+    tie = derivatives(both, {"x": 1.0, "y": 1.0})[1]
+    assert sorted(tie.values()) == [0.0, 1.0]
+    assert derivatives(Call("abs", (X,)), {"x": -2.0}) == (2.0, {"x": -1.0})
+
+
+def test_undefined_blames_the_users_operation() -> None:
+    root = Call("sqrt", (X,))
+    with pytest.raises(Undefined) as caught:
+        derivatives(Product(Y, root), {"x": -1.0, "y": 1.0})
+    assert caught.value.expression is root
+    with pytest.raises(Undefined, match="too large"):
+        derivatives(Product(X, X), {"x": 1e200})
+
+
+def test_constants_are_folded() -> None:
+    expression = Sum((Product(Number(2.0), Power(Number(3.0), Number(2.0))), Negative(X)))
+    assert simplify(expression) == Sum((Number(18.0), Negative(X)))
+    assert simplify(Call("sqrt", (Quotient(Number(8.0), Number(2.0)),))) == Number(2.0)
+
+
+def test_constants_without_a_value_are_left_alone() -> None:
+    for broken in (Quotient(Number(0.0), Number(0.0)), Call("sqrt", (Number(-1.0),))):
+        assert simplify(broken) == broken

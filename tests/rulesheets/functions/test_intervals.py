@@ -1,0 +1,225 @@
+"""Interval forms contain every value on a box (mpmath is the judge), and not much more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rulesheets.functions import TABLE
+from rulesheets.functions.extended import context, functions
+from rulesheets.functions.intervals import INTERVALS, add, divide, multiply, power, subtract
+
+MP = context(40)
+EXACT = functions(40)
+INF = math.inf
+BOXES = 40
+SPECIAL = (
+    -1000.0,
+    -360.0,
+    -90.0,
+    -2.0,
+    -1.0,
+    -0.5,
+    -0.0,
+    0.0,
+    1e-300,
+    0.5,
+    1.0,
+    2.0,
+    3.0,
+    45.0,
+    90.0,
+    180.0,
+    1e6,
+)
+WHOLE = ("jn", "yn")
+
+
+def ends(random: np.random.Generator, boxes: int, tiny: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Random boxes of all sizes, some with ends where something happens."""
+    middle = random.normal(size=boxes) * 10.0 ** random.uniform(-3, 2, boxes)
+    width = np.abs(random.normal(size=boxes)) * 10.0 ** random.uniform(-12 if tiny else -3, 1, boxes)
+    low, high = middle - width, middle + width
+    special = random.choice(SPECIAL, boxes)
+    low = np.where(random.random(boxes) < 0.2, special, low)
+    high = np.where(random.random(boxes) < 0.2, random.choice(SPECIAL, boxes), high)
+    return np.minimum(low, high), np.maximum(low, high)
+
+
+def point_in(random: np.random.Generator, low: float, high: float) -> float:
+    """A point of the box, an end as often as not."""
+    choice = random.random()
+    if choice < 0.25:
+        return low
+    return high if choice < 0.5 else min(max(random.uniform(low, high), low), high)
+
+
+def assert_contains(
+    name: str,
+    form: Callable[..., tuple[np.ndarray, np.ndarray]],
+    exact: Callable[..., object],
+    count: int,
+    seed: int,
+    whole: bool = False,
+) -> None:
+    random = np.random.default_rng(seed)
+    boxes = [ends(random, BOXES, tiny=seed % 2 == 0) for _ in range(count)]
+    if whole:
+        order = random.integers(-4, 5, BOXES).astype(float)
+        boxes[0] = (order, order)
+    low, high = (np.broadcast_to(end, (BOXES,)) for end in form(*(end for box in boxes for end in box)))
+    for index in range(BOXES):
+        for _ in range(3):
+            point = [point_in(random, float(box[0][index]), float(box[1][index])) for box in boxes]
+            try:
+                value = exact(*map(MP.mpf, point))
+            except (ValueError, ZeroDivisionError, OverflowError):
+                continue
+            assert MP.mpf(low[index]) <= value <= MP.mpf(high[index]), (name, point, low[index], high[index])
+
+
+def real_power(x: object, y: object) -> object:
+    if (x < 0 and y != int(y)) or (x == 0 and y < 0):  # type: ignore[operator, call-overload]
+        raise ValueError
+    return x**y  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", TABLE)
+def test_contains_every_value(name: str, seed: int) -> None:
+    count = TABLE[name].arity[1]
+    count = 3 if count is None else count
+    assert_contains(name, INTERVALS[name], EXACT[name], count, seed, whole=name in WHOLE)
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_arithmetic_contains_every_value(seed: int) -> None:
+    assert_contains("add", add, lambda x, y: x + y, 2, seed)
+    assert_contains("subtract", subtract, lambda x, y: x - y, 2, seed)
+    assert_contains("multiply", multiply, lambda x, y: x * y, 2, seed)
+    assert_contains("divide", divide, lambda x, y: x / y, 2, seed)
+    assert_contains("power", power, real_power, 2, seed)
+
+
+@pytest.mark.parametrize("exponent", [-3.0, -2.0, -1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, -0.5])
+def test_powers_contain_every_value(exponent: float) -> None:
+    fixed = np.asarray(exponent)
+    assert_contains(
+        f"power {exponent}",
+        lambda low, high: power(low, high, fixed, fixed),
+        lambda x: real_power(x, MP.mpf(exponent)),
+        1,
+        3,
+    )
+
+
+def box(*ends: float) -> tuple[np.ndarray, ...]:
+    return tuple(np.asarray(end) for end in ends)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "expected"),
+    [
+        ("sqrt", (-4.0, 9.0), (0.0, 3.0)),
+        ("abs", (-4.0, 3.0), (0.0, 4.0)),
+        ("sind", (0.0, 90.0), (0.0, 1.0)),
+        ("sind", (10.0, 20.0), (math.sin(math.radians(10)), math.sin(math.radians(20)))),
+        ("cosd", (-30.0, 60.0), (0.5, 1.0)),
+        ("cosd", (100.0, 300.0), (-1.0, 0.5)),
+        ("cos", (3.0, 3.2), (-1.0, math.cos(3.0))),
+        ("sin", (-INF, 1.0), (-1.0, 1.0)),
+        ("tand", (-45.0, 45.0), (-1.0, 1.0)),
+        ("tand", (45.0, 90.0), (1.0, INF)),
+        ("tand", (90.0, 135.0), (-INF, -1.0)),
+        ("tand", (45.0, 135.0), (-INF, INF)),
+        ("ln", (-1.0, 1.0), (-INF, 0.0)),
+        ("exp", (-INF, 0.0), (0.0, 1.0)),
+        ("acosd", (-2.0, 0.5), (60.0, 180.0)),
+        ("atan2d", (-1.0, 1.0, 1.0, 2.0), (-45.0, 45.0)),
+        ("atan2d", (1.0, 2.0, -1.0, 1.0), (45.0, 135.0)),
+        ("atan2d", (-1.0, 1.0, -2.0, -1.0), (-180.0, 180.0)),
+        ("atan2d", (0.0, 1.0, -2.0, -1.0), (135.0, 180.0)),
+        ("cosh", (-1.0, 2.0), (1.0, math.cosh(2.0))),
+        ("int", (-1.5, 2.5), (-1.0, 2.0)),
+        ("frac", (3.25, 3.5), (0.25, 0.5)),
+        ("frac", (-1.5, 0.25), (-1.0, 0.25)),
+        ("mod", (370.0, 380.0, 360.0, 360.0), (10.0, 20.0)),
+        ("step", (0.0, 1.0, 2.0, 3.0), (0.0, 0.0)),
+        ("min", (0.0, 5.0, 2.0, 3.0), (0.0, 3.0)),
+        ("gamma", (1.0, 3.0), (0.8856031944108887, 2.0)),
+        ("erf", (-INF, INF), (-1.0, 1.0)),
+        ("i0", (-1.0, 0.5), (1.0, 1.2660658777520084)),
+        ("j0", (-INF, INF), (-0.4028, 1.0)),
+    ],
+)
+def test_tight(name: str, arguments: tuple[float, ...], expected: tuple[float, float]) -> None:
+    low, high = INTERVALS[name](*box(*arguments))
+    assert (float(low), float(high)) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("form", "arguments", "expected"),
+    [
+        (add, (1.0, 2.0, -1.0, 3.0), (0.0, 5.0)),
+        (add, (-INF, 2.0, 1.0, 3.0), (-INF, 5.0)),
+        (multiply, (0.0, 0.0, -INF, INF), (0.0, 0.0)),
+        (multiply, (-2.0, 3.0, -5.0, 4.0), (-15.0, 12.0)),
+        (divide, (1.0, 2.0, 4.0, 8.0), (0.125, 0.5)),
+        (divide, (1.0, 2.0, 0.0, 4.0), (0.25, INF)),
+        (divide, (1.0, 2.0, -4.0, 0.0), (-INF, -0.25)),
+        (divide, (-1.0, 2.0, -4.0, 1.0), (-INF, INF)),
+        (divide, (1.0, INF, 1.0, INF), (0.0, INF)),
+        (power, (-2.0, 3.0, 2.0, 2.0), (0.0, 9.0)),
+        (power, (-2.0, 3.0, 3.0, 3.0), (-8.0, 27.0)),
+        (power, (2.0, 4.0, -1.0, -1.0), (0.25, 0.5)),
+        (power, (-4.0, 9.0, 0.5, 0.5), (0.0, 3.0)),
+        (power, (4.0, 9.0, -0.5, 0.5), (1 / 3, 3.0)),
+        (power, (-4.0, 9.0, 0.0, 0.0), (1.0, 1.0)),
+    ],
+)
+def test_arithmetic_is_tight(
+    form: Callable[..., tuple[np.ndarray, np.ndarray]],
+    arguments: tuple[float, ...],
+    expected: tuple[float, float],
+) -> None:
+    low, high = form(*box(*arguments))
+    assert (float(low), float(high)) == pytest.approx(expected, rel=1e-14, abs=1e-300)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("sqrt", (-2.0, -1.0)),
+        ("ln", (-2.0, -1.0)),
+        ("asind", (1.5, 2.0)),
+        ("acosh", (-1.0, 0.5)),
+        ("atan2d", (0.0, 0.0, 0.0, 0.0)),
+        ("tand", (90.0, 90.0)),
+        ("mod", (1.0, 2.0, 0.0, 0.0)),
+        ("y0", (-2.0, -1.0)),
+    ],
+)
+def test_empty_outside_the_domain(name: str, arguments: tuple[float, ...]) -> None:
+    assert np.isnan(INTERVALS[name](*box(*arguments))).all()
+
+
+def test_division_by_zero_alone_is_empty() -> None:
+    assert np.isnan(divide(*box(1.0, 2.0, 0.0, 0.0))).all()
+    assert np.isnan(power(*box(0.0, 0.0, -1.0, -1.0))).all()
+    assert np.isnan(power(*box(-2.0, -1.0, 0.5, 0.5))).all()
+
+
+@pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name].arity != (0, 0)])
+def test_empty_arguments_stay_empty(name: str) -> None:
+    count = max(TABLE[name].arity[0], 1)
+    for place in range(count):
+        arguments = [np.asarray(1.0)] * (2 * count)
+        arguments[2 * place : 2 * place + 2] = [np.asarray(math.nan)] * 2
+        assert np.isnan(INTERVALS[name](*arguments)).all()
+
+
+def test_there_is_a_form_of_every_function() -> None:
+    assert set(INTERVALS) == set(TABLE)
