@@ -1,11 +1,15 @@
-"""Diagnoses: what is wrong, where, and what to do about it."""
+"""Diagnoses: what is wrong, where, and what to do about it; and how that is printed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
 
+from rulesheets.catalogue import CATALOGUE
 from rulesheets.source import Span
+
+_WIDTH = 100
+"""Characters of a source line that an excerpt shows at most."""
 
 
 class Severity(Enum):
@@ -47,3 +51,81 @@ class RuleSheetError(Exception):
     def __init__(self, *diagnoses: Diagnosis) -> None:
         super().__init__("\n".join(diagnosis.message for diagnosis in diagnoses))
         self.diagnoses = diagnoses
+
+
+def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
+    """An error with a code of the catalogue, whose title is the message unless one is given."""
+    return Diagnosis(code, Severity.ERROR, message or CATALOGUE[code].title, labels, notes)
+
+
+# --- printing -------------------------------------------------------------------
+
+_COLORS = {Severity.ERROR: "1;31", Severity.WARNING: "1;33", Severity.NOTE: "1;36"}
+_BLUE, _BOLD, _GREEN = "1;34", "1", "1;32"
+
+
+def render(diagnosis: Diagnosis, color: bool = False) -> str:
+    """The diagnosis as lines of text, without a line end after the last.
+
+    ``error[E104]: message``, then each labelled place as `` --> file:line:column`` with the line
+    of the source and carets under the place, then the notes. ``color`` adds ANSI colours.
+    """
+    return "\n".join(_Page(color).lines(diagnosis))
+
+
+@dataclass(frozen=True)
+class _Page:
+    color: bool
+
+    def paint(self, text: str, style: str) -> str:
+        return f"\x1b[{style}m{text}\x1b[0m" if self.color and text else text
+
+    def lines(self, diagnosis: Diagnosis) -> list[str]:
+        style = _COLORS[diagnosis.severity]
+        head = self.paint(f"{diagnosis.severity}[{diagnosis.code}]", style)
+        gutter = max((len(str(label.span.line)) for label in diagnosis.labels), default=1)
+        lines = [f"{head}: {self.paint(diagnosis.message, _BOLD)}"]
+        for index, label in enumerate(diagnosis.labels):
+            lines += self.excerpt(label, gutter, style if index == 0 else _BLUE)
+        margin = " " * gutter
+        if diagnosis.labels and diagnosis.notes:
+            lines.append(f"{margin} {self.paint('|', _BLUE)}")
+        for index, note in enumerate(diagnosis.notes):
+            word = "help" if index == 0 else "note"
+            lines.append(f"{margin} {self.paint('=', _BLUE)} {self.paint(word, _GREEN)}: {note}")
+        return lines
+
+    def excerpt(self, label: Label, gutter: int, style: str) -> list[str]:
+        """The place, the line of the source that it begins in, and carets under it."""
+        span = label.span
+        number, column = span.source.place(span.start)
+        shown, start, width = _clipped(span.source.line(number), column - 1, span.end - span.start)
+        margin, bar = " " * gutter, self.paint("|", _BLUE)
+        carets = " " * start + self.paint(f"{'^' * width} {label.text}".rstrip(), style)
+        return [
+            f"{margin}{self.paint('-->', _BLUE)} {span.file}:{number}:{column}",
+            f"{margin} {bar}",
+            f"{self.paint(str(number).rjust(gutter), _BLUE)} {bar} {shown}".rstrip(),
+            f"{margin} {bar} {carets}",
+        ]
+
+
+def _clipped(line: str, start: int, length: int) -> tuple[str, int, int]:
+    """A stretch of the line around the place; where the place begins in it, and how wide it is.
+
+    Tabs become four blanks and other control characters one, so that carets stay below
+    what they mean.
+    """
+    length = max(1, min(length, len(line) - start))
+    first = 0 if start + length < _WIDTH else max(0, min(start - _WIDTH // 3, len(line) - _WIDTH))
+    last = min(len(line), first + _WIDTH)
+    before, marked = _plain(line[first:start]), _plain(line[start : min(start + length, last)])
+    ahead = "… " if first else ""
+    behind = " …" if last < len(line) else ""
+    text = ahead + before + marked + _plain(line[start + length : last]) + behind
+    return text, len(ahead + before), max(1, len(marked))
+
+
+def _plain(text: str) -> str:
+    shown = text.replace("\t", "    ")
+    return shown if shown.isprintable() else "".join(c if c.isprintable() else " " for c in shown)

@@ -173,11 +173,15 @@ RuleBody: TypeAlias = Equality | CallRule | IfRule
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One rule of a sheet with its trailing comment (without the comment mark)."""
+    """One rule of a sheet with its trailing comment (without the comment mark).
+
+    ``gap`` says, here and below, that a blank line stands before it.
+    """
 
     body: RuleBody
     comment: str = ""
     span: Span | None = _place()
+    gap: bool = field(default=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +190,7 @@ class CommentLine:
 
     text: str
     span: Span | None = _place()
+    gap: bool = field(default=False, compare=False, repr=False)
 
 
 # --- variables and sheets -------------------------------------------------------
@@ -218,6 +223,7 @@ class VariableRow:
     range: Range | None = None
     comment: str = ""
     span: Span | None = _place()
+    gap: bool = field(default=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +237,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A rule function: ``function f(arguments; results)``, ``parameters``, ``rules``."""
+    """A rule function: ``function f(arguments; results)``, ``parameters``, ``rules``.
+
+    ``above`` are the comment lines that stand right above its head.
+    """
 
     name: str
     arguments: tuple[str, ...]
@@ -240,6 +249,8 @@ class Function:
     rules: tuple[Rule | CommentLine, ...]
     comment: str = ""
     span: Span | None = _place()
+    above: tuple[CommentLine, ...] = ()
+    parameters_comment: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,217 @@
+"""What the grammar recognises, as nodes: one method for each rule of ``rules.lark``.
+
+The parser calls these as it reduces, so it never builds a tree of its own. Children are
+nodes, tuples of nodes, and tokens (strings that know ``start_pos`` and ``end_pos``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from rulesheets import nodes
+from rulesheets.diagnosis import Label, RuleSheetError, error
+from rulesheets.parse.ranges import Bound, bounded, constant
+from rulesheets.source import Source, Span
+
+Children: TypeAlias = Sequence[Any]
+Expressions: TypeAlias = tuple[nodes.Expression, ...]
+
+_RELATIONS = {"≤": "<=", "≥": ">=", "≠": "<>"}
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One side of an equality with its place, parentheses of a tuple included."""
+
+    expressions: Expressions
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """The first line of a function."""
+
+    name: str
+    arguments: tuple[str, ...]
+    results: tuple[str, ...]
+
+
+def _unit(text: str) -> tuple[str | None, str | None]:
+    """``[mm -> in]`` as calculation and display unit."""
+    unit, _, display = text[1:-1].partition("->")
+    return unit.strip() or None, display.strip() or None
+
+
+class Builder:
+    """Callbacks of the parser; ``source`` and ``offset`` say where the line at hand begins."""
+
+    def __init__(self) -> None:
+        self.source = Source("", "")
+        self.offset = 0
+
+    def _span(self, start: int, end: int) -> Span:
+        return Span(self.source, start, end)
+
+    def _of(self, token: Any) -> Span:
+        return Span(self.source, self.offset + token.start_pos, self.offset + token.end_pos)
+
+    def _start(self, token: Any) -> int:
+        return self.offset + int(token.start_pos)
+
+    def _end(self, token: Any) -> int:
+        return self.offset + int(token.end_pos)
+
+    def _around(self, parts: Children) -> Span:
+        return Span(self.source, parts[0].span.start, parts[-1].span.end)
+
+    # --- expressions ---
+
+    def number(self, children: Children) -> nodes.Number:
+        token = children[0]
+        value = float(token)
+        if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
+            raise RuleSheetError(
+                error(
+                    "E107",
+                    f"the number {token} is out of range",
+                    Label(self._of(token), "too large" if value else "too small"),
+                    notes=("numbers reach from 5e-324 to 1.8e308 in size",),
+                )
+            )
+        return nodes.Number(value, self._of(token))
+
+    def symbol(self, children: Children) -> nodes.Symbol:
+        return nodes.Symbol(str(children[0])[1:], self._of(children[0]))
+
+    def name(self, children: Children) -> nodes.Name | nodes.Call:
+        token = children[0]
+        if token == "pi":
+            return nodes.Call("pi", (), self._of(token))
+        return nodes.Name(str(token), self._of(token))
+
+    def call(self, children: Children) -> nodes.Call:
+        name, arguments, closing = children
+        return nodes.Call(name.lower(), arguments, self._span(self._start(name), self._end(closing)))
+
+    def group(self, children: Children) -> nodes.Expression:
+        opening, inner, closing = children
+        return replace(inner, span=self._span(self._start(opening), self._end(closing)))  # type: ignore[no-any-return]
+
+    def expressions(self, children: Children) -> Expressions:
+        return tuple(child for child in children if child is not None)
+
+    def sum(self, children: Children) -> nodes.Sum:
+        return nodes.Sum(tuple(children), self._around(children))
+
+    def negative(self, children: Children) -> nodes.Negative:
+        minus, operand = children
+        return nodes.Negative(operand, self._span(self._start(minus), operand.span.end))
+
+    subtracted = negative
+
+    def times(self, children: Children) -> nodes.Product:
+        return nodes.Product(children[0], children[1], self._around(children))
+
+    def over(self, children: Children) -> nodes.Quotient:
+        return nodes.Quotient(children[0], children[1], self._around(children))
+
+    def power(self, children: Children) -> nodes.Power:
+        return nodes.Power(children[0], children[1], self._around(children))
+
+    # --- conditions ---
+
+    def comparison(self, children: Children) -> nodes.Comparison:
+        left, sign, right = children
+        operator = _RELATIONS.get(sign, str(sign))
+        return nodes.Comparison(operator, left, right, self._around((left, right)))
+
+    def conjunction(self, children: Children) -> nodes.Condition:
+        return nodes.And(tuple(children), self._around(children)) if len(children) > 1 else children[0]
+
+    def disjunction(self, children: Children) -> nodes.Condition:
+        return nodes.Or(tuple(children), self._around(children)) if len(children) > 1 else children[0]
+
+    def negation(self, children: Children) -> nodes.Not:
+        word, term = children
+        return nodes.Not(term, self._span(self._start(word), term.span.end))
+
+    def given(self, children: Children) -> nodes.Given:
+        word, name, closing = children
+        return nodes.Given(str(name)[1:], self._span(self._start(word), self._end(closing)))
+
+    # --- rules ---
+
+    def side(self, children: Children) -> Side:
+        if len(children) == 1:
+            span = children[0].span
+            return Side((children[0],), span.start, span.end)
+        return Side(tuple(children[1:-1:2]), self._start(children[0]), self._end(children[-1]))
+
+    def equality(self, children: Children) -> nodes.Equality:
+        left, right = children
+        if len(right.expressions) > len(left.expressions) == 1:
+            left, right = right, left
+        span = self._span(children[0].start, children[1].end)
+        return nodes.Equality(left.expressions, right.expressions, span)
+
+    def call_rule(self, children: Children) -> nodes.CallRule:
+        word, name, arguments, results, closing = children
+        span = self._span(self._start(word), self._end(closing))
+        return nodes.CallRule(name.lower(), arguments, results or (), span)
+
+    def conditional(self, children: Children) -> nodes.IfRule:
+        word, condition, then, otherwise = children
+        end = (otherwise or then).span.end
+        return nodes.IfRule(condition, then, otherwise, self._span(self._start(word), end))
+
+    # --- the variables section ---
+
+    def row(self, children: Children) -> nodes.VariableRow:
+        name, assigned, *marks = children
+        sign, expression = assigned or ("", None)
+        units = [mark for mark in marks if isinstance(mark, str)]
+        ranges = [mark for mark in marks if not isinstance(mark, str)]
+        unit, display = _unit(units[0]) if units else (None, None)
+        return nodes.VariableRow(
+            str(name),
+            value=expression if sign == "=" else None,
+            guess=expression if sign == "~" else None,
+            unit=unit,
+            display_unit=display,
+            range=bounded(ranges),
+            span=self._of(name),
+        )
+
+    def value(self, children: Children) -> tuple[str, nodes.Expression]:
+        return "=", children[0]
+
+    def guess(self, children: Children) -> tuple[str, nodes.Expression]:
+        return "~", children[0]
+
+    def bound(self, children: Children) -> Bound:
+        sign, expression = children
+        operator = _RELATIONS.get(sign, str(sign))
+        span = self._span(self._start(sign), expression.span.end)
+        return Bound(operator, constant(expression), span)
+
+    def interval(self, children: Children) -> nodes.Range:
+        word, low, high, closing = children
+        span = self._span(self._start(word), self._end(closing))
+        return nodes.Range(constant(low), constant(high), span=span)
+
+    # --- section heads ---
+
+    def names(self, children: Children) -> tuple[str, ...]:
+        return tuple(str(child) for child in children if child is not None)
+
+    parameters = names
+
+    def use(self, children: Children) -> tuple[str, ...]:
+        return tuple(str(child)[1:-1] for child in children)
+
+    def head(self, children: Children) -> Head:
+        name, arguments, results = children
+        return Head(str(name), arguments, results or ())

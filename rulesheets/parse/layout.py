@@ -1,0 +1,174 @@
+"""Text → logical lines: where a line goes on, and where its comments are.
+
+A logical line may span several lines of text. Its comments are blanked out in ``code``,
+which keeps every offset, so the grammar knows neither of comments nor of line ends.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+_MARK = re.compile(r'["();]')
+_GOES_ON = re.compile(r"(?:[-+*/^,=<>≤≥≠~]|\b(?:then|else|and|or|not))\Z", re.IGNORECASE)
+_CARRIES_ON = re.compile(r"[^\S\n]*(?:then|else)\b", re.IGNORECASE)
+_USE = re.compile(r"\s*use\b", re.IGNORECASE)
+_PATH = re.compile(r'"[^"\n]*"(?=\s*(?:[,";]|$))', re.MULTILINE)
+_HEAD = re.compile(
+    r"[^\S\n]*(?:(?:variables|rules)[^\S\n]*(?:[\";]|$)|function\s+[^\W\d]|use\s*\")",
+    re.IGNORECASE | re.MULTILINE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One logical line; all offsets count from the start of the text.
+
+    ``code`` begins at ``start`` and has blanks for comments; ``end`` is where it ends without
+    trailing blanks. ``comment`` is what the comments say, joined by ``; ``, or None. ``gap``:
+    a blank line stands before. ``depth`` is the deepest nesting of parentheses; ``unclosed``
+    are those that are never closed, ``stray`` the closing ones that nothing opened.
+    """
+
+    start: int
+    end: int
+    code: str
+    comment: str | None
+    gap: bool
+    depth: int
+    unclosed: tuple[int, ...]
+    stray: tuple[int, ...]
+
+    @property
+    def blank(self) -> bool:
+        """Whether there is nothing but comments."""
+        return self.end == self.start
+
+
+@dataclass(slots=True)
+class _Draft:
+    """A logical line while it is gathered from lines of text."""
+
+    text: str
+    start: int
+    code: list[str] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
+    ending: str = ""
+    end: int = 0
+    depth: int = 0
+    open: list[int] = field(default_factory=list)
+    stray: list[int] = field(default_factory=list)
+
+    def add(self, start: int, end: int) -> None:
+        """Take in the line of text ``[start, end)``."""
+        mark = self._comment_start(start, end)
+        code = self.text[start:mark]
+        if mark < end:
+            self.comments.append(self.text[mark + 1 : end].strip())
+        if shown := code.rstrip():
+            self.ending = shown
+            self.end = start + len(shown)
+        self.code.append(code + " " * (end - mark))
+
+    def _comment_start(self, start: int, end: int) -> int:
+        """Follow the parentheses of a line of text to where its comment begins, or to its end."""
+        position = start
+        while found := _MARK.search(self.text, position, end):
+            position = found.end()
+            mark = found.group()
+            if mark == "(":
+                self._open(found.start())
+            elif mark == ")":
+                self._close(found.start())
+            elif mark == '"' and (path := self._path(found.start(), end)):
+                position = path
+            elif mark == '"' or not self.open:
+                return found.start()
+        return end
+
+    def _open(self, place: int) -> None:
+        self.open.append(place)
+        self.depth = max(self.depth, len(self.open))
+
+    def _close(self, place: int) -> None:
+        if self.open:
+            self.open.pop()
+        else:
+            self.stray.append(place)
+
+    def _path(self, quote: int, end: int) -> int | None:
+        """Where the quoted file name ends that begins here, if this is a ``use`` line."""
+        if not _USE.match(self.text, self.start):
+            return None
+        named = _PATH.match(self.text, quote, end)
+        written = self.text[self.start : quote].rstrip()
+        return named.end() if named and not written.endswith('"') else None
+
+    def line(self, gap: bool) -> Line:
+        return Line(
+            self.start,
+            self.end or self.start,
+            "\n".join(self.code),
+            "; ".join(filter(None, self.comments)) if self.comments else None,
+            gap,
+            self.depth,
+            tuple(self.open),
+            tuple(self.stray),
+        )
+
+
+def logical_lines(text: str) -> Iterator[Line]:
+    """The logical lines of a text in order; blank ones are left out.
+
+    A parenthesis that is not closed before the next section head, or at all, does not make
+    its line go on: one slip should not swallow the sheet.
+    """
+    position, gap = 0, False
+    while position < len(text):
+        end = _line_end(text, position)
+        if end == position or text[position:end].isspace():
+            gap, position = True, end + 1
+            continue
+        draft, after = _gather(text, position, through_parentheses=True)
+        if draft.open:
+            draft, after = _gather(text, position, through_parentheses=False)
+        yield draft.line(gap)
+        gap, position = False, after
+
+
+def _line_end(text: str, start: int) -> int:
+    end = text.find("\n", start)
+    return len(text) if end < 0 else end
+
+
+def _gather(text: str, start: int, through_parentheses: bool) -> tuple[_Draft, int]:
+    """The logical line that begins at ``start``, and where the next one may begin."""
+    draft = _Draft(text, start)
+    position = start
+    while True:
+        end = _line_end(text, position)
+        draft.add(position, end)
+        position = end + 1
+        if position >= len(text) or not draft.ending or _HEAD.match(text, position):
+            return draft, position
+        if draft.open and through_parentheses:
+            continue
+        if _GOES_ON.search(draft.ending):
+            if text[position : _line_end(text, position)].isspace() or text[position] == "\n":
+                return draft, position
+        elif not _carried_on(text, position):
+            return draft, position
+
+
+def _carried_on(text: str, position: int) -> bool:
+    """Whether the next line that says anything begins with ``then`` or ``else``."""
+    while position < len(text):
+        if _CARRIES_ON.match(text, position):
+            return True
+        end = _line_end(text, position)
+        line = text[position:end].lstrip()
+        if line and line[0] not in '";':
+            return False
+        position = end + 1
+    return False

@@ -1,0 +1,230 @@
+"""Logical lines → sections → a rule sheet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from rulesheets import nodes
+from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.parse import mistakes
+from rulesheets.parse.builder import Head
+from rulesheets.parse.layout import Line, logical_lines
+from rulesheets.parse.reader import read_line
+from rulesheets.source import Source, Span
+
+_ENOUGH = 50
+"""Complaints after which the rest of a sheet is not read."""
+
+_HEAD = re.compile(
+    r"\s*(?:(?P<section>variables|rules)\s*\Z|(?P<head>function|parameters|use)\b(?!\s*=))", re.IGNORECASE
+)
+
+
+def parse(source: Source) -> nodes.RuleSheet:
+    """The rule sheet that a text says. Raises RuleSheetError with what is wrong, line by line."""
+    reading = _Reading(source)
+    for line in logical_lines(source.text):
+        reading.take(line)
+        if len(reading.complaints) >= _ENOUGH:
+            break
+    return reading.sheet()
+
+
+@dataclass
+class _Function:
+    """A function while its lines are read."""
+
+    head: Head
+    start: int
+    end: int
+    comment: str
+    above: tuple[nodes.CommentLine, ...]
+    parameters: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
+    begun: bool = False
+
+    def node(self, source: Source) -> nodes.Function:
+        return nodes.Function(
+            self.head.name,
+            self.head.arguments,
+            self.head.results,
+            tuple(self.parameters),
+            tuple(self.rules),
+            self.comment,
+            Span(source, self.start, self.end),
+            self.above,
+            "; ".join(self.remarks),
+        )
+
+
+@dataclass
+class _Reading:
+    """The sheet so far, and the section that the next line belongs to."""
+
+    source: Source
+    uses: list[nodes.Use] = field(default_factory=list)
+    rows: list[nodes.VariableRow | nodes.CommentLine] | None = None
+    rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
+    functions: list[_Function] = field(default_factory=list)
+    comments: list[nodes.CommentLine] = field(default_factory=list)
+    waiting: list[nodes.CommentLine] = field(default_factory=list)
+    complaints: list[Diagnosis] = field(default_factory=list)
+    section: str = ""
+
+    def take(self, line: Line) -> None:
+        try:
+            if line.blank:
+                self.waiting.append(nodes.CommentLine(line.comment or "", self._span(line), line.gap))
+            elif found := _HEAD.match(line.code):
+                self._begin((found["section"] or found["head"]).lower(), line)
+            else:
+                self._add(line)
+        except RuleSheetError as wrong:
+            self.complaints.extend(wrong.diagnoses)
+
+    def _span(self, line: Line) -> Span:
+        start = line.start + len(line.code) - len(line.code.lstrip())
+        return Span(self.source, min(start, line.end), line.end)
+
+    # --- what stands in a section ---
+
+    def _add(self, line: Line) -> None:
+        if self.section == "variables":
+            self._add_row(line)
+        else:
+            self._add_rule(line)
+
+    def _add_row(self, line: Line) -> None:
+        rows = self._rows()
+        rows.extend(self._settled())
+        row: nodes.VariableRow = read_line(self.source, line, "row")
+        rows.append(replace(row, comment=line.comment or "", gap=line.gap))
+
+    def _add_rule(self, line: Line) -> None:
+        self._place_comments()
+        body = read_line(self.source, line, "rule")
+        rule = nodes.Rule(body, line.comment or "", self._span(line), line.gap)
+        self._current_rules().append(rule)
+        if self.section == "function":
+            self.functions[-1].end = line.end
+            self.functions[-1].begun = True
+
+    def _rows(self) -> list[nodes.VariableRow | nodes.CommentLine]:
+        if self.rows is None:
+            self.rows = []
+        return self.rows
+
+    def _current_rules(self) -> list[nodes.Rule | nodes.CommentLine]:
+        return self.functions[-1].rules if self.section == "function" else self.rules
+
+    # --- comment lines ---
+
+    def _settled(self) -> list[nodes.CommentLine]:
+        waiting, self.waiting = self.waiting, []
+        return waiting
+
+    def _place_comments(self) -> None:
+        """Put comment lines that wait where they stand: into the section at hand."""
+        if not self.section and not self.rules:
+            self.comments.extend(self._settled())
+        elif self.section == "variables":
+            self._rows().extend(self._settled())
+        else:
+            self._current_rules().extend(self._settled())
+
+    def _above(self, line: Line) -> tuple[nodes.CommentLine, ...]:
+        """Take out the waiting comment lines that stand right above a section head."""
+        count = 0
+        if not line.gap:
+            gaps = [index for index, comment in enumerate(self.waiting) if comment.gap]
+            count = len(self.waiting) - (gaps[-1] if gaps else 0)
+        cut = len(self.waiting) - count
+        above = tuple(self.waiting[cut:])
+        del self.waiting[cut:]
+        return above
+
+    # --- section heads ---
+
+    def _begin(self, word: str, line: Line) -> None:
+        match word:
+            case "parameters":
+                self._parameters(line)
+            case "rules" if self.section == "function" and not self.functions[-1].begun:
+                self._place_comments()
+                self.functions[-1].begun = True
+                self._remark(line)
+            case _:
+                above = self._above(line)
+                self._place_comments()
+                self._open(word, line, above)
+
+    def _open(self, word: str, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
+        if word == "function":
+            self._function(line, above)
+        elif word == "use":
+            self.comments.extend(above)
+            self.section = "rules" if self.section else ""
+            paths = read_line(self.source, line, "use")
+            self.uses.append(nodes.Use(paths, line.comment or "", self._span(line)))
+        elif word == "rules" and self.section == "function":
+            raise RuleSheetError(mistakes.second_rules(self._span(line)))
+        else:
+            self.section = word
+            self.waiting.extend(above)
+            if word == "variables":
+                self._rows()
+            self._remark(line)
+
+    def _remark(self, line: Line) -> None:
+        """A comment beside a section head becomes the first line of the section."""
+        if line.comment:
+            self.waiting.append(nodes.CommentLine(line.comment, self._span(line)))
+
+    def _function(self, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
+        span = self._span(line)
+        self.section = "function"
+        self.functions.append(_Function(Head("", (), ()), span.start, span.end, line.comment or "", above))
+        self.functions[-1].head = read_line(self.source, line, "head")
+
+    def _parameters(self, line: Line) -> None:
+        if self.section != "function" or self.functions[-1].begun:
+            raise RuleSheetError(mistakes.stray_parameters(self._span(line)))
+        self._place_comments()
+        function = self.functions[-1]
+        function.parameters.extend(read_line(self.source, line, "parameters"))
+        function.end = line.end
+        if line.comment:
+            function.remarks.append(line.comment)
+
+    # --- the whole ---
+
+    def sheet(self) -> nodes.RuleSheet:
+        self._place_comments()
+        if not self.complaints:
+            self.complaints.extend(self._emptiness())
+        if self.complaints:
+            raise RuleSheetError(*self.complaints)
+        return nodes.RuleSheet(
+            uses=tuple(self.uses),
+            variables=None if self.rows is None else tuple(self.rows),
+            rules=tuple(self.rules),
+            functions=tuple(function.node(self.source) for function in self.functions),
+            comments=tuple(self.comments),
+            span=Span(self.source, 0, len(self.source.text)),
+        )
+
+    def _emptiness(self) -> Iterable[Diagnosis]:
+        if not self.functions and not _any_rule(self.rules):
+            yield mistakes.no_rule(self.source)
+        for function in self.functions:
+            if not _any_rule(function.rules):
+                span = Span(self.source, function.start, function.start + 8)
+                yield mistakes.function_without_rules(function.head.name, span)
+
+
+def _any_rule(lines: Iterable[Any]) -> bool:
+    return any(isinstance(line, nodes.Rule) for line in lines)

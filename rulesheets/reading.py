@@ -1,0 +1,62 @@
+"""A file → its text."""
+
+from __future__ import annotations
+
+import os
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.source import Source, Span
+
+_LARGEST = 64 * 2**20
+"""Bytes beyond which a file is not taken for a rule sheet."""
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\\n``.
+
+    Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or no text.
+    """
+    name = os.fspath(path)
+    try:
+        with open(name, "rb") as file:
+            data = file.read(_LARGEST + 1)
+    except FileNotFoundError:
+        raise RuleSheetError(error("E301", f"there is no file {name}")) from None
+    except IsADirectoryError:
+        raise RuleSheetError(error("E302", f"{name} is a folder, not a rule sheet")) from None
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
+    if len(data) > _LARGEST:
+        raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
+    return Source(name, _decoded(name, data))
+
+
+def _decoded(name: str, data: bytes) -> str:
+    nul = data.find(b"\0")
+    if nul >= 0:
+        raise RuleSheetError(_not_text(name, data, nul))
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as wrong:
+        raise RuleSheetError(_not_text(name, data, wrong.start)) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
+    """Says what the file seems to be, and where the first byte stands that is no text."""
+    readable = data[:place].decode("utf-8", "replace")
+    source = Source(name, readable.replace("\r\n", "\n"))
+    here = Span(source, len(source.text), len(source.text) + 1)
+    if b"\0" in data:
+        return error(
+            "E303",
+            f"{name} is a binary file, not a rule sheet",
+            notes=("a rule sheet is a UTF-8 text file",),
+        )
+    return error(
+        "E303",
+        f"{name} is not UTF-8 text",
+        Label(here, f"byte 0x{data[place]:02x} is no character"),
+        notes=("save the sheet in the encoding UTF-8",),
+    )
