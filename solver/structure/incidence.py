@@ -1,0 +1,74 @@
+"""Which unknowns occur in which equations, and which of them each equation can be solved for.
+
+A system is a bipartite graph of integers: equations 0..m-1, unknowns 0..n-1, and two sets of
+edges. No algebra is known here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+Rows: TypeAlias = tuple[tuple[int, ...], ...] | Mapping[int, tuple[int, ...]]
+Costs: TypeAlias = tuple[dict[int, int], ...] | Mapping[int, dict[int, int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Some equations and some unknowns of a system, each in ascending order."""
+
+    equations: tuple[int, ...]
+    unknowns: tuple[int, ...]
+
+    @classmethod
+    def of(cls, equations: Iterable[int], unknowns: Iterable[int]) -> Block:
+        return cls(tuple(sorted(equations)), tuple(sorted(unknowns)))
+
+
+@dataclass(frozen=True)
+class Incidence:
+    """The bipartite graph of a system, or of a part of one.
+
+    ``occurs[e]`` are the unknowns of equation ``e``, ascending. ``resolvable[e][u]`` is the cost of
+    solving ``e`` for ``u``: 0 where the solution is single and safe, 1 where it is single but a
+    coefficient may vanish, 2 and more the number of branches; absent where it can't be isolated.
+    ``unknowns`` is n. A part keeps the numbering of the whole, so both are indexed alike; ``part``
+    names what takes part (None: everything).
+    """
+
+    occurs: Rows
+    resolvable: Costs
+    unknowns: int
+    part: Block | None = None
+
+    @cached_property
+    def block(self) -> Block:
+        """The equations and unknowns that take part."""
+        if self.part is not None:
+            return self.part
+        return Block(tuple(range(len(self.occurs))), tuple(range(self.unknowns)))
+
+    @cached_property
+    def users(self) -> dict[int, list[int]]:
+        """The column view: the equations of every unknown, ascending."""
+        users: dict[int, list[int]] = {unknown: [] for unknown in self.block.unknowns}
+        for equation in self.block.equations:
+            for unknown in self.occurs[equation]:
+                users[unknown].append(equation)
+        return users
+
+    @cached_property
+    def edges(self) -> int:
+        """How many occurrences there are."""
+        return sum(len(self.occurs[equation]) for equation in self.block.equations)
+
+    def restrict(self, block: Block) -> Incidence:
+        """The part with these equations and unknowns alone; costs time for the part only."""
+        inside = frozenset(block.unknowns)
+        occurs = {e: tuple(u for u in self.occurs[e] if u in inside) for e in block.equations}
+        resolvable = {
+            e: {u: cost for u, cost in self.resolvable[e].items() if u in inside} for e in block.equations
+        }
+        return Incidence(occurs, resolvable, self.unknowns, block)

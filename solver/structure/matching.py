@@ -1,0 +1,150 @@
+"""Maximum matching of equations with unknowns.
+
+Small graphs are matched by augmenting paths with look-ahead (I. S. Duff, "On algorithms for
+obtaining a maximum transversal", ACM TOMS 7, 1981), large ones by Hopcroft & Karp (1973) as
+scipy has it. Which nodes stay single is then settled by source order, which is possible on both
+sides at once because matchable sets form a matroid on either side (N. S. Mendelsohn &
+A. L. Dulmage, "Some generalizations of the problem of distinct representatives", 1958).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from solver.structure import csgraph
+from solver.structure.incidence import Incidence
+
+Edges: TypeAlias = Sequence[Sequence[int]] | Mapping[int, Sequence[int]]
+
+SMALL = 1000
+"""Up to so many equations plain Python is faster than importing scipy."""
+
+
+@dataclass(frozen=True)
+class Matching:
+    """Partners by number, None where there is none.
+
+    Of a maximum matching the size is unique. Which equations and which unknowns stay single is
+    made so: the last ones, in source order, that can. Who is matched with whom is not unique.
+    """
+
+    unknown_of: Mapping[int, int | None]
+    equation_of: Mapping[int, int | None]
+
+    @classmethod
+    def of(cls, incidence: Incidence, pairs: Iterable[tuple[int, int]]) -> Matching:
+        """A matching from (equation, unknown) pairs, no two of which share a member."""
+        unknown_of: dict[int, int | None] = dict.fromkeys(incidence.block.equations)
+        equation_of: dict[int, int | None] = dict.fromkeys(incidence.block.unknowns)
+        for equation, unknown in pairs:
+            unknown_of[equation] = unknown
+            equation_of[unknown] = equation
+        return cls(unknown_of, equation_of)
+
+    @property
+    def size(self) -> int:
+        return sum(unknown is not None for unknown in self.unknown_of.values())
+
+    @property
+    def single_equations(self) -> tuple[int, ...]:
+        return tuple(equation for equation, unknown in self.unknown_of.items() if unknown is None)
+
+    @property
+    def single_unknowns(self) -> tuple[int, ...]:
+        return tuple(unknown for unknown, equation in self.equation_of.items() if equation is None)
+
+
+def maximum_matching(incidence: Incidence) -> Matching:
+    """As many disjoint (equation, unknown) pairs as there can be, each unknown in its equation."""
+    small = len(incidence.block.equations) <= SMALL
+    pairs = _small(incidence) if small else _large(incidence)
+    return _settled(Matching.of(incidence, pairs), incidence)
+
+
+def _small(incidence: Incidence) -> list[tuple[int, int]]:
+    owner_of = _augmented(incidence.block.equations, incidence.occurs)
+    return [(equation, unknown) for unknown, equation in owner_of.items()]
+
+
+def _large(incidence: Incidence) -> list[tuple[int, int]]:
+    equations, unknowns = incidence.block.equations, incidence.block.unknowns
+    local = {unknown: i for i, unknown in enumerate(unknowns)}
+    rows = [[local[u] for u in incidence.occurs[e]] for e in equations]
+    matched = csgraph.row_matching(rows, len(unknowns))
+    return [(e, unknowns[i]) for e, i in zip(equations, matched, strict=True) if i >= 0]
+
+
+def _settled(matching: Matching, incidence: Incidence) -> Matching:
+    """The same outside the over- and under-determined parts; inside, the first in the source are matched.
+
+    Maximum matchings differ in whom they leave single only inside these parts, and no pair of a
+    maximum matching crosses their borders (Dulmage & Mendelsohn 1958).
+    """
+    unknown_of, equation_of = dict(matching.unknown_of), dict(matching.equation_of)
+    over = reached(matching.single_equations, incidence.occurs, equation_of)
+    under = reached(matching.single_unknowns, incidence.users, unknown_of)
+    _rematch(over, incidence.occurs, unknown_of, equation_of)
+    _rematch(under, incidence.users, equation_of, unknown_of)
+    return Matching(unknown_of, equation_of)
+
+
+def _rematch(
+    nodes: Iterable[int], edges: Edges, partner_of: dict[int, int | None], owner_of: dict[int, int | None]
+) -> None:
+    ordered = sorted(nodes)
+    partner_of.update(dict.fromkeys(ordered))
+    for partner, owner in _augmented(ordered, edges).items():
+        partner_of[owner] = partner
+        owner_of[partner] = owner
+
+
+def _augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
+    """The owner of every partner: nodes are given one in turn, and never lose it to a later node.
+
+    So the nodes that end up matched are the lexicographically first set that can be.
+    """
+    owner_of: dict[int, int] = {}
+    spent: set[int] = set()
+    for node in nodes:
+        _augment(node, edges, owner_of, spent)
+    return owner_of
+
+
+def _augment(root: int, edges: Edges, owner_of: dict[int, int], spent: set[int]) -> None:
+    """Depth first along an alternating path from ``root`` to a free partner, if there is one.
+
+    ``spent`` are partners from which none can be reached, now or later.
+    """
+    seen: set[int] = set()
+    path, through, branches = [root], list[int](), [iter(edges[root])]
+    while True:
+        free = next((partner for partner in edges[path[-1]] if partner not in owner_of), None)
+        if free is not None:
+            owner_of.update(zip([*through, free], path, strict=True))
+            return
+        while (step := next((p for p in branches[-1] if p not in seen and p not in spent), None)) is None:
+            path.pop()
+            branches.pop()
+            if not path:
+                spent |= seen
+                return
+            through.pop()
+        seen.add(step)
+        through.append(step)
+        path.append(owner_of[step])
+        branches.append(iter(edges[owner_of[step]]))
+
+
+def reached(roots: Iterable[int], edges: Edges, owner_of: Mapping[int, int | None]) -> set[int]:
+    """Nodes on the roots' side at the end of alternating paths from the roots, these included."""
+    found = set(roots)
+    stack = list(found)
+    while stack:
+        for partner in edges[stack.pop()]:
+            owner = owner_of[partner]
+            if owner is not None and owner not in found:
+                found.add(owner)
+                stack.append(owner)
+    return found

@@ -1,0 +1,123 @@
+"""Sets of tears: all of the smallest ones where that can be searched, else a good one.
+
+Finding a smallest set is NP-complete (it contains feedback vertex set; see A. Baharev, H. Schichl
+& A. Neumaier, "Tearing systems of nonlinear equations II", 2016), so exact for small blocks only.
+The heuristic is Cellier's: among the equations with the fewest unknowns left, the unknown from
+which most follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from heapq import heapify, heappop, heappush
+from math import comb
+
+from solver.structure.incidence import Incidence
+from solver.structure.reach import Reach
+
+EFFORT = 100_000
+"""Sets times unknowns up to which all sets are tried: any block of 15, one or two tears in larger ones."""
+
+CANDIDATES = 40
+"""How many unknowns the heuristic tries before it takes the best as a tear."""
+
+
+def smallest_sets(incidence: Incidence, weights: Mapping[int, int], limit: int) -> list[tuple[int, ...]]:
+    """Sets of tears of one size: all of the least size, or up to ``limit`` that the heuristic finds."""
+    reach = Reach(incidence)
+    n = len(incidence.block.unknowns)
+    for size in range(_at_least(incidence, reach), n + 1):
+        if comb(n, size) * n > EFFORT:
+            break
+        sets = list(_complete(incidence.block.unknowns, reach, size, 0))
+        if sets:
+            return sets
+    tears = _without_idle(incidence, _greedy(incidence, weights))
+    return [tears, *_exchanged(incidence, tears, limit - 1)]
+
+
+def _at_least(incidence: Incidence, reach: Reach) -> int:
+    """A lower bound: what no equation can give, and all but one unknown of the first step's equation."""
+    if reach.complete:
+        return 0
+    given = {u for e in incidence.block.equations for u in incidence.resolvable[e]}
+    never_given = len(set(incidence.block.unknowns) - given)
+    first = min((reach.missing[e] for e in incidence.block.equations if reach.missing[e]), default=1)
+    return max(never_given, first - 1, 1)
+
+
+def _complete(unknowns: tuple[int, ...], reach: Reach, size: int, start: int) -> Iterator[tuple[int, ...]]:
+    """Sets of ``size`` further tears from which everything follows, in lexicographic order.
+
+    An unknown that follows from the tears before it is passed over: a set with it is not smallest.
+    """
+    if reach.complete:
+        yield ()
+        return
+    for i in range(start, len(unknowns) if size else 0):
+        if unknowns[i] not in reach.known:
+            learnt = reach.learn(unknowns[i])
+            for rest in _complete(unknowns, reach, size - 1, i + 1):
+                yield (unknowns[i], *rest)
+            reach.undo(learnt)
+
+
+def _greedy(incidence: Incidence, weights: Mapping[int, int]) -> list[int]:
+    reach = Reach(incidence)
+    shortest = [(reach.missing[e], e) for e in incidence.block.equations]
+    heapify(shortest)
+    tears: list[int] = []
+    while not reach.complete:
+        promising = _promising(incidence, reach, shortest)
+        best = max(promising, key=lambda u: (reach.gain(u), -weights.get(u, 0), -u))
+        tears.append(best)
+        for unknown in reach.learn(best):
+            for equation in incidence.users[unknown]:
+                heappush(shortest, (reach.missing[equation], equation))
+    return tears
+
+
+def _promising(incidence: Incidence, reach: Reach, shortest: list[tuple[int, int]]) -> list[int]:
+    """Up to about ``CANDIDATES`` unknowns of the equations with the fewest left that can still be a step."""
+    taken: list[tuple[int, int]] = []
+    found: dict[int, None] = {}
+    while shortest and len(found) < CANDIDATES and (not taken or shortest[0][0] == taken[0][0]):
+        entry = heappop(shortest)
+        if (not taken or entry != taken[-1]) and _may_follow(incidence, reach, entry):
+            taken.append(entry)
+            left = (u for u in incidence.occurs[entry[1]] if u not in reach.known)
+            found.update(dict.fromkeys(left))
+    for entry in taken:
+        heappush(shortest, entry)
+    return list(found)[:CANDIDATES] or [next(u for u in incidence.block.unknowns if u not in reach.known)]
+
+
+def _may_follow(incidence: Incidence, reach: Reach, entry: tuple[int, int]) -> bool:
+    """Whether a queue entry is up to date and its equation could become a step."""
+    missing, equation = entry
+    current = missing == reach.missing[equation] and missing > 1
+    return current and any(unknown not in reach.known for unknown in incidence.resolvable[equation])
+
+
+def _without_idle(incidence: Incidence, tears: list[int]) -> tuple[int, ...]:
+    """Drop tears that follow from the others, the first taken first; not tried for very many."""
+    kept = list(tears)
+    if len(tears) * incidence.edges <= 10 * EFFORT:
+        for idle in tears:
+            rest = [u for u in kept if u != idle]
+            if Reach(incidence, rest).complete:
+                kept = rest
+    return tuple(sorted(kept))
+
+
+def _exchanged(incidence: Incidence, tears: tuple[int, ...], limit: int) -> list[tuple[int, ...]]:
+    """Up to ``limit`` other sets of the same size, each with one tear exchanged."""
+    found: list[tuple[int, ...]] = []
+    for out in tears:
+        if len(found) >= limit:
+            break
+        reach = Reach(incidence, (u for u in tears if u != out))
+        left = [u for u in incidence.block.unknowns if u not in reach.known and u != out]
+        gains = ((reach.gain(u), u) for u in left[:CANDIDATES])
+        found += [tuple(sorted({*tears, u} - {out})) for gain, u in gains if gain == len(left) + 1]
+    return found[: max(limit, 0)]
