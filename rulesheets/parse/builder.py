@@ -148,7 +148,7 @@ class Builder:
         if len(children) == 1:
             span = children[0].span
             return Side((children[0],), span.start, span.end)
-        return Side(tuple(children[1:-1:2]), self._start(children[0]), self._end(children[-1]))
+        return Side(tuple(children[1:-1]), self._start(children[0]), self._end(children[-1]))
 
     def equality(self, children: Children) -> nodes.Equality:
         left, right = children
