@@ -70,7 +70,7 @@ def _unfinished(
     leaf = leaves[0]
     structural = _structurally_missing(model, leaf, inputs)
     by_value = [name for name in leaf.missing if name not in structural]
-    facts = tuple(dict.fromkeys(leaf.branch.void.values()))
+    facts = tuple({id(fact): fact for fact in leaf.branch.void.values()}.values())
     status = Status.PARTIAL
     if by_value or (facts and not structural):
         status = _worst(facts)

@@ -9,7 +9,7 @@ from typing import Any
 
 from rulesheets import nodes
 from rulesheets.construct import subtract
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate import NotDifferentiable, differentiate, value
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression
 from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, OutOfRange, RankLoss
@@ -19,11 +19,13 @@ from solver.kernel.step import in_range
 from solver.numerics.linear import solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.outcome import Outcome
+from solver.path import rational
 from solver.path.graph import ModelGraph
 from solver.path.steps import SolveBlock
 from solver.witness import testify
 
 STARTS = 64
+HIGHEST_DEGREE = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +194,7 @@ class _Attempt:
         from solver.numerics.isolation import isolate_roots
 
         tear = self.kernel.block.tears[0]
-        low, high = self._domain(tear)
+        low, high = self._within(tear, *self._domain(tear))
         complete = True
         for place, chain in enumerate(self.kernel.chains()):
             enclosure = Enclosure(chain, self._known_numbers())
@@ -202,6 +204,21 @@ class _Attempt:
             for root in (*search.roots, *(x for x, _ in search.touching)):
                 self._from_tear(place, root)
         return complete
+
+    def _within(self, tear: str, low: float, high: float) -> tuple[float, float]:
+        """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; elsewhere the range stays."""
+        if len(self.kernel.unknowns) > 1:
+            return low, high
+        equation = self.kernel.equations[0]
+        found = rational.equation(equation.left, equation.right, tear, HIGHEST_DEGREE)
+        if found is None or len(found[0]) < 2:
+            return low, high
+        try:
+            *lower, leading = (value(c, self.values) for c in found[0])
+            reach = 1.001 * (1.0 + max(abs(c / leading) for c in lower))
+        except (ArithmeticError, ValueError):
+            return low, high
+        return (max(low, -reach), min(high, reach)) if math.isfinite(reach) else (low, high)
 
     def _known_numbers(self) -> dict[str, Value]:
         return {name: self.values[name] for name in self.kernel.known}

@@ -113,8 +113,7 @@ class _Step:
             return target
         edge, is_open = (low, stage.low_open) if target <= low else (high, stage.high_open)
         if is_open or abs(target - edge) > 1e-9 * self._size():
-            operation = _OUTER.get(stage.operation, stage.operation)
-            reading = f"{operation} = {number_text(target)}"
+            reading = _reading(stage.operation, target)
             raise _Refused(NoValue(self.index, self.isolation.unknown, reading, pole=False))
         self.clamped = True
         return edge
@@ -231,7 +230,7 @@ class _Step:
         if outside is not None:
             return StepOutcome(fact=OutOfRange(self.index, unknown, outside))
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
-        reading = f"{_OUTER.get(last, last)} has no preimage here"
+        reading = f"{last} to come out otherwise"
         return StepOutcome(fact=NoValue(self.index, unknown, reading))
 
     def _holds(self, number: float) -> bool:
@@ -265,7 +264,13 @@ class _Step:
         return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
 
 
-_OUTER = {"square": "a square", "power": "a power", "product": "a product", "abs": "abs"}
+def _reading(operation: str, target: float) -> str:
+    """What a stage would need: ``sqrt of -3.2``, ``cosd = 1.08``."""
+    if operation == "square":
+        return f"sqrt of {number_text(target)}"
+    if operation == "power":
+        return f"a root or logarithm of {number_text(target)}"
+    return f"{operation} = {number_text(target)}"
 
 
 def in_range(variable: Variable, number: float) -> bool:

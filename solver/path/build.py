@@ -130,7 +130,7 @@ class _Building:
         best: dict[int, tuple[int, int]] = {}
         for equation in ripe:
             unknown = self.frontier.unknown_of(equation)
-            if unknown is None:
+            if unknown is None or equation >= len(self.active):
                 continue
             if not self.active[equation]:
                 self.parked.append(equation)
