@@ -68,6 +68,8 @@ def _of_parts(mp: Any) -> dict[str, Callable[..., Extended]]:
         return mp.sign(x) * mp.floor(abs(x) + mp.mpf(0.5))
 
     def mod(x: Extended, y: Extended) -> Extended:
+        if y == 0:
+            raise ValueError("remainder of a division by 0")
         remainder = abs(x) % abs(y)
         return remainder if x >= 0 else -remainder
 

@@ -26,7 +26,8 @@ from rulesheets.functions.intervals.bounds import (
 )
 
 erf = monotone(special.erf, image=(-1.0, 1.0), ulps=SCIPY_ULPS)
-erfc = monotone(special.erfc, image=(0.0, 2.0), ulps=SCIPY_ULPS, falling=True)
+# In its tail scipy's erfc is off by some hundred units in the last place.
+erfc = monotone(special.erfc, image=(0.0, 2.0), ulps=1024.0, falling=True)
 i1 = monotone(special.i1, ulps=SCIPY_ULPS)
 k0 = monotone(special.k0, domain=(0.0, np.inf), image=(0.0, np.inf), ulps=SCIPY_ULPS, falling=True)
 k1 = monotone(special.k1, domain=(0.0, np.inf), image=(0.0, np.inf), ulps=SCIPY_ULPS, falling=True)
@@ -89,7 +90,7 @@ def beta(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
 def _beta_error(a: Array, b: Array) -> Array:
     """Bound on the relative error of scipy's beta, which cancels logarithms of gamma."""
     logarithms = np.abs(special.gammaln(a)) + np.abs(special.gammaln(b)) + np.abs(special.gammaln(a + b))
-    return SCIPY_ULPS * EPSILON * (1.0 + logarithms)
+    return np.asarray(SCIPY_ULPS * EPSILON * (1.0 + logarithms))
 
 
 def _slow(
@@ -141,7 +142,7 @@ def _second_kind(
     return enclosure
 
 
-y0 = _second_kind(special.y0, 2.19, -0.3403, 0.5209)
+y0 = _second_kind(special.y0, 2.19, -0.3404, 0.5209)
 y1 = _second_kind(special.y1, 3.68, -0.3033, 0.4168)
 
 

@@ -7,7 +7,6 @@ import math
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from random_expressions import expressions
 
 from rulesheets.evaluate import (
     NotDifferentiable,
@@ -20,6 +19,7 @@ from rulesheets.evaluate import (
 )
 from rulesheets.functions.extended import context
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, names
+from tests.rulesheets.evaluate.random_expressions import expressions
 
 X, Y = Name("x"), Name("y")
 MP = context(60)

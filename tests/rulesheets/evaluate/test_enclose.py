@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_expressions import expressions
 
 from rulesheets.evaluate import Undefined, differentiate, enclose, extended
 from rulesheets.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
+from tests.rulesheets.evaluate.random_expressions import expressions
 
 X, Y = Name("x"), Name("y")
 INF = np.inf

@@ -7,10 +7,10 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_expressions import expressions
 
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
+from tests.rulesheets.evaluate.random_expressions import expressions
 
 X = Name("x")
 
