@@ -277,16 +277,16 @@ def test_a_jump_is_no_root() -> None:
 
 
 def test_a_jump_that_the_slope_hides_loses_no_root() -> None:
-    """Slope 1 everywhere, a fall by 3 at x = 0.7: the roots x and x - 3 on both sides must both be kept."""
+    """Slope 1 everywhere and a fall by 3 at 0.7, close beside the root 0.65: the other root is 3.65."""
 
     def box(lo: Any, hi: Any) -> tuple[Any, Any]:
         before, after = lo < 0.7, hi >= 0.7
         least = numpy.where(after, numpy.maximum(lo, 0.7) - 3, lo)
         most = numpy.where(before, numpy.minimum(hi, 0.7), hi - 3)
-        return numpy.minimum(least, numpy.where(before, lo, INF)), numpy.maximum(most, hi - 3)
+        return least - 0.65, most - 0.65
 
     def slope(lo: Any, hi: Any) -> tuple[Any, Any]:
         return numpy.ones_like(lo), numpy.ones_like(lo)
 
-    found = isolate_roots(box, slope, lambda x: x if x < 0.7 else x - 3, -5, 5)
-    assert found.roots == (0.0, 3.0)
+    found = isolate_roots(box, slope, lambda x: x - 0.65 if x < 0.7 else x - 3.65, -5, 5)
+    assert found.roots == (0.65, 3.65)
