@@ -104,7 +104,7 @@ CATALOGUE: dict[str, Entry] = {
     ),
     "E118": Entry(
         "a section head is not complete",
-        "A head such as function f(a; x), parameters a, b or use \"file.tk\" lacks a part.",
+        'A head such as function f(a; x), parameters a, b or use "file.tk" lacks a part.',
         "Write it as the help line shows.",
     ),
     "E119": Entry(
@@ -115,7 +115,7 @@ CATALOGUE: dict[str, Entry] = {
     "E120": Entry(
         "this is not a row of the variables section",
         "A row is a name with a value, a guess, a unit, a range and a comment, all but the name optional.",
-        "Write it as name = value [unit] \" comment, or put rules under `rules`.",
+        'Write it as name = value [unit] " comment, or put rules under `rules`.',
     ),
     "E121": Entry(
         "a range is wrong",
@@ -181,5 +181,175 @@ CATALOGUE: dict[str, Entry] = {
         "this file is too large for a rule sheet",
         "A rule sheet has at most 64 MB.",
         "Split it into files of functions.",
+    ),
+    "E201": Entry(
+        "there is no such function",
+        "The name is misspelt, its file is not used, or a product lacks its `*`.",
+        "Take the suggestion, add `use`, or write a*(b + c).",
+    ),
+    "E202": Entry(
+        "this function is not there yet",
+        "sum, prod and count work on lists, which are planned.",
+        "Write the terms out.",
+    ),
+    "E203": Entry(
+        "the number of arguments is wrong",
+        "The call passes more or fewer arguments than the function takes.",
+        "Call it as its head says.",
+    ),
+    "E204": Entry(
+        "the number of results is wrong",
+        "The call takes more or fewer results than the function gives; in an expression it is one.",
+        "Call it as its head says, on a line of its own where it has several results.",
+    ),
+    "E205": Entry(
+        "the caller lacks a parameter",
+        "Parameters are shared by name, and the calling sheet or function has no such variable.",
+        "Name the variable in the calling sheet, or add it to the parameters of the calling function.",
+    ),
+    "E206": Entry(
+        "a function is defined twice",
+        "Two functions have the same name; capitals do not count.",
+        "Rename one of them.",
+    ),
+    "E207": Entry(
+        "a built-in function is defined anew",
+        "A function of the sheet has the name of a built-in one.",
+        "Give it a name of its own.",
+    ),
+    "E208": Entry(
+        "a function leads back to itself",
+        "A rule function stands for its rules, so no chain of calls may come round.",
+        "Break the circle; a loop of equations needs no recursion.",
+    ),
+    "E209": Entry(
+        "a name has two roles in a function",
+        "The same name is argument, result or parameter more than once.",
+        "Keep one of the roles.",
+    ),
+    "E210": Entry(
+        "a function is used as a variable",
+        "The name of a function stands without its arguments, or is given to a variable.",
+        "Add the arguments, or rename the variable.",
+    ),
+    "E211": Entry(
+        "a symbol in arithmetic",
+        "A symbol such as 'open is no number.",
+        "Compare it by = or <>, or leave out the apostrophe.",
+    ),
+    "E212": Entry(
+        "a symbol compared by order",
+        "Symbols are equal or different; they have no order.",
+        "Use = or <>.",
+    ),
+    "E213": Entry(
+        "the sides of a rule differ in length",
+        "A rule of tuples equates them one by one.",
+        "Write as many expressions on either side.",
+    ),
+    "E214": Entry(
+        "given() asks for an unknown variable",
+        "No rule and no row has the name.",
+        "Take the suggestion.",
+    ),
+    "E215": Entry(
+        "a variable has two rows",
+        "The variables section names it twice.",
+        "Keep one row.",
+    ),
+    "E216": Entry(
+        "calls multiply beyond bounds",
+        "Functions that call functions several times each grow the model exponentially.",
+        "Call fewer functions in functions.",
+    ),
+    "E306": Entry(
+        "a used file is missing",
+        "The path of `use` leads to no file.",
+        "Paths are relative to the file that names them.",
+    ),
+    "E307": Entry(
+        "files use each other in a circle",
+        "A file leads back to itself by `use`.",
+        "Move what both need into a file of its own.",
+    ),
+    "E308": Entry(
+        "a used file has rules of its own",
+        "Only functions are taken from a used file, and nothing is silently left out.",
+        "Move the functions into a file of their own.",
+    ),
+    "E309": Entry(
+        "there is no such sheet or model",
+        "A bare name is that of a shipped model.",
+        "Take the suggestion, or give the path of a sheet.",
+    ),
+    "E401": Entry(
+        "an input names a variable",
+        "An input is evaluated once, before anything is solved.",
+        "Write a rule, or a symbol with its apostrophe.",
+    ),
+    "E402": Entry(
+        "an input is not finite",
+        "Its expression has no value, or none that is finite.",
+        "Give a finite number, or leave it out.",
+    ),
+    "E403": Entry(
+        "an input lies outside its range",
+        "The variables section states where the variable may lie.",
+        "Change the value or the range.",
+    ),
+    "E404": Entry(
+        "a guess is no number",
+        "A symbol cannot be approached step by step.",
+        "Give it as an input.",
+    ),
+    "E406": Entry(
+        "this is not a value",
+        "A value is a number, an expression of numbers, or a symbol.",
+        "Write it as 3, 2*3 or 'open.",
+    ),
+    "E407": Entry(
+        "there is no such variable",
+        "The model has no variable of this name.",
+        "Take the suggestion; locals of a call have dotted names.",
+    ),
+    "E410": Entry(
+        "a variable sheet needs the column Name",
+        "The heading does not name it.",
+        "Begin with St,Input,Name,Output,Unit,Comment.",
+    ),
+    "E411": Entry(
+        "a variable sheet has no such column",
+        "The heading names a column that means nothing.",
+        "Take the suggestion, or remove it.",
+    ),
+    "E412": Entry(
+        "there is no such status",
+        "The column St is blank, I, O, G or C.",
+        "Clear the cell, or write G for a guess.",
+    ),
+    "E413": Entry(
+        "an input belongs to no variable",
+        "The cell Name is blank.",
+        "Fill it in.",
+    ),
+    "E414": Entry(
+        "a variable has two rows",
+        "The variable sheet names it twice.",
+        "Keep one row.",
+    ),
+    "E415": Entry(
+        "a row has too many cells",
+        "A cell holds a comma without quotes.",
+        "Put the cell in double quotes.",
+    ),
+    "E416": Entry(
+        "a file cannot be written",
+        "The place does not exist or may not be written to.",
+        "Choose another place.",
+    ),
+    "E417": Entry(
+        "the unit is another",
+        "Units are kept and shown, but not converted yet.",
+        "Give the value in the unit of the sheet.",
     ),
 }

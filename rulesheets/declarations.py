@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from rulesheets.checks.names import check_constant
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.evaluate import Undefined, value
-from rulesheets.input_messages import empty_range, names_variable, not_finite, outside_range, symbol_as_guess
+from rulesheets.input_messages import names_variable, not_finite, outside_range, symbol_as_guess
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression, Range, Symbol, VariableRow, names
 
@@ -75,9 +75,8 @@ def _variable(row: VariableRow) -> Variable:
         posted=True,
         span=row.span,
     )
-    complaints = tuple(_complaints(variable, row))
-    if complaints:
-        raise RuleSheetError(*complaints)
+    if row.value is not None and isinstance(variable.value, float) and not in_range(variable.value, variable):
+        raise RuleSheetError(outside_range(variable.value, variable, row.value.span))
     return variable
 
 
@@ -86,10 +85,3 @@ def _guess(expression: Expression) -> float:
     if isinstance(guess, str):
         raise RuleSheetError(symbol_as_guess(guess, expression.span))
     return guess
-
-
-def _complaints(variable: Variable, row: VariableRow) -> Iterator[Diagnosis]:
-    if variable.low > variable.high:
-        yield empty_range(variable, row.range.span if row.range else row.span)
-    elif isinstance(variable.value, float) and not in_range(variable.value, variable):
-        yield outside_range(variable.value, variable, row.value.span if row.value else None)

@@ -38,7 +38,7 @@ from rulesheets.nodes import (
     names,
     rebuilt,
 )
-from rulesheets.program import Program, components, rules_of
+from rulesheets.program import Program, components, operands, rules_of
 from rulesheets.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
@@ -117,6 +117,7 @@ class _Expander:
         stack = [(body, context)]
         while stack:
             body, context = stack.pop()
+            self.note_names(body, context.scope)
             match body:
                 case Equality():
                     for part in components(body, self.functions):
@@ -136,6 +137,12 @@ class _Expander:
             self.equate(self.bind(part.results[0], context), self.bind(value, context), context)
         else:
             self.expand_call(function, part.arguments, part.results, context)
+
+    def note_names(self, body: RuleBody, scope: Scope) -> None:
+        """Variables in the order of the text, whatever the order in which calls are bound."""
+        for operand in operands(body):
+            for name in names(operand):
+                self.names.setdefault(scope.full_name(name))
 
     def arms(self, rule: IfRule, context: Context) -> list[tuple[RuleBody, Context]]:
         """The arms of an ``if``, each under the premise that opens it."""
@@ -174,9 +181,9 @@ class _Expander:
         for formal, actual in zip(formals, actuals, strict=True):
             value = self.bind(actual, context)
             if isinstance(value, Name):
-                self.names.setdefault(value.name)
                 yield formal, value.name
             else:
+                self.names.setdefault(prefix + formal)
                 self.equate(Name(prefix + formal, actual.span), value, context)
                 yield formal, prefix + formal
 
@@ -189,7 +196,6 @@ class _Expander:
             rule=context.rule,
             scope=context.scope.prefix,
         )
-        self.names.update(dict.fromkeys(equation.names))
         self.equations.append(equation)
 
     def bind(self, node: Expression, context: Context) -> Expression:
@@ -199,7 +205,9 @@ class _Expander:
             return node if full == node.name else Name(full, node.span)
         if isinstance(node, Call) and node.function in self.functions:
             function = self.functions[node.function]
-            return Name(self.expand_call(function, node.arguments, None, context), node.span)
+            result = self.expand_call(function, node.arguments, None, context)
+            self.names.setdefault(result)
+            return Name(result, node.span)
         parts = children(node)
         bound: list[Expression] = []
         for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
@@ -211,9 +219,7 @@ class _Expander:
     def bind_condition(self, node: Condition, context: Context) -> Condition:
         match node:
             case Comparison(operator, left, right, span):
-                bound = Comparison(operator, self.bind(left, context), self.bind(right, context), span)
-                self.names.update(dict.fromkeys(names(bound)))
-                return bound
+                return Comparison(operator, self.bind(left, context), self.bind(right, context), span)
             case And(terms, span):
                 return And(tuple(self.bind_condition(term, context) for term in terms), span)
             case Or(terms, span):

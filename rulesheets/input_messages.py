@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from rulesheets.checks.messages import labels
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.diagnosis import Diagnosis, error
 from rulesheets.model import Model, Variable
 from rulesheets.source import Span
 from rulesheets.spelling import suggestion
@@ -61,11 +61,10 @@ def range_text(variable: Variable) -> str:
     return f"{'(' if variable.low_open else '['}{low}, {high}{')' if variable.high_open else ']'}"
 
 
-def not_a_value(text: str, place: Span, wrong: RuleSheetError) -> Diagnosis:
-    reason = wrong.diagnoses[0].message
+def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     return error(
         "E406",
-        f"{text or 'nothing'} is not a value: {reason}" if text else "there is no value",
+        f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else ""),
         *labels((place, "")),
         notes=("a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)",),
     )
@@ -151,15 +150,6 @@ def other_unit(name: str, unit: str, place: Span) -> Diagnosis:
         f"{name} is in {unit}, and units are not converted yet",
         *labels((place, "")),
         notes=(f"give the input in {unit}",),
-    )
-
-
-def empty_range(variable: Variable, place: Span | None) -> Diagnosis:
-    return error(
-        "E405",
-        f"the range of {variable.name} is empty: {variable.low:.10g} is above {variable.high:.10g}",
-        *labels((place, "")),
-        notes=("write the smaller bound first",),
     )
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import SupportsFloat
 
 from rulesheets.declarations import constant, in_range
-from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
     not_a_symbol,
     not_a_value,
@@ -20,6 +20,8 @@ from rulesheets.input_messages import (
     unknown_variable,
 )
 from rulesheets.model import Model, Value, Variable
+from rulesheets.nodes import Equality
+from rulesheets.program import rules_of
 from rulesheets.source import Source, Span
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -54,14 +56,22 @@ def parse_value(text: str, place: Span | None = None) -> Value:
 
 
 def _evaluated(text: str, place: Span) -> Value:
-    """The value of an expression of numbers, read by the parser of rules."""
-    from rulesheets.parse import parse_expression
+    """The value of an expression of numbers, read by the parser as the right side of a rule."""
+    from rulesheets.parse import parse
 
+    if not text or any(mark in text for mark in '"=;\n'):
+        raise RuleSheetError(not_a_value(text, place))
     try:
-        expression = parse_expression(Source("<value>", text))
+        sheet = parse(Source("<value>", f"value = {text}"))
     except RuleSheetError as wrong:
-        raise RuleSheetError(not_a_value(text, place, wrong)) from None
-    return constant(expression)
+        raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
+    rule = next(rules_of(sheet)).body
+    if not isinstance(rule, Equality) or len(rule.right) != 1:
+        raise RuleSheetError(not_a_value(text, place))
+    try:
+        return constant(rule.right[0])
+    except RuleSheetError as wrong:
+        raise RuleSheetError(*(replace(one, labels=(Label(place),)) for one in wrong.diagnoses)) from None
 
 
 def _finite(number: float, place: Span | None) -> float:

@@ -11,7 +11,8 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.expand import Expansion, expand
 from rulesheets.model import Model, Variable
 from rulesheets.program import Program
-from rulesheets.source import Source, read_source
+from rulesheets.reading import read_source
+from rulesheets.source import Source
 from rulesheets.spelling import suggestion
 from rulesheets.uses import gather
 
@@ -70,7 +71,7 @@ def _model_name(file: str) -> str:
 def find_sheet(path: str) -> str:
     """The file that a path or the bare name of a shipped model stands for.
 
-    Raises RuleSheetError (E314) for a bare name that is neither.
+    Raises RuleSheetError (E309) for a bare name that is neither.
     """
     if os.path.isfile(path):
         return path
@@ -83,7 +84,7 @@ def find_sheet(path: str) -> str:
         return path
     raise RuleSheetError(
         error(
-            "E314",
+            "E309",
             f"there is no rule sheet and no shipped model {bare}",
             notes=suggestion(bare, shipped_models())
             or ("a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",),

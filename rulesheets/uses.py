@@ -11,7 +11,8 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.nodes import Function, RuleSheet, Use
 from rulesheets.parse import parse
 from rulesheets.program import Program, rules_of
-from rulesheets.source import Source, Span, read_source
+from rulesheets.reading import read_source
+from rulesheets.source import Source, Span
 from rulesheets.spelling import suggestion
 
 
@@ -108,7 +109,7 @@ def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
         sheets = sorted(name for name in os.listdir(folder) if name.endswith(".tk"))
         notes = suggestion(wanted, sheets) or ("paths are relative to the file that names them",)
     return error(
-        "E311",
+        "E306",
         f"there is no file {path} to use",
         *messages.labels((place, f"looked for {shown}")),
         notes=notes,
@@ -119,7 +120,7 @@ def _circle(shown: list[str], place: Span | None) -> Diagnosis:
     ring = " → ".join(os.path.basename(name) for name in (*shown, shown[0]))
     message = "a file uses itself" if len(shown) == 1 else "files use each other in a circle"
     return error(
-        "E312",
+        "E307",
         message,
         *messages.labels((place, "closes the circle")),
         notes=(f"the way round: {ring}; move what both need into a file of its own",),
@@ -132,7 +133,7 @@ def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagn
     if rule is None and file.sheet.variables is None:
         return
     yield error(
-        "E313",
+        "E308",
         f"{path} cannot be used: it has {found} of its own",
         *messages.labels((place, "used here"), (rule.span if rule else None, "a rule outside any function")),
         notes=("a used file may hold functions only; move them into a file of their own",),

@@ -36,7 +36,8 @@ from rulesheets.input_messages import (
 )
 from rulesheets.inputs import Inputs, override, parse_value, variable_named
 from rulesheets.model import Model, Value
-from rulesheets.source import Source, Span, read_source
+from rulesheets.reading import read_source
+from rulesheets.source import Source, Span
 
 __all__ = [
     "COLUMNS",

@@ -81,9 +81,9 @@ MATHEMATICS: Mapping[str, Form] = {
     "y1": _bessel(sympy.bessely, 1),
     "yn": sympy.bessely,
     "i0": _bessel(sympy.besseli, 0),
-    "i1": _bessel(sympy.besseli, 1),
+    "bessel_i1": _bessel(sympy.besseli, 1),
     "k0": _bessel(sympy.besselk, 0),
-    "k1": _bessel(sympy.besselk, 1),
+    "bessel_k1": _bessel(sympy.besselk, 1),
 }
 """Every built-in function as sympy has it; angles of the degree functions in degrees."""
 

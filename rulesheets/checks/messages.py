@@ -10,6 +10,18 @@ from rulesheets.source import Span
 from rulesheets.spelling import plural, suggestion
 
 
+_FORMALS = {
+    **dict.fromkeys(("pi", "e"), ""),
+    **dict.fromkeys(("atan2", "atan2d"), "y, x"),
+    **dict.fromkeys(("jn", "yn"), "n, x"),
+    **dict.fromkeys(("min", "max"), "a, b, …"),
+    "beta": "a, b",
+    "mod": "x, y",
+    "step": "x, a",
+}
+"""How the arguments of the built-in functions are called that do not take one x."""
+
+
 def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
     """Labels for those of the places that are known."""
     return tuple(Label(span, text) for span, text in places if span is not None)
@@ -74,11 +86,12 @@ def planned_function(call: Call | CallRule) -> Diagnosis:
 def argument_count(call: Call | CallRule, expected: str, function: Function | None) -> Diagnosis:
     given = plural(len(call.arguments), "argument")
     place = head_of(function) if function else None
-    notes = (f"it is called as {signature(function)}",) if function else ()
+    usual = signature(function) if function else f"{call.function}({_FORMALS.get(call.function, 'x')})"
+    notes = (f"it is called as {usual}",)
     name = function.name if function else call.function
     return error(
         "E203",
-        f"{name} takes {expected}, not {given}",
+        f"{name} takes {expected}, not {len(call.arguments) or 'none'}",
         *labels((call.span, f"{given} given"), (place, "defined here")),
         notes=notes,
     )
@@ -90,7 +103,7 @@ def result_count(call: Call | CallRule, function: Function, given: int) -> Diagn
         message = f"{function.name} has {expected}, so it has no single value in an expression"
         notes = (f"call it on a line of its own: call {signature(function)}",)
     else:
-        message = f"{function.name} gives {expected}, not {plural(given, 'result')}"
+        message = f"{function.name} gives {expected}, not {given or 'none'}"
         notes = (f"it is called as {signature(function)}",)
     return error(
         "E204",
@@ -166,8 +179,8 @@ def repeated_in_head(function: Function, name: str, roles: str) -> Diagnosis:
     return error(
         "E209",
         f"{name} is {roles} of {function.name}",
-        *labels((head_of(function), f"{name} may stand here once")),
-        notes=(f"{name} needs one role only; a parameter is shared with the caller without being passed",),
+        *labels((head_of(function), f"{name} has one role too many")),
+        notes=("a name is either an argument, a result or a parameter, and is listed once",),
     )
 
 

@@ -39,14 +39,14 @@ def test_use_is_relative_to_the_file_that_names_it_and_reads_a_file_once(crank):
 
 def test_a_text_uses_files_relative_to_its_base(crank):
     model = loads('use "rod.tk"\ny = rod(x) + 1', base=crank / "parts")
-    assert list(model.variables) == ["y", "x", "rod.b"] or list(model.variables) == ["y", "rod.b", "x"]
+    assert list(model.variables) == ["y", "x", "rod.b"]
 
 
 def test_a_missing_file_in_use_is_refused(crank):
     (crank / "model.tk").write_text('use "parts/pim.tk"\ny = pin(x)\n')
     with pytest.raises(RuleSheetError) as caught:
         load(crank)
-    assert "E311" in codes(caught)
+    assert "E306" in codes(caught)
     assert "did you mean pin.tk?" in caught.value.diagnoses[0].notes
 
 
@@ -54,7 +54,7 @@ def test_a_circle_of_uses_is_refused(crank):
     (crank / "parts" / "rod.tk").write_text('use "pin.tk"\nfunction rod(a; b)\nrules\n  b = 2*a\n')
     with pytest.raises(RuleSheetError) as caught:
         load(crank)
-    assert "E312" in codes(caught)
+    assert "E307" in codes(caught)
 
 
 def test_a_long_chain_of_uses_is_followed(tmp_path):
@@ -67,7 +67,7 @@ def test_a_long_chain_of_uses_is_followed(tmp_path):
 def test_an_unknown_bare_name_is_refused():
     with pytest.raises(RuleSheetError) as caught:
         load("no_such_linkage_anywhere")
-    assert codes(caught) == ["E314"]
+    assert codes(caught) == ["E309"]
 
 
 def test_shipped_models_are_found_by_name():
@@ -110,7 +110,7 @@ def test_names_that_sheets_need_stay_free(name):
 
 def test_a_declared_variable_may_share_the_name_of_a_function_of_the_sheet():
     model = loads("variables\n  area\nrules\n  area = 2*area(x)\nfunction area(a; b)\nrules\n  b = a^2\n")
-    assert list(model.variables) == ["area", "x", "area.b"] or "area.b" in model.variables
+    assert list(model.variables) == ["area", "x", "area.b"]
 
 
 def test_importing_the_package_imports_nothing_heavy():
