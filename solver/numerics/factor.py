@@ -6,7 +6,7 @@ neither the units of the unknowns nor the size of a rule changes it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from solver.numerics.termination import EPS
@@ -30,23 +30,33 @@ class Factor(Protocol):
         ...
 
 
+def as_matrix(matrix: Any, columns: int) -> Any:
+    """Rows of a small matrix as they are; a large one as an array; a scipy sparse one as it is."""
+    if hasattr(matrix, "dtype") or (columns <= SMALL and len(matrix) <= SMALL):
+        return matrix
+    import numpy as np
+
+    return np.asarray(matrix, dtype=float).reshape(len(matrix), columns)
+
+
 def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
-    """Factor an m × n matrix given as rows (or as a scipy sparse matrix) with column weights (n,).
+    """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights (n,).
 
     Raises nothing for a singular matrix: the factor then gives minimum-norm least-squares solutions.
     """
     if hasattr(matrix, "tocsc"):
         return _sparse(matrix, column_weights)
-    if len(matrix) == len(column_weights) <= SMALL:
-        small = _small(matrix, column_weights)
-        if small is not None:
-            return small
+    n = len(column_weights)
+    if len(matrix) == n:
+        regular = _small(matrix, column_weights) if n <= SMALL else _large(matrix, column_weights)
+        if regular is not None:
+            return regular
     return DenseFactor(matrix, column_weights)
 
 
 def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
     """Σ_j |A_ij| w_j for every row i; w may hold signed values, of which the absolute ones count."""
-    if hasattr(matrix, "tocsc"):
+    if hasattr(matrix, "dtype"):
         import numpy as np
 
         sizes: list[float] = (abs(matrix) @ np.abs(np.asarray(column_weights, dtype=float))).tolist()
@@ -55,8 +65,8 @@ def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
 
 
 def row_products(matrix: Any, vector: Sequence[float]) -> list[float]:
-    """A v for rows or a scipy sparse matrix."""
-    if hasattr(matrix, "tocsc"):
+    """A v, for rows, array, or scipy sparse matrix."""
+    if hasattr(matrix, "dtype"):
         products: list[float] = (matrix @ vector).tolist()
         return products
     return [sum(a * v for a, v in zip(row, vector, strict=True)) for row in matrix]
@@ -147,25 +157,43 @@ class DenseFactor:
         return float(self._s[0] / self._s[-1])
 
 
-class SparseFactor:
-    """Sparse LU of a regular n × n matrix."""
+class ArrayFactor:
+    """Dense or sparse LU of a regular n × n matrix."""
 
-    def __init__(self, lu: Any, row_scale: Any, weight: Any) -> None:
-        self._lu, self._row_scale, self._weight = lu, row_scale, weight
+    def __init__(self, solve: Callable[[Any], Any], row_scale: Any, weight: Any) -> None:
+        self._solve, self._row_scale, self._weight = solve, row_scale, weight
         self.rank = self.columns = len(weight)
 
     def solve(self, rhs: Sequence[float]) -> list[float]:
         import numpy as np
 
-        solved = self._weight * self._lu.solve(np.asarray(rhs, dtype=float) / self._row_scale)
+        solved = self._weight * self._solve(np.asarray(rhs, dtype=float) / self._row_scale)
         solution: list[float] = solved.tolist()
         return solution
 
     def condition(self) -> float:
-        """A lower bound from one solve: |A⁻¹ 1| for the matrix of unit row sums."""
+        """A lower bound from two solves: |A⁻¹ b| in the infinity norm, A having rows of unit 1-norm."""
         import numpy as np
 
-        return float(np.abs(self._lu.solve(np.ones(self.columns))).max())
+        signs = np.where(np.arange(self.columns) % 2, -1.0, 1.0)
+        return max(float(np.abs(self._solve(b)).max()) for b in (np.ones(self.columns), signs))
+
+
+def _large(matrix: Any, weight: Sequence[float]) -> Factor | None:
+    """Dense LU by LAPACK, or None where a pivot vanishes to rounding."""
+    import numpy as np
+    from scipy.linalg import get_lapack_funcs
+
+    w = np.asarray(weight, dtype=float)
+    scaled = np.asarray(matrix, dtype=float) * w
+    sizes = np.abs(scaled).sum(axis=1)
+    if not sizes.all() or not np.isfinite(sizes).all():
+        return None
+    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (scaled,))
+    lu, pivots, _ = getrf(scaled / sizes[:, None])
+    if np.abs(lu.diagonal()).min() <= 2 * len(w) * EPS:
+        return None
+    return ArrayFactor(lambda b: getrs(lu, pivots, b)[0], sizes, w)
 
 
 def _sparse(matrix: Any, weight: Sequence[float]) -> Factor:
@@ -183,5 +211,5 @@ def _sparse(matrix: Any, weight: Sequence[float]) -> Factor:
         except RuntimeError:  # "Factor is exactly singular"
             return DenseFactor(matrix.toarray(), weight)
         if np.abs(lu.U.diagonal()).min() > 2 * len(w) * EPS:
-            return SparseFactor(lu, sizes, w)
+            return ArrayFactor(lu.solve, sizes, w)
     return DenseFactor(matrix.toarray(), weight)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from solver.numerics.factor import Factor, factorise, row_sizes
+from solver.numerics.factor import Factor, as_matrix, factorise, row_sizes
 from solver.numerics.termination import weights
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
@@ -49,7 +49,7 @@ class System:
             return None
         weight = weights(x, self.scale)
         try:
-            matrix = self._jacobian(x)
+            matrix = as_matrix(self._jacobian(x), len(x))
         except (ArithmeticError, ValueError):
             return None
         if not all(map(math.isfinite, row_sizes(matrix, weight))):
