@@ -97,7 +97,8 @@ def _direction(mp: Any, y: Extended, x: Extended, half_turn: Extended) -> Extend
         return mp.zero if x > 0 else +half_turn
     if abs(x) == abs(y):
         return mp.sign(y) * half_turn / 4 * (1 if x > 0 else 3)
-    return mp.atan2(y, x) / mp.pi * half_turn
+    direction = mp.atan2(y, x) / mp.pi * half_turn
+    return abs(direction) if direction <= -half_turn else direction
 
 
 def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:

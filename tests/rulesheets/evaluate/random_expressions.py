@@ -24,8 +24,16 @@ def _grown(parts: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression
         st.builds(Power, parts, st.integers(-3, 3).map(lambda whole: Number(float(whole)))),
         st.builds(Power, parts, parts),
         st.builds(lambda name, part: Call(name, (part,)), st.sampled_from(SMOOTH), parts),
-        st.builds(lambda y, x: Call("atan2d", (y, x)), parts, parts),
     )
 
 
-expressions = st.recursive(leaves, _grown, max_leaves=8)
+def _with_directions(parts: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression]:
+    return st.one_of(_grown(parts), st.builds(lambda y, x: Call("atan2d", (y, x)), parts, parts))
+
+
+continuous = st.recursive(leaves, _grown, max_leaves=8)
+expressions = st.recursive(leaves, _with_directions, max_leaves=8)
+
+# Points with three decimals, so that none is as near to a kink as a difference is wide.
+positive = st.integers(100, 3000).map(lambda thousandths: thousandths / 1000)
+nonzero = st.integers(-3000, 3000).filter(bool).map(lambda thousandths: thousandths / 1000)

@@ -6,11 +6,10 @@ import math
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
-from tests.rulesheets.evaluate.random_expressions import expressions
+from tests.rulesheets.evaluate.random_expressions import continuous, nonzero, positive
 
 X = Name("x")
 
@@ -89,7 +88,7 @@ def test_a_long_sum_and_a_deep_tree() -> None:
     assert value(deep, {"x": 2.0}) == 2.0 == extended(deep, {"x": 2.0})
 
 
-@given(expression=expressions, x=st.floats(0.1, 3.0), y=st.floats(-3.0, 3.0))
+@given(expression=continuous, x=positive, y=nonzero)
 def test_floats_and_digits_agree(expression: Expression, x: float, y: float) -> None:
     """The float value is one that some point near by has: compared by a bound on the conditioning."""
     point = {"x": x, "y": y}
