@@ -18,7 +18,7 @@ def run(arguments: Namespace) -> int:
     from rulesheets.format import format_sheet
     from rulesheets.loading import find_sheet
     from rulesheets.parse import parse
-    from rulesheets.source import read_source
+    from rulesheets.reading import read_source
 
     path = find_sheet(arguments.sheet)
     source = read_source(path)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
-from rulesheets.source import Source, Span
+from solver.commands.option import Option
 
 if TYPE_CHECKING:
     from rulesheets.model import Model, Value
@@ -25,23 +25,6 @@ class Request:
     inputs: Mapping[str, Value | None]
     guesses: Mapping[str, float]
     want: tuple[str, ...] | None
-
-
-@dataclass(frozen=True)
-class Option:
-    """One option as the user wrote it: ``text`` is what stands after ``--name``."""
-
-    name: str
-    text: str
-
-    @property
-    def source(self) -> Source:
-        return Source("command line", f"--{self.name} {self.text}")
-
-    def place(self, part: str) -> Span:
-        """The place of a part of the text."""
-        start = len(self.name) + 3 + max(self.text.find(part), 0)
-        return Span(self.source, start, start + max(len(part), 1))
 
 
 def add_input_options(parser: ArgumentParser) -> None:
@@ -148,7 +131,7 @@ class _Reading:
 
     def _once(self, option: Option, name: str, before: Iterable[str]) -> None:
         if name in before:
-            self.complaints.append(_repeated(option, name))
+            self.complaints.append(option.repeated(name))
 
 
 def _no_assignment(option: Option) -> Diagnosis:
@@ -160,21 +143,12 @@ def _no_assignment(option: Option) -> Diagnosis:
     )
 
 
-def _repeated(option: Option, name: str) -> Diagnosis:
-    return error(
-        "E421",
-        f"{name} is given twice",
-        Label(option.place(name), "again"),
-        notes=("keep one of the options",),
-    )
-
-
 def _other_unit(option: Option, unit: str, own: str | None, name: str) -> Diagnosis:
     has = f"{name} is in {own}" if own else f"{name} has no unit"
     return error(
         "E422",
         f"{has}, and units are not converted yet",
-        Label(option.place(f"[{unit}]") if f"[{unit}]" in option.text else option.place(unit)),
+        Label(option.place(unit)),
         notes=(f"give the value in {own}" if own else "leave the unit out",),
     )
 
@@ -190,7 +164,7 @@ def _guess_of_input(option: Option, name: str) -> Diagnosis:
 
 def _symbol_guess(option: Option, name: str, text: str) -> Diagnosis:
     return error(
-        "E424",
+        "E423",
         f"a guess is a number, and {text} is a symbol",
         Label(option.place(text)),
         notes=(f"write --set {name}={text} to give it as an input",),

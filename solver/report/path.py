@@ -58,8 +58,7 @@ def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row
 
 
 def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[Row]:
-    iterated = block.tears or block.unknowns
-    heading = f"{len(block.unknowns)} unknowns together, iterating on {', '.join(iterated)}"
+    heading = f"{', '.join(block.unknowns)}, iterating on {', '.join(block.tears or block.unknowns)}"
     yield (str(number), f"block of {len(block.unknowns)}", "", heading, "")
     for step in block.order:
         yield ("", f"  {step.unknown}", _ways(step.branches), *_rule(places, model.equations[step.equation]))

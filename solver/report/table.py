@@ -18,7 +18,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], least: Sequence[
         max(floor, *(width(row[i]) for row in (tuple(header), *cells)))
         for i, floor in enumerate((*least, *(0,) * (len(header) - len(least))))
     ]
-    dashes = tuple("-" * size for size in widths)
+    dashes = tuple("-" * size if head else "" for head, size in zip(header, widths, strict=True))
     return "\n".join(_line(row, widths) for row in (tuple(header), dashes, *cells))
 
 

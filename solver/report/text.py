@@ -19,6 +19,14 @@ NUMBER_WIDTH = 16
 
 INPUT_WIDTH = 10
 
+MEANINGS = {
+    Status.PARTIAL: "the inputs do not determine every variable",
+    Status.INCONSISTENT: "rules contradict each other at these inputs",
+    Status.INFEASIBLE: "there is no real solution",
+    Status.SINGULAR: "an answer is not isolated, or not determined there",
+    Status.FAILED: "no answer was found within the limits",
+}
+
 
 def result_text(result: Result, *, every: bool = False, explain: bool = False, color: bool = False) -> str:
     """Everything that ``backsolve solve`` prints, without the last line end.
@@ -61,17 +69,9 @@ def _explanation(result: Result, every: bool) -> Iterator[str]:
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
     if result.status is not Status.SOLVED:
-        yield f"{result.status}{_unknown(result)}"
+        yield f"{result.status}: {MEANINGS[result.status]}"
     yield work_line(result)
     yield from _others(result, every)
-
-
-def _unknown(result: Result) -> str:
-    names = result.undetermined
-    if not names:
-        return ""
-    listed = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-    return f": no value for {listed}"
 
 
 def _others(result: Result, every: bool) -> Iterator[str]:
@@ -80,5 +80,5 @@ def _others(result: Result, every: bool) -> Iterator[str]:
     if others > 0 and not every:
         more = "" if result.complete else ", maybe more"
         yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
-    elif result.solutions and not result.complete:
+    elif result.status is Status.SOLVED and not result.complete:
         yield "these are not known to be all the answers" if others else "there may be other answers"

@@ -7,21 +7,22 @@ from collections.abc import Sequence
 from rulesheets.spelling import plural
 from solver.path.steps import Evaluate, Path, Select, SolveBlock
 from solver.report.numbers import magnitude
-from solver.result import Result
+from solver.result import Result, Status
 
 
 def work_line(result: Result) -> str:
     """``29 rules: 27 direct, 1 block of 2; all satisfied, worst residual 1e-16``.
 
     Rules are counted by equation: a tuple counts for each of its halves, a rule function
-    once a call. The last part is there where there is an answer.
+    once a call. The last part is there where there is an answer, or a part of one.
     """
     rules = plural(len(result.model.equations), "rule")
     line = f"{rules}: {', '.join(_parts(result))}"
     if not result.solutions:
         return line
     answer = result.solutions[0]
-    return f"{line}; all satisfied, worst residual {magnitude(answer.worst_residual)}"
+    satisfied = "all" if result.status is Status.SOLVED else str(answer.checked)
+    return f"{line}; {satisfied} satisfied, worst residual {magnitude(answer.worst_residual)}"
 
 
 def used(path: Path) -> int:
@@ -40,8 +41,8 @@ def block_sizes(path: Path) -> tuple[int, ...]:
 
 def _parts(result: Result) -> list[str]:
     path, total = result.path, len(result.model.equations)
-    parts = [f"{direct(path)} direct"]
     sizes = block_sizes(path)
+    parts = [f"{direct(path)} direct"] if direct(path) or not sizes else []
     if sizes:
         parts.append(_blocks(sizes))
     if not result.solutions:
