@@ -83,6 +83,9 @@ class Conversion:
                 right = sympy.Pow(right, sympy.S.NegativeOne, evaluate=self.evaluate)
             factors.append(right)
             node = node.left
+        if isinstance(node, Negative) and not self.evaluate:  # -a*b, not (-a)*b
+            factors.append(self.expression(node.operand))
+            return [sympy.S.NegativeOne, *reversed(factors)]
         return [self.expression(node), *reversed(factors)]
 
     def condition(self, node: Condition) -> Any:

@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import os
-import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-import sympy
 from sympy.printing.latex import LatexPrinter
 from sympy.printing.str import StrPrinter
 
 from rulesheets.algebra.convert import AS_WRITTEN
 from rulesheets.algebra.names import latex_name
-from rulesheets.model import Equation, Model
+from rulesheets.model import Equation, Model, Premise
+from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Not, Or
 
-_LATEX_FUNCTIONS = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "gamma": r"\Gamma"}
-_RELATIONS = {"==": "=", "!=": "<>"}
-_SYMBOL = re.compile(r"'\w+")
+_LATEX_FUNCTIONS = {
+    **{
+        name: f"\\{name}" for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "ln", "exp", "min", "max")
+    },
+    "asin": r"\arcsin",
+    "acos": r"\arccos",
+    "atan": r"\arctan",
+    "gamma": r"\Gamma",
+}
+_LATEX_RELATIONS = {"<>": r"\neq", "<=": r"\leq", ">=": r"\geq"}
+_NEGATED = {"=": "<>", "<>": "="}
 
 
 def listing(model: Model, latex: bool = False) -> str:
@@ -30,7 +39,7 @@ def listing(model: Model, latex: bool = False) -> str:
     places = [_place(equation) for equation in model.equations]
     width = max((len(place) for place in places), default=0)
     return "\n".join(
-        f"{place:<{width}}  {_text(equation, model)}"
+        f"{place:<{width}}  {_text_row(equation, model)}"
         for place, equation in zip(places, model.equations, strict=True)
     )
 
@@ -39,54 +48,101 @@ def _place(equation: Equation) -> str:
     return f"{os.path.basename(equation.rule.file)}:{equation.rule.line}"
 
 
-def _text(equation: Equation, model: Model) -> str:
-    printer = _TextPrinter({"order": "none", "full_prec": False})
-    text: str = printer.doprint(AS_WRITTEN.equation(equation))
-    if equation.guard:
-        text += f"   if {printer.doprint(AS_WRITTEN.guard(equation.guard, model))}"
-    return text.replace("**", "^")
+def _text_row(equation: Equation, model: Model) -> str:
+    row = f"{_text(equation.left)} = {_text(equation.right)}"
+    guard = _TEXT.guard(equation.guard, model)
+    return f"{row}   if {guard}" if guard else row
 
 
 def _latex_row(equation: Equation, model: Model) -> str:
-    printer = _LatexPrinter({"order": "none"})
-    converted = AS_WRITTEN.equation(equation)
-    row = f"  {printer.doprint(converted.lhs)} &= {printer.doprint(converted.rhs)}"
-    if equation.guard:
-        row += rf" && \text{{if }} {printer.doprint(AS_WRITTEN.guard(equation.guard, model))}"
+    row = f"  {_latex(equation.left)} &= {_latex(equation.right)}"
+    guard = _LATEX.guard(equation.guard, model)
+    if guard:
+        row += rf" && \text{{if }} {guard}"
     return f"  % {_place(equation)}\n{row}"
 
 
-class _TextPrinter(StrPrinter):  # type: ignore[misc]
-    """Sheets say ``=`` and ``and`` where Python says ``==`` and ``&``."""
+def _text(expression: Expression) -> str:
+    printer = StrPrinter({"order": "none", "full_prec": False})
+    text: str = printer.doprint(AS_WRITTEN.expression(expression))
+    return text.replace("**", "^")
 
-    def _print_Relational(self, relation: Any) -> str:
-        operator = _RELATIONS.get(relation.rel_op, relation.rel_op)
-        return f"{self._print(relation.lhs)} {operator} {self._print(relation.rhs)}"
 
-    def _print_And(self, conjunction: Any) -> str:
-        return " and ".join(self._part(part, sympy.Or) for part in conjunction.args)
-
-    def _print_Or(self, disjunction: Any) -> str:
-        return " or ".join(self._part(part, sympy.And) for part in disjunction.args)
-
-    def _print_Not(self, negation: Any) -> str:
-        return f"not({self._print(negation.args[0])})"
-
-    def _part(self, part: Any, bracketed: type) -> str:
-        text: str = self._print(part)
-        return f"({text})" if isinstance(part, bracketed) else text
+def _latex(expression: Expression) -> str:
+    text: str = _LatexPrinter({"order": "none"}).doprint(AS_WRITTEN.expression(expression))
+    return text
 
 
 class _LatexPrinter(LatexPrinter):  # type: ignore[misc]
     def _print_Symbol(self, symbol: Any, style: str = "plain") -> str:
-        if _SYMBOL.fullmatch(symbol.name) or symbol.name.startswith("given("):
+        if symbol.name.startswith("'"):
             return rf"\text{{{symbol.name}}}".replace("_", r"\_")
         return latex_name(symbol.name)
 
     def _print_Function(self, expr: Any, exp: str | None = None) -> str:
-        name = _LATEX_FUNCTIONS.get(expr.func.__name__, rf"\operatorname{{{expr.func.__name__}}}")
-        if expr.func.__name__ in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "ln", "exp", "min", "max"):
-            name = "\\" + expr.func.__name__
+        function = expr.func.__name__
+        name = _LATEX_FUNCTIONS.get(function, rf"\operatorname{{{function}}}")
         arguments = ", ".join(self._print(argument) for argument in expr.args)
         power = "" if exp is None else f"^{{{exp}}}"
         return rf"{name}{power}\left({arguments}\right)"
+
+
+@dataclass(frozen=True)
+class _ConditionPrinter:
+    """Conditions in the order that they were written in, which sympy's ``And`` does not keep."""
+
+    expression: Callable[[Expression], str]
+    relations: Mapping[str, str]
+    joint: Mapping[type, str]
+    negation: str
+    given: Callable[[str], str]
+
+    def guard(self, guard: tuple[Premise, ...], model: Model) -> str:
+        """All premises joined by ``and``, empty where there are none."""
+        conditions = tuple(
+            model.conditions[premise.condition]
+            if premise.holds
+            else _not(model.conditions[premise.condition])
+            for premise in guard
+        )
+        return self.condition(conditions[0] if len(conditions) == 1 else And(conditions))
+
+    def condition(self, node: Condition) -> str:
+        match node:
+            case Comparison(operator, left, right):
+                relation = self.relations.get(operator, operator)
+                return f"{self.expression(left)} {relation} {self.expression(right)}"
+            case And(terms) | Or(terms):
+                parts = [
+                    f"({self.condition(term)})" if isinstance(term, And | Or) else self.condition(term)
+                    for term in terms
+                ]
+                return self.joint[type(node)].join(parts)
+            case Not(term):
+                return self.negation.format(self.condition(term))
+            case Given(name):
+                return self.given(name)
+
+
+def _not(condition: Condition) -> Condition:
+    """What holds where the condition does not, without ``not`` where that is one comparison.
+
+    The opposite of ``<`` is not ``>=``: compared with a symbol both are false.
+    """
+    match condition:
+        case Comparison(operator, left, right) if operator in _NEGATED:
+            return Comparison(_NEGATED[operator], left, right)
+        case Not(term):
+            return term
+        case _:
+            return Not(condition)
+
+
+_TEXT = _ConditionPrinter(_text, {}, {And: " and ", Or: " or "}, "not({})", "given('{})".format)
+_LATEX = _ConditionPrinter(
+    _latex,
+    _LATEX_RELATIONS,
+    {And: r" \text{ and } ", Or: r" \text{ or } "},
+    r"\text{{not }} \left({}\right)",
+    lambda name: rf"\text{{given }} {latex_name(name)}",
+)

@@ -9,7 +9,6 @@ from rulesheets.nodes import Call, CallRule, Function
 from rulesheets.source import Span
 from rulesheets.spelling import plural, suggestion
 
-
 _FORMALS = {
     **dict.fromkeys(("pi", "e"), ""),
     **dict.fromkeys(("atan2", "atan2d"), "y, x"),

@@ -24,7 +24,7 @@ def test_every_built_in_function_has_its_sympy_form():
 
 @pytest.mark.parametrize("name", sorted(TABLE))
 @settings(deadline=None, max_examples=12)
-@given(numbers=st.lists(st.floats(-4, 4), min_size=2, max_size=2))
+@given(numbers=st.lists(st.integers(-64, 64).map(lambda k: k / 16), min_size=2, max_size=2))
 def test_sympy_and_the_evaluator_agree(name, numbers):
     _, most = TABLE[name].arity
     count = 2 if most is None else most
@@ -83,20 +83,27 @@ def test_a_long_product_converts_without_deep_recursion():
         ("y = ln(x)/log(x)", "y = ln(x)/log(x)"),
         ("y = 0.1*x", "y = 0.1*x"),
         ("y = 2*cosd(theta + 90)*exp(-x)", "y = 2*cosd(theta + 90)*exp(-x)"),
-        ("y = a/b/c", "y = a/(b*c)"),
+        ("y = -a*b/c", "y = -a*b/c"),
+        ("y = -(a + b)*c", "y = -(a + b)*c"),
+        ("y = a - -3", "y = a + 3"),
         ("if branch <> 'open then y = 1", "y = 1   if branch <> 'open"),
+        ("if and (z >= 1, a > 0, given('z)) then y = 1", "y = 1   if z >= 1 and a > 0 and given('z)"),
         ("if or (a = 1, and(b > 2, c < 3)) then y = 1", "y = 1   if a = 1 or (b > 2 and c < 3)"),
     ],
 )
 def test_the_listing_reads_like_the_sheet(rule, text):
     place, _, rest = listing(loads(rule, name="sheet.tk")).partition("  ")
     assert place == "sheet.tk:1"
-    assert rest.replace("a/b/c", "a/(b*c)").replace("(a/b)/c", "a/(b*c)") == text
+    assert rest == text
 
 
 def test_a_guard_that_must_fail_is_listed_as_not():
-    model = loads("if x > 3 then y = 1 else y = 2", name="s")
-    assert listing(model).splitlines() == ["s:1  y = 1   if x > 3", "s:1  y = 2   if not(x > 3)"]
+    model = loads("if x > 3 then y = 1 else if z = 1 then y = 2 else y = b", name="s")
+    assert listing(model).splitlines() == [
+        "s:1  y = 1   if x > 3",
+        "s:1  y = 2   if not(x > 3) and z = 1",
+        "s:1  y = b   if not(x > 3) and z <> 1",
+    ]
 
 
 def test_latex_lists_every_equation():

@@ -40,7 +40,8 @@ def test_values_symbols_blanks_guesses_and_comments(tmp_path):
     sheet = read(
         tmp_path,
         "St,Input,Name,Output,Unit,Comment\n"
-        ",'open,branch,,,\n,2*3,AO,,m,length\nC,this row only comments,,,,\n,,theta,53.1,,\nG,1.5,xA,,,\n,,,,,\n",
+        ",'open,branch,,,\n,2*3,AO,,m,length\nC,this row only comments,,,,\n"
+        ",,theta,53.1,,\nG,1.5,xA,,,\n,,,,,\n",
     )
     assert sheet.inputs == {"branch": "open", "AO": 6.0, "theta": None, "xA": None}
     assert sheet.guesses == {"xA": 1.5}
