@@ -157,31 +157,6 @@ CATALOGUE: dict[str, Entry] = {
         "Lists, list functions, procedures, tolerances and figures are planned.",
         "See the help line for what can be written today.",
     ),
-    "E301": Entry(
-        "there is no such file",
-        "The path does not lead to a file.",
-        "Paths are relative to the folder that you are in.",
-    ),
-    "E302": Entry(
-        "this is a folder, not a rule sheet",
-        "A rule sheet is one text file.",
-        "Name a file in the folder.",
-    ),
-    "E303": Entry(
-        "this is not a text file",
-        "A rule sheet is UTF-8 text; the file has bytes that are not.",
-        "Save the sheet as UTF-8 text.",
-    ),
-    "E304": Entry(
-        "this file cannot be read",
-        "The system refuses to read it.",
-        "Check its permissions.",
-    ),
-    "E305": Entry(
-        "this file is too large for a rule sheet",
-        "A rule sheet has at most 64 MB.",
-        "Split it into files of functions.",
-    ),
     "E201": Entry(
         "there is no such function",
         "The name is misspelt, its file is not used, or a product lacks its `*`.",
@@ -261,6 +236,36 @@ CATALOGUE: dict[str, Entry] = {
         "calls multiply beyond bounds",
         "Functions that call functions several times each grow the model exponentially.",
         "Call fewer functions in functions.",
+    ),
+    "E217": Entry(
+        "an expression nests too deep",
+        "What works on expressions takes one level after the other, and they are limited.",
+        "Split it over several rules.",
+    ),
+    "E301": Entry(
+        "there is no such file",
+        "The path does not lead to a file.",
+        "Paths are relative to the folder that you are in.",
+    ),
+    "E302": Entry(
+        "this is a folder, not a rule sheet",
+        "A rule sheet is one text file.",
+        "Name a file in the folder.",
+    ),
+    "E303": Entry(
+        "this is not a text file",
+        "A rule sheet is UTF-8 text; the file has bytes that are not.",
+        "Save the sheet as UTF-8 text.",
+    ),
+    "E304": Entry(
+        "this file cannot be read",
+        "The system refuses to read it.",
+        "Check its permissions.",
+    ),
+    "E305": Entry(
+        "this file is too large for a rule sheet",
+        "A rule sheet has at most 64 MB.",
+        "Split it into files of functions.",
     ),
     "E306": Entry(
         "a used file is missing",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
@@ -84,9 +84,20 @@ class _Gathering:
         if not os.path.exists(shown):
             self.complaints.append(_missing(path, shown, place))
             return None
-        file = File(key, shown, os.path.dirname(shown), parse(read_source(shown)))
+        file = File(key, shown, os.path.dirname(shown), parse(_read(shown, place)))
         self.complaints.extend(_only_functions(file, path, place))
         return file
+
+
+def _read(path: str, place: Span | None) -> Source:
+    """The text of a used file; what keeps it from being read is told with the place of the ``use``."""
+    try:
+        return read_source(path)
+    except RuleSheetError as wrong:
+        used = messages.labels((place, "used here"))
+        raise RuleSheetError(
+            *(replace(one, labels=(*one.labels, *used)) for one in wrong.diagnoses)
+        ) from None
 
 
 def place_of(path: str, use: Use) -> Span | None:

@@ -16,7 +16,7 @@ from rulesheets.checks.names import (
 )
 from rulesheets.checks.recursion import check_recursion
 from rulesheets.checks.scope import Scope
-from rulesheets.checks.size import check_size
+from rulesheets.checks.size import check_nesting, check_size
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.program import Program
 
@@ -45,6 +45,7 @@ def _complaints(program: Program) -> Iterator[Diagnosis]:
 def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
     yield from check_declared(scope)
     yield from check_names(scope)
+    yield from check_nesting(scope)
     yield from check_tuples(scope)
     yield from check_symbols(scope)
     yield from check_givens(scope)

@@ -245,3 +245,12 @@ def too_large(place: Span | None, reason: str) -> Diagnosis:
     return error(
         "E216", reason, *labels((place, "called here")), notes=("call fewer functions in functions",)
     )
+
+
+def too_deep(place: Span | None, limit: int) -> Diagnosis:
+    return error(
+        "E217",
+        f"this expression nests more than {limit} levels deep",
+        *labels((place, "every factor of a long product is a level")),
+        notes=("split it over several rules",),
+    )

@@ -24,6 +24,10 @@ from rulesheets.program import Program, bodies, components, operands, rules_of
 from rulesheets.source import Span
 
 
+LONG = 300
+"""Characters; a shorter expression cannot nest deeper than that."""
+
+
 @dataclass(frozen=True)
 class Contents:
     """What the rules of a scope contain, each list in source order.
@@ -31,7 +35,8 @@ class Contents:
     ``calls`` are those that have their results beside them (``call f(a; x)``, ``x = f(a)``),
     ``inner_calls`` those inside an expression, built-in functions among them.
     ``names`` maps each variable to its first place. ``misplaced`` are symbols inside
-    arithmetic, ``unlike`` the tuple rules whose sides differ in length.
+    arithmetic, ``unlike`` the tuple rules whose sides differ in length, ``long`` the
+    expressions whose text is long enough to be suspected of being too deep.
     """
 
     names: dict[str, Span | None] = field(default_factory=dict)
@@ -42,6 +47,7 @@ class Contents:
     comparisons: list[Comparison] = field(default_factory=list)
     misplaced: list[Symbol] = field(default_factory=list)
     unlike: list[Equality] = field(default_factory=list)
+    long: list[Expression | Condition] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,8 @@ def _survey(body: RuleBody, found: Contents) -> None:
     if isinstance(body, CallRule):
         found.calls.append(body)
     for operand in operands(body):
+        if operand.span is not None and operand.span.end - operand.span.start > LONG:
+            found.long.append(operand)
         _survey_operand(operand, found)
 
 

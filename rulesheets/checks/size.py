@@ -1,4 +1,4 @@
-"""Calls that multiply: the size of the model is known before a single call is expanded."""
+"""How much there is: calls that multiply, and expressions that nest, before anything is expanded."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ from graphlib import TopologicalSorter
 from rulesheets.checks import messages
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis
+from rulesheets.nodes import Condition, Expression, children
 
 MAX_EQUATIONS = 200_000
 MAX_DEPTH = 100
+MAX_NESTING = 300
+"""Levels of an expression; what works on expressions recurses, one level by one."""
 
 
 @dataclass(frozen=True)
@@ -44,3 +47,19 @@ def _size(scope: Scope, sizes: Mapping[str, Size]) -> Size:
         equations=len(scope.contents.equalities) + sum(size.equations for size in called),
         depth=max((size.depth + 1 for size in called), default=0),
     )
+
+
+def check_nesting(scope: Scope) -> Iterator[Diagnosis]:
+    """Expressions too deep to work on, such as a product of a thousand factors."""
+    for operand in scope.contents.long:
+        if _nesting(operand) > MAX_NESTING:
+            yield messages.too_deep(operand.span, MAX_NESTING)
+
+
+def _nesting(node: Expression | Condition) -> int:
+    """How many levels a tree has."""
+    level, depth = [node], 0
+    while level:
+        level = [part for item in level for part in children(item)]
+        depth += 1
+    return depth

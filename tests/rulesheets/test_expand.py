@@ -229,3 +229,11 @@ def test_calls_that_nest_too_deep_are_stopped():
     with pytest.raises(RuleSheetError) as caught:
         loads(text)
     assert [item.code for item in caught.value.diagnoses] == ["E216"]
+
+
+def test_a_long_product_is_read_and_an_endless_one_refused():
+    assert len(loads("y = " + "*".join(["x"] * 250)).equations) == 1
+    assert len(loads("y = " + " + ".join(["x"] * 5000)).equations) == 1
+    with pytest.raises(RuleSheetError) as caught:
+        loads("y = " + "*".join(["x"] * 5000))
+    assert [item.code for item in caught.value.diagnoses] == ["E217"]
