@@ -18,7 +18,7 @@ from solver.structure.incidence import Incidence
 
 Edges: TypeAlias = Sequence[Sequence[int]] | Mapping[int, Sequence[int]]
 
-SMALL = 1000
+SMALL = 2000
 """Up to so many equations plain Python is faster than importing scipy."""
 
 
@@ -64,7 +64,7 @@ def maximum_matching(incidence: Incidence) -> Matching:
 
 
 def _small(incidence: Incidence) -> list[tuple[int, int]]:
-    owner_of = _augmented(incidence.block.equations, incidence.occurs)
+    owner_of = augmented(incidence.block.equations, incidence.occurs)
     return [(equation, unknown) for unknown, equation in owner_of.items()]
 
 
@@ -95,12 +95,12 @@ def _rematch(
 ) -> None:
     ordered = sorted(nodes)
     partner_of.update(dict.fromkeys(ordered))
-    for partner, owner in _augmented(ordered, edges).items():
+    for partner, owner in augmented(ordered, edges).items():
         partner_of[owner] = partner
         owner_of[partner] = owner
 
 
-def _augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
+def augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
     """The owner of every partner: nodes are given one in turn, and never lose it to a later node.
 
     So the nodes that end up matched are the lexicographically first set that can be.

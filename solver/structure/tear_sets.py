@@ -54,6 +54,8 @@ def _complete(unknowns: tuple[int, ...], reach: Reach, size: int, start: int) ->
     if reach.complete:
         yield ()
         return
+    if min((missing for missing in reach.missing.values() if missing > 1), default=0) > size + 1:
+        return  # too few tears for any further step
     for i in range(start, len(unknowns) if size else 0):
         if unknowns[i] not in reach.known:
             learnt = reach.learn(unknowns[i])

@@ -62,10 +62,20 @@ def tearings(
     def rank(judged: tuple[Order, tuple[int, ...]]) -> tuple[int, int, tuple[int, ...]]:
         return judged[0].cost, *weight(judged[1])
 
-    sets = sorted(smallest_sets(incidence, weights, limit), key=weight)[: max(QUICK, limit)]
-    quick = sorted(((cheap_order(incidence, tears), tears) for tears in sets), key=rank)
-    short_list = [(cheapest_order(incidence, tears), tears) for _, tears in quick[: max(SHORT_LIST, limit)]]
-    return tuple(_tearing(incidence, *judged) for judged in sorted(short_list, key=rank)[:limit])
+    judged: list[tuple[Order, tuple[int, ...]]] = []
+    safe = 0
+    for tears in sorted(smallest_sets(incidence, weights, limit), key=weight)[: max(QUICK, limit)]:
+        judged.append((cheap_order(incidence, tears), tears))
+        safe += judged[-1][0].cost == 0
+        if safe == limit:  # the sets come by weight, so no later one is better
+            break
+    judged = sorted(judged, key=rank)[: max(SHORT_LIST, limit)]
+    short_list = [(_improved(incidence, order, tears), tears) for order, tears in judged]
+    return tuple(_tearing(incidence, *best) for best in sorted(short_list, key=rank)[:limit])
+
+
+def _improved(incidence: Incidence, order: Order, tears: tuple[int, ...]) -> Order:
+    return cheapest_order(incidence, tears) if order.cost else order
 
 
 def _tearing(incidence: Incidence, order: Order, tears: tuple[int, ...]) -> Tearing:
