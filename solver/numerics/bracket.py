@@ -30,7 +30,7 @@ def value_at(function: ScalarFunction, x: float) -> float:
 def split_point(low: float, high: float) -> float:
     """A point between: 0 inside a box that holds it, the geometric mean over decades, else the middle.
 
-    From 0 or infinity the exponent is doubled at each split, so that the whole line is about twenty deep.
+    From 0 or infinity the exponent is doubled or halved, so that the whole line is about twenty deep.
     """
     if low < 0.0 < high:
         return 0.0
@@ -39,7 +39,7 @@ def split_point(low: float, high: float) -> float:
     if high == math.inf:
         return 1.0 if low == 0.0 else min(low * max(8.0, low), MAX)
     if low == 0.0:
-        return max(high * min(0.125, high), TINY)
+        return math.sqrt(high) if high > 64.0 else max(high * min(0.125, high), TINY)
     if high > 16.0 * low:
         return math.sqrt(low) * math.sqrt(high)
     return low + (high - low) / 2
@@ -108,7 +108,8 @@ def is_zero_crossing(function: ScalarFunction, root: float, low: float, high: fl
 def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
     """The point of least |f|: of all floats of a narrow interval, by golden section in a wide one."""
     candidates = _floats_between(low, high, 64) or [_golden_section(function, low, high), low, high]
-    return min(candidates, key=lambda x: _magnitude(function, x))
+    middle = low + (high - low) / 2
+    return min(candidates, key=lambda x: (_magnitude(function, x), abs(x - middle)))
 
 
 def _magnitude(function: ScalarFunction, x: float) -> float:

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from solver.numerics.bracket import MAX, bracketed_root, is_zero_crossing, lowest_point, value_at
-from solver.numerics.interval_function import IntervalFunction, Sections, section
+from solver.numerics.interval_function import HORIZON, IntervalFunction, Sections, section
 
 Interval = tuple[float, float]
 SAMPLES = 129
@@ -56,7 +56,8 @@ def resolve_clusters(
     clusters the rest is merely listed.
     """
     found = Found(list(roots))
-    for number, cluster in enumerate(merged(at_rounding, unsplit)):
+    clusters = [cluster for cluster in merged(at_rounding, unsplit) if _is_asked(function, cluster)]
+    for number, cluster in enumerate(clusters):
         if number < candidates:
             _resolve(function, cluster, found)
         else:
@@ -75,6 +76,17 @@ def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) ->
             box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)
         clusters.append(box)
     return clusters
+
+
+def _is_asked(function: IntervalFunction, cluster: Cluster) -> bool:
+    """False for remote clusters, and for one that is tiny around 0 where f is not 0 at 0 itself."""
+    lo, hi = np.array([cluster.low]), np.array([cluster.high])
+    if function.is_remote(lo, hi)[0]:
+        return False
+    if not cluster.low <= 0.0 <= cluster.high or max(-cluster.low, cluster.high) > 1 / HORIZON:
+        return True
+    below, above, defined = function.range_on(np.zeros(1), np.zeros(1))
+    return bool(defined[0] and -np.inf < below[0] <= 0.0 <= above[0] < np.inf)
 
 
 def _width(box: Cluster, last: Cluster) -> float:
@@ -160,13 +172,14 @@ def _is_pole(cluster: Cluster, cut: Sections, signs: tuple[int, int]) -> bool:
 
 
 def _is_flat(function: IntervalFunction, cluster: Cluster) -> bool:
-    """Whether f is 0 to rounding at every sample of a cluster much wider than rounding."""
+    """Whether f is 0 to rounding at every sample of a cluster much wider than rounding, and than underflow."""
     low, high = cluster.low, cluster.high
-    if not math.isfinite(high - low) or high - low <= 1e-4 * max(abs(low), abs(high)):
+    if not math.isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
         return False
     points = np.linspace(low, high, SAMPLES)[1:-1]
     below, above, defined = function.range_on(points, points)
-    return bool((defined & (below <= 0) & (above >= 0)).all())
+    vanishing = defined & (below <= 0) & (above >= 0) & np.isfinite(above - below)
+    return bool(vanishing.all())
 
 
 def _crossings(function: IntervalFunction, cluster: Cluster) -> list[float]:

@@ -16,6 +16,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 Enclosure: TypeAlias = Callable[[Array, Array], tuple[Array, Array]]
 
 
+HORIZON = 1e100
+
+
 class IntervalFunction:
     """f with its enclosures; counts the boxes evaluated."""
 
@@ -34,6 +37,15 @@ class IntervalFunction:
     @property
     def has_slope(self) -> bool:
         return self._enclose_slope is not None
+
+    def is_remote(self, lo: Array, hi: Array) -> Mask:
+        """Boxes of which nobody asks: beyond ±1e100 where the range is infinite, and nearer to 0 than
+        1e-100 without holding it. There enclosures overflow, and a box left open says nothing."""
+        far = self.low == -np.inf, self.high == np.inf
+        size = np.maximum(abs(lo), abs(hi))
+        near = (size <= 1 / HORIZON) & ((lo > 0) | (hi < 0)) & (max(-self.low, self.high) > HORIZON**-0.5)
+        remote: Mask = (far[0] & (hi <= -HORIZON)) | (far[1] & (lo >= HORIZON)) | near
+        return remote
 
     def range_on(self, lo: Array, hi: Array) -> tuple[Array, Array, Mask]:
         """Enclosures of f with one-sided nan widened to infinity, and where f is defined at all."""

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from solver.numerics.bracket import ScalarFunction, bracketed_root
+from solver.numerics.bracket import MAX, ScalarFunction, bracketed_root
 from solver.numerics.clusters import resolve_clusters
 from solver.numerics.interval_function import (
     Array,
@@ -29,17 +29,22 @@ from solver.numerics.interval_function import (
 
 Intervals: TypeAlias = list[tuple[float, float]]
 
+EVEN = 1e3
+"""Largest ratio of slopes across a box from whose ends an interval Newton step is worth taking."""
+
 
 @dataclass(frozen=True, slots=True)
 class IsolationLimits:
     """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting, ``presplit`` of them blind;
-    ``candidates`` is how many of the clusters left over are looked into."""
+    ``candidates`` is how many of the clusters left over are looked into. Boxes beyond 1e±100 are given up
+    after ``remote_levels``."""
 
     boxes: int = 200_000
     alive: int = 8_000
     levels: int = 220
     presplit: int = 5
     candidates: int = 200
+    remote_levels: int = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +52,8 @@ class RootSearch:
     """What is known of the roots of f in a range.
 
     ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.
-    ``complete``: proven that there are no others and that each is a single one.
+    ``complete``: proven that there are no others and that each is a single one. (Of an infinite range that
+    is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy.)
     ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
@@ -73,7 +79,7 @@ def isolate_roots(
     high: float,
     limits: IsolationLimits = IsolationLimits(),
 ) -> RootSearch:
-    """Search the roots of f in [low, high], ends included; either may be infinite.
+    """Search the roots of f in [low, high], ends included; an infinite one stands for the largest float.
 
     ``enclose(lo, hi)`` takes arrays (k,) of boxes and returns arrays (k,) that enclose the values of f on
     each, outward rounded; nan, nan where f is undefined on the whole box. ``enclose_slope`` does the same
@@ -105,7 +111,7 @@ def _branch_and_prune(
     settled: Intervals = []
     at_rounding: Intervals = []
     lo, hi = _presplit(function.low, function.high, limits.presplit)
-    for _ in range(limits.levels):
+    for level in range(limits.levels):
         if not lo.size or lo.size > limits.alive or function.evaluations > limits.boxes:
             break
         below, above, defined = function.range_on(lo, hi)
@@ -115,6 +121,9 @@ def _branch_and_prune(
         settled += _pairs(sections, verdict.single)
         at_rounding += _pairs(sections, verdict.rounding) + _noise_at_ends(sections, verdict.noisy_end)
         lo, hi = _split(sections, verdict.open)
+        if level >= limits.remote_levels:
+            asked = ~function.is_remote(lo, hi)
+            lo, hi = lo[asked], hi[asked]
     return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True))
 
 
@@ -125,7 +134,8 @@ def _presplit(low: float, high: float, levels: int) -> tuple[Array, Array]:
         lo, hi = np.stack([lo, middle], 1).ravel(), np.stack([middle, hi], 1).ravel()
         proper = lo < hi
         lo, hi = lo[proper], hi[proper]
-    return lo, hi
+    finite = (lo < MAX) & (hi > -MAX)
+    return np.maximum(lo[finite], -MAX), np.minimum(hi[finite], MAX)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,21 +150,33 @@ class Verdict:
 
 def judge(sections: Sections, width: Array) -> Verdict:
     """``width`` is that of the natural enclosure of f on each box."""
-    (low_0, low_1), (middle_0, middle_1), (high_0, high_1) = sections.at
+    (low_0, low_1), _, (high_0, high_1) = sections.at
     smooth, (slope_0, slope_1) = sections.smooth, sections.slope
     steepest = np.maximum(abs(slope_0), abs(slope_1))
     reach = steepest * np.maximum(sections.middle - sections.lo, sections.hi - sections.middle)
-    empty = smooth & ((middle_0 - reach > 0) | (middle_1 + reach < 0))
+    empty = smooth & _mean_value_excludes(sections, steepest)
     monotone = smooth & ((slope_0 > 0) | (slope_1 < 0)) & ~empty
     signs_known = ((low_0 > 0) | (low_1 < 0)) & ((high_0 > 0) | (high_1 < 0))
     opposite = ((low_1 < 0) & (high_0 > 0)) | ((low_0 > 0) & (high_1 < 0))
-    rest = ~empty & ~monotone
-    noise = np.where(np.isfinite(middle_0) & np.isfinite(middle_1), middle_1 - middle_0, 0.0)
+    even = np.minimum(abs(slope_0), abs(slope_1)) * EVEN >= steepest
+    noisy_end = monotone & ~signs_known & even
+    rest = ~empty & ~(monotone & signs_known) & ~noisy_end
+    blurs = np.stack([high - low for low, high in sections.at])
+    noise = np.where(np.isfinite(blurs).all(axis=0), blurs.min(axis=0), 0.0)
     spread = np.where(smooth, np.minimum(width, 2 * reach), width)
     narrow = np.nextafter(np.nextafter(sections.lo, np.inf), np.inf) >= sections.hi
     inside = (sections.lo < sections.middle) & (sections.middle < sections.hi)
     done = narrow | (spread <= 4 * noise) | ~inside
-    return Verdict(monotone & opposite, monotone & ~signs_known, rest & done, rest & ~done)
+    return Verdict(monotone & opposite, noisy_end, rest & done, rest & ~done)
+
+
+def _mean_value_excludes(sections: Sections, steepest: Array) -> Mask:
+    """f(a) + [-s, s] (x - a) excludes 0 for some a of the ends and the middle."""
+    excludes = np.zeros(steepest.shape, bool)
+    for anchor, (below, above) in zip((sections.lo, sections.middle, sections.hi), sections.at, strict=True):
+        reach = steepest * np.maximum(anchor - sections.lo, sections.hi - anchor)
+        excludes |= (below > reach) | (above < -reach)
+    return excludes
 
 
 def _noise_at_ends(sections: Sections, chosen: Mask) -> Intervals:

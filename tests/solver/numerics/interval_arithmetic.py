@@ -69,6 +69,11 @@ def reciprocal(x: Interval) -> Interval:
     return _out(np.where(around, -np.inf, lo), np.where(around, np.inf, hi))
 
 
+def magnitude(x: Interval) -> Interval:
+    ends = abs(x.lo), abs(x.hi)
+    return Interval(np.where((x.lo <= 0) & (x.hi >= 0), 0.0, np.minimum(*ends)), np.maximum(*ends))
+
+
 def increasing(function: Callable[[Any], Any], least: float = -np.inf) -> Callable[[Interval], Interval]:
     """The enclosure of an increasing function defined from ``least`` on, within two ulps."""
 

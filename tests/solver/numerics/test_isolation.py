@@ -216,9 +216,7 @@ def test_the_edge_of_the_domain() -> None:
         lambda x: sqrt(x - 0.3), lambda x: sqrt_slope(x - 0.3), lambda x: math.sqrt(x - 0.3), -5, 5
     )
     assert found.touching == ((0.3, 0.0),)
-    beyond = search(
-        lambda x: sqrt(x - 1) - 2, lambda x: sqrt_slope(x - 1), lambda x: math.sqrt(x - 1) - 2
-    )
+    beyond = search(lambda x: sqrt(x - 1) - 2, lambda x: sqrt_slope(x - 1), lambda x: math.sqrt(x - 1) - 2)
     assert beyond.complete
     assert beyond.roots == (5.0,)
 
@@ -290,3 +288,29 @@ def test_a_jump_that_the_slope_hides_loses_no_root() -> None:
 
     found = isolate_roots(box, slope, lambda x: x - 0.65 if x < 0.7 else x - 3.65, -5, 5)
     assert found.roots == (0.65, 3.65)
+
+
+def test_cancellation_far_out_does_not_hide_that_there_is_no_root() -> None:
+    """|x - 2| + x = 5: beyond 1e16 no float can tell; the slope, exactly 0 there, can."""
+
+    def slope(x: Any) -> Any:
+        lo = numpy.where(x.lo > 2, 1.0, -1.0)
+        return Interval(lo, numpy.where(x.hi < 2, -1.0, 1.0)) + 1
+
+    found = search(
+        lambda x: magnitude(x - 2) + x - 5,
+        slope,
+        lambda x: abs(x - 2) + x - 5,
+    )
+    assert found.complete
+    assert found.roots == (3.5,)
+
+
+def test_overflow_beyond_the_horizon_spoils_nothing() -> None:
+    found = search(
+        lambda x: x**3 - 200 * x**2 + 1, lambda x: 3 * x**2 - 400 * x, lambda x: x**3 - 200 * x**2 + 1
+    )
+    with mpmath.workdps(50):
+        real = sorted(float(r.real) for r in mpmath.polyroots([1, -200, 0, 1]))
+    assert found.complete
+    assert found.roots == pytest.approx(real, rel=1e-15)
