@@ -129,7 +129,7 @@ class _Reading:
 
     def _place_comments(self) -> None:
         """Put comment lines that wait where they stand: into the section at hand."""
-        if not self.section and not self.rules:
+        if not self._begun():
             self.comments.extend(self._settled())
         elif self.section == "variables":
             self._rows().extend(self._settled())
@@ -146,6 +146,10 @@ class _Reading:
         above = tuple(self.waiting[cut:])
         del self.waiting[cut:]
         return above
+
+    def _begun(self) -> bool:
+        """Whether anything but comments has come yet."""
+        return bool(self.section or self.rules or self.uses)
 
     # --- section heads ---
 
@@ -173,8 +177,8 @@ class _Reading:
         elif word == "rules" and self.section == "function":
             raise RuleSheetError(mistakes.second_rules(self._span(line)))
         else:
+            (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
-            self.waiting.extend(above)
             if word == "variables":
                 self._rows()
             self._remark(line)

@@ -1,0 +1,135 @@
+"""A whole sheet as text: use, variables in columns, rules, functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from rulesheets.format.expressions import format_expression, format_number
+from rulesheets.format.rules import rule_lines
+from rulesheets.nodes import CommentLine, Function, Range, Rule, RuleSheet, Use, VariableRow
+
+_INDENT = "  "
+_WIDE = 60
+"""Code wider than this does not push the comments of the lines around it to the right."""
+
+
+def format_sheet(sheet: RuleSheet) -> str:
+    """The canonical text of a sheet, with a line end after the last line (an empty sheet is empty).
+
+    Comments and single blank lines inside sections are kept.
+    """
+    sections = [
+        [*_top(sheet)],
+        [] if sheet.variables is None else ["variables", *_variables(sheet.variables)],
+        ["rules", *_rules(sheet.rules)] if sheet.rules else [],
+        *(list(_function(function)) for function in sheet.functions),
+    ]
+    return "\n\n".join("\n".join(lines) for lines in sections if lines) + ("\n" if any(sections) else "")
+
+
+def _top(sheet: RuleSheet) -> Iterator[str]:
+    for index, line in enumerate(sheet.comments):
+        if line.gap and index:
+            yield ""
+        yield _comment(line.text)
+    yield from map(_use, sheet.uses)
+
+
+def _comment(text: str) -> str:
+    return f'" {text}'.rstrip()
+
+
+def _use(use: Use) -> str:
+    paths = ", ".join(f'"{path}"' for path in use.paths)
+    return _commented([f"use {paths}"], use.comment, 0)[0]
+
+
+def _commented(lines: list[str], comment: str, column: int) -> list[str]:
+    """The lines with a comment after the last, two blanks off or in the given column."""
+    if not comment:
+        return lines
+    *others, last = lines
+    return [*others, f"{last.ljust(column)}  {_comment(comment)}"]
+
+
+# --- variables ------------------------------------------------------------------
+
+
+def _variables(rows: Sequence[VariableRow | CommentLine]) -> Iterator[str]:
+    cells = [_cells(row) for row in rows if isinstance(row, VariableRow)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    shown = iter(cells)
+    for index, row in enumerate(rows):
+        if row.gap and index:
+            yield ""
+        if isinstance(row, CommentLine):
+            yield _INDENT + _comment(row.text)
+        else:
+            parts = [cell.ljust(width) for cell, width in zip(next(shown), widths, strict=True) if width]
+            yield from _commented([_INDENT + " ".join(parts).rstrip()], row.comment, _row_width(widths))
+
+
+def _row_width(widths: Sequence[int]) -> int:
+    present = [width for width in widths if width]
+    return len(_INDENT) + sum(present) + len(present) - 1
+
+
+def _cells(row: VariableRow) -> tuple[str, str, str, str]:
+    """Name, value or guess, range, unit."""
+    value = ""
+    if row.value is not None:
+        value = f"= {format_expression(row.value)}"
+    elif row.guess is not None:
+        value = f"~ {format_expression(row.guess)}"
+    return row.name, value, _range(row.range), _unit(row.unit, row.display_unit)
+
+
+def _unit(unit: str | None, display: str | None) -> str:
+    if display is not None:
+        return f"[{unit or ''} -> {display}]".replace("[ ", "[")
+    return "" if unit is None else f"[{unit}]"
+
+
+def _range(limits: Range | None) -> str:
+    if limits is None:
+        return ""
+    low, high = format_number(limits.low), format_number(limits.high)
+    if math.isfinite(limits.low) and math.isfinite(limits.high) and not (limits.low_open or limits.high_open):
+        return f"in [{low}, {high}]"
+    bounds = []
+    if math.isfinite(limits.low):
+        bounds.append(f">{'' if limits.low_open else '='} {low}")
+    if math.isfinite(limits.high):
+        bounds.append(f"<{'' if limits.high_open else '='} {high}")
+    return ", ".join(bounds)
+
+
+# --- rules and functions --------------------------------------------------------
+
+
+def _rules(rules: Iterable[Rule | CommentLine]) -> Iterator[str]:
+    lines = [(rule, _rule(rule)) for rule in rules]
+    ends = [len(text[-1]) for rule, text in lines if isinstance(rule, Rule) and rule.comment]
+    column = max((end for end in ends if end <= _WIDE), default=0)
+    for index, (rule, text) in enumerate(lines):
+        if rule.gap and index:
+            yield ""
+        yield from _commented(text, rule.comment, column) if isinstance(rule, Rule) else text
+
+
+def _rule(rule: Rule | CommentLine) -> list[str]:
+    lines = [_comment(rule.text)] if isinstance(rule, CommentLine) else rule_lines(rule.body)
+    return [_INDENT + line for line in lines]
+
+
+def _function(function: Function) -> Iterator[str]:
+    results = f"; {', '.join(function.results)}" if function.results else ""
+    head = f"function {function.name}({', '.join(function.arguments)}{results})"
+    for line in function.above:
+        yield _comment(line.text)
+    yield from _commented([head], function.comment, 0)
+    if function.parameters:
+        yield from _commented([f"parameters {', '.join(function.parameters)}"], function.parameters_comment, 0)
+    yield "rules"
+    yield from _rules(function.rules)
