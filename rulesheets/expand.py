@@ -200,6 +200,8 @@ class _Expander:
 
     def bind(self, node: Expression, context: Context) -> Expression:
         """The expression under full names, calls of rule functions replaced by their results."""
+        if not self.functions:
+            return node
         if isinstance(node, Name):
             full = context.scope.full_name(node.name)
             return node if full == node.name else Name(full, node.span)

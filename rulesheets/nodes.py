@@ -7,9 +7,9 @@ once names are bound, as the mathematics that the solver works on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from rulesheets.source import Span
 
@@ -265,23 +265,25 @@ class RuleSheet:
     span: Span | None = _place()
 
 
+_PARTS: dict[type, Callable[[Any], tuple[Any, ...]]] = {
+    Negative: lambda node: (node.operand,),
+    Sum: lambda node: node.terms,
+    Product: lambda node: (node.left, node.right),
+    Quotient: lambda node: (node.left, node.right),
+    Power: lambda node: (node.base, node.exponent),
+    Call: lambda node: node.arguments,
+    Comparison: lambda node: (node.left, node.right),
+    And: lambda node: node.terms,
+    Or: lambda node: node.terms,
+    Not: lambda node: (node.term,),
+}
+"""A table, because trees are walked many times and ``match`` tries one class after the other."""
+
+
 def children(node: Expression | Condition) -> tuple[Expression | Condition, ...]:
     """The direct parts of an expression or a condition, left to right."""
-    match node:
-        case Negative(operand):
-            return (operand,)
-        case Sum(terms) | And(terms) | Or(terms):
-            return terms
-        case Product(left, right) | Quotient(left, right) | Comparison(_, left, right):
-            return (left, right)
-        case Power(base, exponent):
-            return (base, exponent)
-        case Call(_, arguments):
-            return arguments
-        case Not(term):
-            return (term,)
-        case _:
-            return ()
+    parts = _PARTS.get(type(node))
+    return parts(node) if parts else ()
 
 
 def rebuilt(node: Expression, parts: tuple[Expression, ...]) -> Expression:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from rulesheets.nodes import (
     Call,
     CallRule,
-    CommentLine,
     Condition,
     Equality,
     Expression,
@@ -38,7 +37,7 @@ class Program:
 
 def rules_of(owner: RuleSheet | Function) -> Iterator[Rule]:
     """The rules of a sheet or a function, without the comment lines between them."""
-    return (rule for rule in owner.rules if not isinstance(rule, CommentLine))
+    return (rule for rule in owner.rules if isinstance(rule, Rule))
 
 
 def bodies(body: RuleBody) -> Iterator[Equality | CallRule | IfRule]:
@@ -77,6 +76,8 @@ def components(rule: Equality, functions: Mapping[str, Function]) -> tuple[Equal
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
     unlike length that no call explains come back as they are.
     """
+    if len(rule.left) == len(rule.right) == 1 and not functions:
+        return (rule,)
     if len(rule.left) == len(rule.right):
         pairs = zip(rule.left, rule.right, strict=True)
         return tuple(_component(left, right, rule.span, functions) for left, right in pairs)

@@ -23,7 +23,6 @@ from rulesheets.nodes import (
 from rulesheets.program import Program, bodies, components, operands, rules_of
 from rulesheets.source import Span
 
-
 LONG = 300
 """Characters; a shorter expression cannot nest deeper than that."""
 
@@ -114,17 +113,24 @@ def _survey_operand(operand: Expression | Condition, found: Contents) -> None:
     stack = [operand]
     while stack:
         node = stack.pop()
-        match node:
-            case Name(name, span):
-                found.names.setdefault(name, span)
-                continue
-            case Call():
-                found.inner_calls.append(node)
-            case Comparison():
-                found.comparisons.append(node)
-            case Given():
-                found.givens.append(node)
+        if isinstance(node, Name):
+            found.names.setdefault(node.name, node.span)
+            continue
         parts = children(node)
-        if not isinstance(node, Comparison):
-            found.misplaced.extend(part for part in parts if isinstance(part, Symbol))
+        _survey_node(node, parts, found)
         stack.extend(reversed(parts))
+
+
+def _survey_node(
+    node: Expression | Condition, parts: tuple[Expression | Condition, ...], found: Contents
+) -> None:
+    if isinstance(node, Comparison):
+        found.comparisons.append(node)
+        return
+    if isinstance(node, Call):
+        found.inner_calls.append(node)
+    elif isinstance(node, Given):
+        found.givens.append(node)
+    for part in parts:
+        if isinstance(part, Symbol):
+            found.misplaced.append(part)
