@@ -108,8 +108,10 @@ def is_zero_crossing(function: ScalarFunction, root: float, low: float, high: fl
 def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
     """The point of least |f|: of all floats of a narrow interval, by golden section in a wide one."""
     candidates = _floats_between(low, high, 64) or [_golden_section(function, low, high), low, high]
+    if low <= 0.0 <= high:
+        candidates.append(0.0)
     middle = low + (high - low) / 2
-    return min(candidates, key=lambda x: (_magnitude(function, x), abs(x - middle)))
+    return min(candidates, key=lambda x: (_magnitude(function, x), x != 0.0, abs(x - middle)))
 
 
 def _magnitude(function: ScalarFunction, x: float) -> float:

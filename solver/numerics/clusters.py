@@ -172,7 +172,7 @@ def _is_pole(cluster: Cluster, cut: Sections, signs: tuple[int, int]) -> bool:
 
 
 def _is_flat(function: IntervalFunction, cluster: Cluster) -> bool:
-    """Whether f is 0 to rounding at every sample of a cluster much wider than rounding, and than underflow."""
+    """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow."""
     low, high = cluster.low, cluster.high
     if not math.isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
         return False

@@ -15,11 +15,13 @@ from hypothesis import strategies as st
 
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from tests.solver.numerics.interval_arithmetic import (
+    Interval,
     cos,
     enclosure,
     exp,
     log,
     log_slope,
+    magnitude,
     sin,
     sqrt,
     sqrt_slope,
