@@ -17,7 +17,6 @@ from __future__ import annotations
 import csv
 import io
 import os
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -196,6 +195,8 @@ def write_variable_sheet(path: str | os.PathLike[str], rows: Iterable[Row]) -> N
 
     Raises RuleSheetError (E416) where it cannot be written.
     """
+    import tempfile  # here, because reading a sheet needs none of it
+
     target = os.fspath(path)
     folder = os.path.dirname(os.path.abspath(target))
     try:
