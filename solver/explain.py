@@ -19,7 +19,7 @@ from solver.facts import (
     RankLoss,
     Truncated,
 )
-from solver.remedy import bounds, clash, cures, givings
+from solver.remedy import bounds, clash, cures, derivation, givings
 from solver.result import Status
 from solver.solution import Leaf
 from solver.verdict import Verdict
@@ -71,10 +71,10 @@ class _Explanation:
             if isinstance(fact, Truncated):
                 yield self._note("S590", f"there are too many {fact.what} to list them all", ())
         if self.verdict.status is Status.SOLVED:
-            for equation, fact in self.leaf.branch.void.items():
+            for fact in {id(fact): fact for fact in self.leaf.branch.void.values()}.values():
                 if isinstance(fact, NoValue) and fact.unknown not in self.leaf.branch.values:
                     text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
-                    yield self._note("S591", text, (equation,), (fact.unknown,))
+                    yield self._note("S591", text, (fact.equation,), (fact.unknown,))
 
     # --- one fact, one sentence ---
 
@@ -82,15 +82,15 @@ class _Explanation:
         match fact:
             case NoValue(equation, unknown, reading):
                 message = f"no value of {unknown} satisfies this rule: it needs {reading}"
-                return self._error("S530", message, (equation,), (unknown,), self._bounds())
+                return self._error("S530", message, (equation,), (unknown,), self._bounds((equation,), (unknown,)))
             case OutOfRange(equation, unknown, value):
                 message = (
                     f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
                 )
-                return self._error("S531", message, (equation,), (unknown,), self._bounds())
+                return self._error("S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,)))
             case NoRoot(equations, unknowns, True):
                 message = f"no values of {listed(unknowns)} satisfy these rules together (proven)"
-                return self._error("S532", message, equations, unknowns, self._bounds())
+                return self._error("S532", message, equations, unknowns, self._bounds(equations, unknowns))
             case NoRoot(equations, unknowns, False):
                 return self._not_found(fact)
             case AsksNothing(equation, unknown):
@@ -138,7 +138,7 @@ class _Explanation:
     def _no_case(self) -> Diagnosis:
         conditional = tuple(e.index for e in self.model.equations if e.guard)
         message = "no case of the conditional rules fits the inputs"
-        return self._error("S533", message, conditional[:MAX_NAMED], (), self._bounds())
+        return self._error("S533", message, conditional[:MAX_NAMED], (), self._bounds((), self.judged))
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None
@@ -180,11 +180,13 @@ class _Explanation:
             notes.append(f"leave out {name}: the other inputs make it {_text(value)}")
         return self._error("S520", message, found.equations, found.inputs, tuple(notes))
 
-    def _bounds(self) -> tuple[str, ...]:
-        numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
-        if len(numeric) > MAX_INPUTS:
-            return ()
-        found = bounds(self.model, self.inputs, numeric, self.judged)
+    def _bounds(self, equations: Sequence[int], unknowns: Sequence[str]) -> tuple[str, ...]:
+        """How far each input that these rules depend on would have to move."""
+        if self.leaf is None:
+            numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
+        else:
+            _, numeric = derivation(self.model, self.inputs, self.leaf, equations)
+        found = bounds(self.model, self.inputs, numeric[:MAX_INPUTS], unknowns)
         sides = [f"{b.name} {'≤' if b.upper else '≥'} {number_text(_rounded(b.value))}" for b in found]
         return (
             (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()

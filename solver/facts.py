@@ -92,6 +92,4 @@ class Truncated:
     what: str
 
 
-Fact: TypeAlias = (
-    NoValue | AsksNothing | OutOfRange | Conflict | NoRoot | RankLoss | DoubleRoot | Truncated
-)
+Fact: TypeAlias = NoValue | AsksNothing | OutOfRange | Conflict | NoRoot | RankLoss | DoubleRoot | Truncated

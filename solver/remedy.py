@@ -78,7 +78,7 @@ class Clash:
 
 def clash(model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]) -> Clash:
     """From the derivation of a contradiction, what is left when nothing more can be taken away."""
-    rules, given = _derivation(model, inputs, leaf, equations)
+    rules, given = derivation(model, inputs, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return Clash(tuple(rules), tuple(given))
     for item in (*reversed(rules), *reversed(given)):
@@ -88,7 +88,7 @@ def clash(model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequ
     return Clash(tuple(rules), tuple(given))
 
 
-def _derivation(
+def derivation(
     model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]
 ) -> tuple[list[int], list[str]]:
     """Every rule and input that the values in ``equations`` come from."""

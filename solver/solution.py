@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
-from solver.facts import Conflict, Fact, RankLoss, Truncated
+from solver.facts import AsksNothing, Conflict, Fact, RankLoss, Truncated
 from solver.kernel.block import BlockKernel, solve_block
 from solver.kernel.step import solve_step
 from solver.path.build import Planner, activity
@@ -27,7 +27,8 @@ class Branch:
     decided: dict[int, bool]
     assumed: dict[int, bool] = field(default_factory=dict)
     void: dict[int, Fact] = field(default_factory=dict)
-    steps: tuple[Step, ...] = ()
+    steps: list[Step] = field(default_factory=list)
+    settled: set[int] = field(default_factory=set)
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
     free: tuple[str, ...] = ()
@@ -39,6 +40,8 @@ class Branch:
             decided=dict(self.decided),
             assumed=dict(self.assumed),
             void=dict(self.void),
+            steps=list(self.steps),
+            settled=set(self.settled),
             origins=dict(self.origins),
         )
 
@@ -64,11 +67,16 @@ class Leaf:
 
 @dataclass(frozen=True)
 class Exploration:
-    """Every leaf that was reached, in order of preference, and whether they are known to be all."""
+    """Every leaf that was reached, in order of preference, and whether they are known to be all.
+
+    ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
+    undetermined what they were assumed on.
+    """
 
     leaves: tuple[Leaf, ...]
     complete: bool
     dead: tuple[Leaf, ...]
+    adrift: tuple[Leaf, ...] = ()
 
 
 def planner(model: Model) -> Planner:
@@ -106,12 +114,15 @@ class _Explorer:
         self.graph = self.planner.graph
         self.leaves: list[Leaf] = []
         self.dead: list[Leaf] = []
+        self.adrift: list[Leaf] = []
         self.complete = True
 
     def run(self) -> Exploration:
         decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
         self._explore(Branch(dict(self.inputs), decided))
-        return Exploration(tuple(self.leaves), self.complete, tuple(self.dead))
+        return Exploration(
+            tuple(self.leaves), self.complete and not self.adrift, tuple(self.dead), tuple(self.adrift)
+        )
 
     # --- conditions ---
 
@@ -161,7 +172,7 @@ class _Explorer:
                     again = self._check(branch, step, equation)
                 case Decide(conditions=conditions):
                     branch.decided.update(self._outcomes(conditions, branch.values))
-                    branch.steps = (*branch.steps, step)
+                    branch.steps.append(step)
                     return True
                 case Assume():
                     return self._assume(branch, step)
@@ -173,7 +184,12 @@ class _Explorer:
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Value]) -> None:
         branch.values.update(found)
         branch.origins.update(dict.fromkeys(found, step))
-        branch.steps = (*branch.steps, step)
+        branch.steps.append(step)
+        match step:
+            case Evaluate(equation=equation):
+                branch.settled.add(equation)
+            case SolveBlock(equations=equations):
+                branch.settled.update(equations)
 
     def _evaluate(
         self, branch: Branch, step: Step, equation: int, unknown: str, rest: Sequence[Step]
@@ -184,7 +200,10 @@ class _Explorer:
         outcome = solve_step(self.graph, equation, isolation, branch.values)
         self.complete = self.complete and outcome.complete
         if outcome.fact is not None:
-            branch.void[equation] = outcome.fact
+            if isinstance(outcome.fact, AsksNothing):
+                branch.void[equation] = outcome.fact
+            else:
+                self._blank(branch, (unknown,), outcome.fact)
             return True
         if len(outcome.values) == 1:
             self._learn(branch, step, {unknown: outcome.values[0]})
@@ -211,7 +230,10 @@ class _Explorer:
         return True
 
     def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
-        branch.steps = (*branch.steps, step)
+        if equation in branch.settled:
+            return None
+        branch.settled.add(equation)
+        branch.steps.append(step)
         testimony = testify(self.model.equations[equation], branch.values)
         if testimony.holds:
             return None
@@ -230,13 +252,18 @@ class _Explorer:
             self._learn(branch, step, outcome.solutions[0])
             return True
         if not outcome.solutions:
-            reason = outcome.facts[-1]
-            branch.void.update(dict.fromkeys(step.equations, reason))
+            self._blank(branch, step.unknowns, outcome.facts[-1])
             return True
         if len(outcome.solutions) == 1:
             self._learn(branch, step, outcome.solutions[0])
             return None
         return self._forks(branch, step, outcome.solutions, rest)
+
+    def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
+        """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""
+        for name in unknowns:
+            for equation in self.graph.users(name):
+                branch.void.setdefault(equation, fact)
 
     def _kernel(self, step: SolveBlock) -> BlockKernel:
         kernels: dict[SolveBlock, BlockKernel] = self.graph.kernels
@@ -256,7 +283,7 @@ class _Explorer:
         for outcome in (True, False):
             case = branch.fork()
             case.assumed[step.condition] = outcome
-            case.steps = (*case.steps, step)
+            case.steps.append(step)
             self._given_by_case(case, step.condition, outcome)
             if not self._contradicted(case):
                 self._explore(case)
@@ -299,7 +326,8 @@ class _Explorer:
                 conflicts.append(Conflict((equation.index,), testimony.miss, values))
         unverified = [c for c in branch.assumed if c not in decided]
         missing = tuple(name for name in self.judged if name not in values)
-        if unverified and missing:
-            return
         leaf = Leaf(branch, missing, tuple(conflicts), worst, checked)
-        (self.dead if conflicts else self.leaves).append(leaf)
+        if conflicts:
+            self.dead.append(leaf)
+        else:
+            (self.adrift if unverified and missing else self.leaves).append(leaf)

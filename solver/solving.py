@@ -63,7 +63,7 @@ def _result(
         inputs=inputs,
         guesses=guesses,
         wanted=judged,
-        undetermined=tuple(n for n in undetermined if n in judged) if answered else undetermined,
+        undetermined=tuple(name for name in undetermined if name in judged),
         diagnoses=explain(model, verdict, inputs, judged),
         path=_path(model, primary, inputs),
         partial=_determined(verdict, inputs),
@@ -90,4 +90,4 @@ def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Pa
     if primary is None:
         return planner(model).path(frozenset(inputs), {})
     missing = tuple(name for name in model.variables if name not in primary.branch.values)
-    return Path(primary.branch.steps, missing)
+    return Path(tuple(primary.branch.steps), missing)

@@ -46,7 +46,8 @@ def judge(
     """The status of a solve, by what its leaves reached."""
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
     if solved:
-        doubles = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
+        doubles: tuple[Fact, ...] = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
+        doubles = doubles or _adrift(found)
         status = Status.SINGULAR if doubles else Status.SOLVED
         return Verdict(status, tuple(solved), doubles, _unknown(model, solved[0]))
     if found.leaves:
@@ -57,6 +58,15 @@ def judge(
         return _contradicted(found)
     status = Status.INFEASIBLE if found.complete else Status.FAILED
     return Verdict(status, ())
+
+
+def _adrift(found: Exploration) -> tuple[Fact, ...]:
+    """What leaves a case free, so that an answer of another case is one of a continuum."""
+    for leaf in found.adrift:
+        free = [f for f in leaf.branch.void.values() if isinstance(f, AsksNothing | RankLoss)]
+        if free and not any(isinstance(f, NoValue | OutOfRange | NoRoot) for f in leaf.branch.void.values()):
+            return tuple({id(fact): fact for fact in free}.values())
+    return ()
 
 
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:

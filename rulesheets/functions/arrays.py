@@ -79,6 +79,7 @@ ARRAYS: Mapping[str, Callable[..., Array]] = {
     "exp": np.exp,
     "ln": np.log,
     "log": np.log10,
+    "log10": np.log10,
     "sin": np.sin,
     "cos": np.cos,
     "tan": np.tan,

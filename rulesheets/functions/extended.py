@@ -43,7 +43,7 @@ _SAME_NAME = (
     *("sqrt", "exp", "ln", "sin", "cos", "tan", "asin", "acos", "atan"),
     *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta", "erf", "erfc"),
 )
-_OTHER_NAME = {"log": "log10", "abs": "fabs"}
+_OTHER_NAME = {"log": "log10", "log10": "log10", "abs": "fabs"}
 
 
 def _real(mp: Any, function: Callable[..., Extended]) -> Callable[..., Extended]:

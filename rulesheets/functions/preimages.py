@@ -43,6 +43,7 @@ PREIMAGES: Mapping[str, Preimage] = {
     "exp": Preimage(_by("ln"), low=0.0, low_open=True),
     "ln": Preimage(_by("exp")),
     "log": Preimage(lambda t: (power(Number(10.0), t),)),
+    "log10": Preimage(lambda t: (power(Number(10.0), t),)),
     "sin": _unit(_supplement("asin", _PI), math.tau),
     "cos": _unit(_both_signs("acos"), math.tau),
     "tan": Preimage(_opposite("atan", _PI), period=math.tau),

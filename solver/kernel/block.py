@@ -280,10 +280,17 @@ class _Attempt:
             point = dict(zip(self.kernel.unknowns, map(float, x), strict=True))
             self._note_best(point)
             if self._holds(point):
-                if result.outcome is Outcome.SINGULAR_JACOBIAN:
+                if result.outcome is not Outcome.SINGULAR_JACOBIAN:
+                    self._keep(point)
+                elif not any(self._blurred(point, other) for other in self.found):
                     self._note_double(point)
-                self._keep(point)
+                    self._keep(point)
                 return
+
+    def _blurred(self, one: Mapping[str, float], other: Mapping[str, float]) -> bool:
+        """Whether two points are one multiple root: rounding spreads it over the root of the precision."""
+        scales = dict(zip(self.kernel.unknowns, self._scale(), strict=True))
+        return all(abs(v - other[n]) <= 1e-5 * max(abs(v), 0.01 * scales[n]) for n, v in one.items())
 
     def _note_best(self, point: dict[str, float]) -> None:
         try:

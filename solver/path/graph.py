@@ -33,12 +33,24 @@ class ModelGraph:
         self.condition_occurs = tuple(
             self._numbers(dict.fromkeys(nodes.names(condition))) for condition in model.conditions
         )
+        self._users: dict[str, tuple[int, ...]] = {}
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._turns: dict[str, float | None] | None = None
         self.kernels: dict[Any, Any] = {}
 
     def _numbers(self, names: Iterable[str]) -> tuple[int, ...]:
         return tuple(self.number[name] for name in names)
+
+    def users(self, name: str) -> tuple[int, ...]:
+        """Equations that read a variable, in their body or their guard."""
+        if not self._users:
+            users: dict[str, list[int]] = {name: [] for name in self.names}
+            for equation, occurs in zip(self.model.equations, self.occurs, strict=True):
+                guards = (v for p in equation.guard for v in self.condition_occurs[p.condition])
+                for variable in dict.fromkeys((*occurs, *guards)):
+                    users[self.names[variable]].append(equation.index)
+            self._users = {name: tuple(equations) for name, equations in users.items()}
+        return self._users[name]
 
     def isolation(self, equation: int, variable: int) -> Isolation | None:
         key = (equation, variable)

@@ -10,6 +10,7 @@ from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
 from rulesheets.source import Span
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.report.path import told
 from solver.report.places import rule_text
 from solver.result import Result
 
@@ -25,7 +26,7 @@ def result_json(result: Result, *, explain: bool = False) -> str:
             "complete": result.complete,
             "undetermined": list(result.undetermined),
             "diagnoses": [_diagnosis(diagnosis) for diagnosis in result.diagnoses],
-            "path": [_step(result.model, step) for step in result.path.steps],
+            "path": [_step(result.model, step) for step in told(result.path)],
         }
     )
 

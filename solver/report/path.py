@@ -22,10 +22,27 @@ def path_text(model: Model, path: Path) -> str:
 
 
 def path_table(model: Model, path: Path) -> str:
-    """One line a step: number, what is found, how many ways, the rule and its place."""
+    """One line a step: number, what is found, in how many ways, and the rule with its place."""
     places = Places(model)
-    rows = [row for number, step in enumerate(path.steps, 1) for row in _rows(model, places, number, step)]
-    return table(("Step", "Finds", "Ways", "By the rule", "Place"), rows)
+    rows = [row for number, step in enumerate(told(path), 1) for row in _rows(model, places, number, step)]
+    return table(("Step", "Finds", "Ways", "Place", "By the rule"), rows)
+
+
+def told(path: Path) -> tuple[Step, ...]:
+    """The steps worth telling: each once, and no check of an equation that was solved with."""
+    steps = tuple(dict.fromkeys(path.steps))
+    solved = {equation for step in steps for equation in _solves(step)}
+    return tuple(step for step in steps if not (isinstance(step, Check) and step.equation in solved))
+
+
+def _solves(step: Step) -> tuple[int, ...]:
+    match step:
+        case Evaluate(equation):
+            return (equation,)
+        case Select(equations) | SolveBlock(equations):
+            return equations
+        case _:
+            return ()
 
 
 def branches_line(path: Path) -> str:
@@ -40,26 +57,25 @@ def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row
         case Evaluate(equation, unknown, branches):
             yield (str(number), unknown, _ways(branches), *_rule(places, model.equations[equation]))
         case Select(equations, unknown, branches):
-            first, *others = equations
-            yield (str(number), unknown, _ways(branches), *_rule(places, model.equations[first]))
-            for index in others:
-                yield ("", "  or by", "", *_rule(places, model.equations[index]))
+            first, *others = dict.fromkeys(_rule(places, model.equations[index]) for index in equations)
+            yield (str(number), unknown, _ways(branches), *first)
+            yield from (("", "  or by", "", *other) for other in others)
         case SolveBlock():
             yield from _block_rows(model, places, number, step)
         case Decide(conditions):
             for index in conditions:
                 condition = format_condition(model.conditions[index])
-                yield (str(number), "(decides)", "", f"whether {condition}", "")
+                yield (str(number), "(decides)", "", "", f"whether {condition}")
         case Assume(index):
             condition = format_condition(model.conditions[index])
-            yield (str(number), "(case by case)", "", f"assuming {condition}, and not", "")
+            yield (str(number), "(case by case)", "", "", f"assuming {condition}, and not")
         case Check(equation):
             yield (str(number), "(checks)", "", *_rule(places, model.equations[equation]))
 
 
 def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[Row]:
     heading = f"{', '.join(block.unknowns)}, iterating on {', '.join(block.tears or block.unknowns)}"
-    yield (str(number), f"block of {len(block.unknowns)}", "", heading, "")
+    yield (str(number), f"block of {len(block.unknowns)}", "", "", heading)
     for step in block.order:
         yield ("", f"  {step.unknown}", _ways(step.branches), *_rule(places, model.equations[step.equation]))
     for index in block.residuals or block.equations:
@@ -71,4 +87,4 @@ def _ways(branches: int) -> str:
 
 
 def _rule(places: Places, equation: Equation) -> tuple[str, str]:
-    return rule_text(equation.rule), places.of(equation)
+    return places.of(equation), rule_text(equation.rule)

@@ -44,8 +44,8 @@ def rule_status_table(result: Result) -> str:
         return ""
     places = Places(result.model)
     shown = statuses[:LIMIT]
-    rows = ((s.mark, rule_text(s.equation.rule), places.of(s.equation), _waiting(s)) for s in shown)
-    text = table(("St", "Rule", "Place", "Waits for" if any(s.waits_for for s in shown) else ""), rows)
+    rows = ((s.mark, places.of(s.equation), rule_text(s.equation.rule), _waiting(s)) for s in shown)
+    text = table(("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else ""), rows)
     hidden = len(statuses) - len(shown)
     return f"{text}\n… and {hidden} more" if hidden else text
 

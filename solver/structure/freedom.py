@@ -63,9 +63,7 @@ class Freedom:
         return None
 
 
-def _partners(
-    equation: int, unknown: int, came_from: Mapping[int, tuple[int, int] | None]
-) -> dict[int, int]:
+def _partners(equation: int, unknown: int, came_from: Mapping[int, tuple[int, int] | None]) -> dict[int, int]:
     partners = {equation: unknown}
     step = came_from[equation]
     while step is not None:

@@ -8,7 +8,7 @@ which most follows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from math import comb
 
@@ -17,6 +17,12 @@ from solver.structure.reach import Reach
 
 EFFORT = 100_000
 """Sets times unknowns up to which all sets are tried: any block of 15, one or two tears in larger ones."""
+
+TRIM = 200_000
+"""Tears times edges up to which a set is searched for idle tears."""
+
+EXCHANGES = 4
+"""How many sets with one tear exchanged are looked at for a smaller one, at least."""
 
 CANDIDATES = 40
 """How many unknowns the heuristic tries before it takes the best as a tear."""
@@ -32,8 +38,7 @@ def smallest_sets(incidence: Incidence, weights: Mapping[int, int], limit: int) 
         sets = list(_complete(incidence.block.unknowns, reach, size, 0))
         if sets:
             return sets
-    tears = _without_idle(incidence, _greedy(incidence, weights))
-    return [tears, *_exchanged(incidence, tears, limit - 1)]
+    return _locally_smallest(incidence, _greedy(incidence, weights), limit)
 
 
 def _at_least(incidence: Incidence, reach: Reach) -> int:
@@ -101,10 +106,21 @@ def _may_follow(incidence: Incidence, reach: Reach, entry: tuple[int, int]) -> b
     return current and any(unknown not in reach.known for unknown in incidence.resolvable[equation])
 
 
-def _without_idle(incidence: Incidence, tears: list[int]) -> tuple[int, ...]:
+def _locally_smallest(incidence: Incidence, tears: Sequence[int], limit: int) -> list[tuple[int, ...]]:
+    """Sets without an idle tear, begun again where exchanging a tear makes another one idle."""
+    best = _without_idle(incidence, tears)
+    others = _exchanged(incidence, best, max(limit - 1, EXCHANGES))
+    for other in others:
+        trimmed = _without_idle(incidence, other)
+        if len(trimmed) < len(best):
+            return _locally_smallest(incidence, trimmed, limit)
+    return [best, *others][: max(limit, 1)]
+
+
+def _without_idle(incidence: Incidence, tears: Sequence[int]) -> tuple[int, ...]:
     """Drop tears that follow from the others, the first taken first; not tried for very many."""
     kept = list(tears)
-    if len(tears) * incidence.edges <= 10 * EFFORT:
+    if len(tears) * incidence.edges <= TRIM:
         for idle in tears:
             rest = [u for u in kept if u != idle]
             if Reach(incidence, rest).complete:

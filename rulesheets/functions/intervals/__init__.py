@@ -48,6 +48,7 @@ INTERVALS: Mapping[str, Callable[..., Interval]] = {
     "exp": monotone(np.exp, image=_POSITIVE),
     "ln": monotone(np.log, _POSITIVE),
     "log": monotone(np.log10, _POSITIVE),
+    "log10": monotone(np.log10, _POSITIVE),
     "sin": circular.sin,
     "cos": circular.cos,
     "tan": circular.tan,
