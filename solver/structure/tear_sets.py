@@ -18,7 +18,7 @@ from solver.structure.reach import Reach
 EFFORT = 100_000
 """Sets times unknowns up to which all sets are tried: any block of 15, one or two tears in larger ones."""
 
-TRIM = 200_000
+TRIM = 1_000_000
 """Tears times edges up to which a set is searched for idle tears."""
 
 EXCHANGES = 4
@@ -110,7 +110,8 @@ def _locally_smallest(incidence: Incidence, tears: Sequence[int], limit: int) ->
     """Sets without an idle tear, begun again where exchanging a tear makes another one idle."""
     best = _without_idle(incidence, tears)
     others = _exchanged(incidence, best, max(limit - 1, EXCHANGES))
-    for other in others:
+    small = len(best) * incidence.edges * len(others) <= TRIM
+    for other in others if small else ():
         trimmed = _without_idle(incidence, other)
         if len(trimmed) < len(best):
             return _locally_smallest(incidence, trimmed, limit)

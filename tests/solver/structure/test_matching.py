@@ -1,0 +1,63 @@
+"""Maximum matchings against Hall's and König's theorems."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+
+from solver.structure import matching
+from solver.structure.incidence import Incidence
+from solver.structure.matching import Matching, maximum_matching
+from tests.solver.structure.incidences import columns, incidences, matchable, patient, rank, system
+
+
+def through_scipy(incidence: Incidence) -> Matching:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(matching, "SMALL", -1)
+        return maximum_matching(incidence)
+
+
+@patient
+@given(incidences())
+def test_a_matching_is_maximum_and_consistent(incidence: Incidence) -> None:
+    for found in (maximum_matching(incidence), through_scipy(incidence)):
+        pairs = [(e, u) for e, u in found.unknown_of.items() if u is not None]
+        assert all(u in incidence.occurs[e] and found.equation_of[u] == e for e, u in pairs)
+        matched = [u for u, e in found.equation_of.items() if e is not None]
+        assert len(pairs) == len(matched) == found.size == rank(incidence.occurs)
+
+
+@patient
+@given(incidences())
+def test_the_first_in_the_source_are_matched(incidence: Incidence) -> None:
+    for found in (maximum_matching(incidence), through_scipy(incidence)):
+        equations = [e for e, u in found.unknown_of.items() if u is not None]
+        unknowns = [u for u, e in found.equation_of.items() if e is not None]
+        assert equations == first_matchable(incidence.occurs)
+        assert unknowns == first_matchable(columns(incidence))
+
+
+def first_matchable(rows: tuple[tuple[int, ...], ...] | list[list[int]]) -> list[int]:
+    """The lexicographically first of the largest sets of rows that can be matched."""
+    sets = combinations(range(len(rows)), rank(rows))
+    return list(next(s for s in sets if matchable([rows[i] for i in s])))
+
+
+def test_a_long_alternating_path_is_no_deep_recursion() -> None:
+    n = 1500
+    rows = [(i, i + 1) for i in range(n - 1)]
+    found = maximum_matching(system(*rows, (0,)))
+    assert found.size == n
+
+
+def test_single_nodes() -> None:
+    found = maximum_matching(system((0,), (0,), unknowns=2))
+    assert (found.single_equations, found.single_unknowns) == ((1,), (1,))
+
+
+def test_from_pairs() -> None:
+    found = Matching.of(system((0, 1), (1,)), [(0, 1)])
+    assert found.unknown_of == {0: 1, 1: None}
+    assert found.equation_of == {0: None, 1: 0}
