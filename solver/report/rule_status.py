@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation
 from rulesheets.source import Span
 from solver.report.places import Places, rule_text
 from solver.report.sheet import answers
@@ -17,10 +17,17 @@ WAITING, BLAMED = "*", ">"
 LIMIT = 12
 """Rows shown; the rest is counted."""
 
+LONGEST = 72
+"""Characters of a rule shown; its place tells where to read on."""
+
 
 @dataclass(frozen=True, slots=True)
 class RuleStatus:
-    """``mark`` is ``>`` for a rule that a diagnosis points at, ``*`` for one that waits for unknowns."""
+    """``mark`` is ``>`` for a rule that a diagnosis points at, ``*`` for one that waits for unknowns.
+
+    Rules wait where the inputs do not determine everything; where a solve has ended otherwise,
+    what comes after it is not worth telling.
+    """
 
     mark: str
     equation: Equation
@@ -44,7 +51,7 @@ def rule_status_table(result: Result) -> str:
         return ""
     places = Places(result.model)
     shown = statuses[:LIMIT]
-    rows = ((s.mark, places.of(s.equation), rule_text(s.equation.rule), _waiting(s)) for s in shown)
+    rows = ((s.mark, places.of(s.equation), _clipped(s.equation), _waiting(s)) for s in shown)
     text = table(("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else ""), rows)
     hidden = len(statuses) - len(shown)
     return f"{text}\n… and {hidden} more" if hidden else text
@@ -53,17 +60,18 @@ def rule_status_table(result: Result) -> str:
 def _statuses(result: Result) -> Iterator[RuleStatus]:
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     (known,) = answers(result, every=False)
+    partial = result.status is Status.PARTIAL
     for equation in result.model.equations:
         waits_for = tuple(name for name in equation.names if name not in known)
         if (equation.rule.file, equation.rule.start) in blamed:
             yield RuleStatus(BLAMED, equation, waits_for)
-        elif waits_for and _asked(result, equation, known):
+        elif partial and waits_for:
             yield RuleStatus(WAITING, equation, waits_for)
 
 
-def _asked(result: Result, equation: Equation, known: Mapping[str, Value]) -> bool:
-    """Whether any wanted variable is among the unknowns of an equation, directly or in a local of it."""
-    return any(name in result.undetermined for name in equation.names if name not in known)
+def _clipped(equation: Equation) -> str:
+    text = rule_text(equation.rule)
+    return text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
 
 
 def _waiting(status: RuleStatus) -> str:

@@ -39,7 +39,7 @@ def test_all_answers_stand_side_by_side(solved: Result) -> None:
 def test_explain_adds_locals_path_and_rules_used(solved: Result) -> None:
     text = result_text(solved, explain=True)
     assert "f.angle  53.13010235" in text
-    assert "1     c        2     c^2 = a^2 + b^2        hypotenuse.tk:1" in text
+    assert "1     c        2     hypotenuse.tk:1  c^2 = a^2 + b^2" in text
     assert "Used 2 of 2 rules." in text
     assert "f.angle" not in result_text(solved)
 
@@ -61,8 +61,8 @@ def test_more_answers_may_exist(solved: Result) -> None:
 def test_an_unsolved_result_names_status_rules_and_diagnosis(unsolved: Result) -> None:
     text = result_text(unsolved)
     assert "partial: the inputs do not determine every variable" in text
-    assert ">   c^2 = a^2 + b^2        hypotenuse.tk:1  b, c" in text
-    assert "*   angle = atan2d(b, a)   hypotenuse.tk:2  b, f.angle" in text
+    assert ">   hypotenuse.tk:1  c^2 = a^2 + b^2        b, c" in text
+    assert "*   hypotenuse.tk:2  angle = atan2d(b, a)  b, f.angle" in text
     assert "S501" in text
     assert "give b or c" in text
 
