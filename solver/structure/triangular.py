@@ -1,6 +1,5 @@
 """Block lower triangular form of a square system.
 
-R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1 (1972);
 I. S. Duff & J. K. Reid, "An implementation of Tarjan's algorithm for the block triangularization
 of a matrix", ACM TOMS 4 (1978).
 """
@@ -11,6 +10,7 @@ from collections.abc import Sequence
 from heapq import heapify, heappop, heappush
 
 from solver.structure import csgraph
+from solver.structure.components import strong_components
 from solver.structure.incidence import Block, Incidence
 from solver.structure.matching import SMALL, maximum_matching
 
@@ -45,51 +45,6 @@ def _components(successors: Sequence[Sequence[int]]) -> list[list[int]]:
     for node, label in enumerate(labels):
         groups.setdefault(label, []).append(node)
     return list(groups.values())
-
-
-def strong_components(successors: Sequence[Sequence[int]]) -> list[int]:
-    """Tarjan's algorithm without recursion: a label for every node, equal within a component."""
-    labels = [-1] * len(successors)
-    index = [-1] * len(successors)
-    low = [0] * len(successors)
-    stack: list[int] = []
-    count = 0
-    for root in range(len(successors)):
-        if index[root] >= 0:
-            continue
-        path = [root]
-        branches = [iter(successors[root])]
-        index[root] = low[root] = count
-        count += 1
-        stack.append(root)
-        while path:
-            node = path[-1]
-            for successor in branches[-1]:
-                if index[successor] < 0:
-                    index[successor] = low[successor] = count
-                    count += 1
-                    stack.append(successor)
-                    path.append(successor)
-                    branches.append(iter(successors[successor]))
-                    break
-                if labels[successor] < 0:
-                    low[node] = min(low[node], index[successor])
-            else:
-                path.pop()
-                branches.pop()
-                if path:
-                    low[path[-1]] = min(low[path[-1]], low[node])
-                if low[node] == index[node]:
-                    _close(node, stack, labels)
-    return labels
-
-
-def _close(root: int, stack: list[int], labels: list[int]) -> None:
-    """Label the component that ``root`` was the first to enter."""
-    node = -1
-    while node != root:
-        node = stack.pop()
-        labels[node] = root
 
 
 def _in_order(groups: Sequence[list[int]], needs: Sequence[Sequence[int]]) -> list[list[int]]:
