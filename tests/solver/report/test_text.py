@@ -61,7 +61,7 @@ def test_more_answers_may_exist(solved: Result) -> None:
 def test_an_unsolved_result_names_status_rules_and_diagnosis(unsolved: Result) -> None:
     text = result_text(unsolved)
     assert "partial: the inputs do not determine every variable" in text
-    assert ">   hypotenuse.tk:1  c^2 = a^2 + b^2        b, c" in text
+    assert ">   hypotenuse.tk:1  c^2 = a^2 + b^2        c, b" in text
     assert "*   hypotenuse.tk:2  angle = atan2d(b, a)  b, f.angle" in text
     assert "S501" in text
     assert "give b or c" in text
