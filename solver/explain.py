@@ -82,21 +82,29 @@ class _Explanation:
         match fact:
             case NoValue(equation, unknown, reading):
                 message = f"no value of {unknown} satisfies this rule: it needs {reading}"
-                return self._error("S530", message, (equation,), (unknown,), self._bounds((equation,), (unknown,)))
+                return self._error(
+                    "S530", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
+                )
             case OutOfRange(equation, unknown, value):
                 message = (
                     f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
                 )
-                return self._error("S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,)))
+                return self._error(
+                    "S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
+                )
             case NoRoot(equations, unknowns, True):
                 message = f"no values of {listed(unknowns)} satisfy these rules together (proven)"
                 return self._error("S532", message, equations, unknowns, self._bounds(equations, unknowns))
             case NoRoot(equations, unknowns, False):
                 return self._not_found(fact)
             case AsksNothing(equation, unknown):
-                message = f"{unknown} is free: here this rule holds whatever {unknown} is"
-                notes = (*self._zeros(equation), f"give {unknown}, or change the position")
-                return self._error("S540", message, (equation,), (unknown,), notes)
+                free = dict.fromkeys((unknown, *(self.leaf.missing if self.leaf else ())))
+                message = f"{listed(tuple(free))} not determined here: this rule holds whatever {unknown} is"
+                message = message.replace(
+                    " not determined", " is not determined" if len(free) == 1 else " are not determined"
+                )
+                notes = (*self._zeros(equation), f"give {listed(tuple(free), 'or')}, or change the position")
+                return self._error("S540", message, (equation,), tuple(free), notes)
             case RankLoss():
                 return self._rank(fact)
             case DoubleRoot(equations, unknowns, direction):

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 from rulesheets import nodes
 from rulesheets.model import Model, Value
-from solver.path.steps import Evaluate, Select, SolveBlock, Step
+from solver.path.steps import equations_of
 from solver.solution import Leaf, explore, planner
 
 MAX_CANDIDATES = 200
 MAX_SETS = 400
 MAX_FILTER = 60
-MAX_TRIALS = 80
+MAX_TRIALS = 32
 
 
 # --- under-determined: what to give ------------------------------------------------------
@@ -103,7 +103,8 @@ def derivation(
         seen.add(name)
         if name in inputs:
             given[name] = None
-        for equation in _equations(leaf.branch.origins.get(name)):
+        step = leaf.branch.origins.get(name)
+        for equation in () if step is None else equations_of(step):
             rules[equation] = None
             names.extend(_reads(model, equation))
     return sorted(rules), [name for name in inputs if name in given]
@@ -114,16 +115,6 @@ def _reads(model: Model, equation: int) -> Iterator[str]:
     yield from body.names
     for premise in body.guard:
         yield from nodes.names(model.conditions[premise.condition])
-
-
-def _equations(step: Step | None) -> tuple[int, ...]:
-    match step:
-        case Evaluate(equation=equation):
-            return (equation,)
-        case Select(equations=equations) | SolveBlock(equations=equations):
-            return equations
-        case _:
-            return ()
 
 
 def restricted(model: Model, equations: Sequence[int]) -> Model:
@@ -219,7 +210,7 @@ def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
 def _bisected(feasible: Callable[[float], bool], outside: float, inside: float) -> float:
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
-        if abs(outside - inside) <= 1e-9 * max(abs(inside), 1e-9) or middle in (outside, inside):
+        if abs(outside - inside) <= 1e-8 * max(abs(inside), 1e-8) or middle in (outside, inside):
             break
         if feasible(middle):
             inside = middle

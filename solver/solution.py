@@ -17,6 +17,7 @@ from solver.witness import testify
 
 MAX_LEAVES = 1024
 MAX_ASSUMPTIONS = 16
+MAX_CASES = 200
 
 
 @dataclass
@@ -29,6 +30,7 @@ class Branch:
     void: dict[int, Fact] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
     settled: set[int] = field(default_factory=set)
+    blank: set[str] = field(default_factory=set)
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
     free: tuple[str, ...] = ()
@@ -42,6 +44,7 @@ class Branch:
             void=dict(self.void),
             steps=list(self.steps),
             settled=set(self.settled),
+            blank=set(self.blank),
             origins=dict(self.origins),
         )
 
@@ -116,6 +119,7 @@ class _Explorer:
         self.dead: list[Leaf] = []
         self.adrift: list[Leaf] = []
         self.complete = True
+        self.cases = 0
 
     def run(self) -> Exploration:
         decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
@@ -124,21 +128,18 @@ class _Explorer:
             tuple(self.leaves), self.complete and not self.adrift, tuple(self.dead), tuple(self.adrift)
         )
 
-    # --- conditions ---
+    # --- conditions: an ``and`` or ``or`` may be settled before all of it is known ---
 
     def _outcomes(self, conditions: Collection[int], values: Mapping[str, Value]) -> dict[int, bool]:
         found = {}
         for index in conditions:
-            names = (self.graph.names[v] for v in self.graph.condition_occurs[index])
-            if all(name in values for name in names):
-                found[index] = self._outcome(index, values)
+            try:
+                found[index] = holds(self.model.conditions[index], values, self.inputs)
+            except KeyError:
+                continue
+            except Undefined:
+                found[index] = False
         return found
-
-    def _outcome(self, index: int, values: Mapping[str, Value]) -> bool:
-        try:
-            return holds(self.model.conditions[index], values, self.inputs)
-        except Undefined:
-            return False
 
     # --- following a path ---
 
@@ -261,6 +262,7 @@ class _Explorer:
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
         """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""
+        branch.blank.update(unknowns)
         for name in unknowns:
             for equation in self.graph.users(name):
                 branch.void.setdefault(equation, fact)
@@ -275,7 +277,16 @@ class _Explorer:
 
     def _assume(self, branch: Branch, step: Assume) -> bool:
         """Both cases of a condition; a case is dropped once the condition is known to come out otherwise."""
-        if len(branch.assumed) >= MAX_ASSUMPTIONS:
+        open_conditions = range(len(self.model.conditions))
+        settled = self._outcomes(open_conditions, branch.values)
+        if settled.keys() - branch.decided.keys() - branch.assumed.keys():
+            branch.decided.update(settled)
+            return True
+        if any(name in branch.blank for name in self.judged):
+            self._finish(branch)
+            return False
+        self.cases += 1
+        if len(branch.assumed) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
             self._truncate(branch, "cases")
             self._finish(branch)
             return False

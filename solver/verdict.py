@@ -16,7 +16,7 @@ from solver.facts import (
     OutOfRange,
     RankLoss,
 )
-from solver.path.steps import SolveBlock
+from solver.path.steps import SolveBlock, equations_of
 from solver.result import Status
 from solver.solution import Exploration, Leaf, planner
 
@@ -47,7 +47,9 @@ def judge(
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
     if solved:
         doubles: tuple[Fact, ...] = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
-        doubles = doubles or _adrift(found)
+        leaf, free = _adrift(found)
+        if leaf is not None and not doubles:
+            return Verdict(Status.SINGULAR, (leaf,), free, _unknown(model, leaf))
         status = Status.SINGULAR if doubles else Status.SOLVED
         return Verdict(status, tuple(solved), doubles, _unknown(model, solved[0]))
     if found.leaves:
@@ -60,13 +62,14 @@ def judge(
     return Verdict(status, ())
 
 
-def _adrift(found: Exploration) -> tuple[Fact, ...]:
-    """What leaves a case free, so that an answer of another case is one of a continuum."""
+def _adrift(found: Exploration) -> tuple[Leaf | None, tuple[Fact, ...]]:
+    """A case that the values leave free: an answer of another case is but one of a continuum then."""
     for leaf in found.adrift:
-        free = [f for f in leaf.branch.void.values() if isinstance(f, AsksNothing | RankLoss)]
-        if free and not any(isinstance(f, NoValue | OutOfRange | NoRoot) for f in leaf.branch.void.values()):
-            return tuple({id(fact): fact for fact in free}.values())
-    return ()
+        facts = leaf.branch.void.values()
+        free = [f for f in facts if isinstance(f, AsksNothing | RankLoss)]
+        if free and not any(isinstance(f, NoRoot | OutOfRange) for f in facts):
+            return leaf, tuple({id(fact): fact for fact in free}.values())
+    return None, ()
 
 
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
@@ -80,13 +83,33 @@ def _unfinished(
     leaf = leaves[0]
     structural = _structurally_missing(model, leaf, inputs)
     by_value = [name for name in leaf.missing if name not in structural]
-    facts = tuple({id(fact): fact for fact in leaf.branch.void.values()}.values())
+    facts = _relevant(model, leaf, inputs)
     status = Status.PARTIAL
     if by_value or (facts and not structural):
         status = _worst(facts)
     unknown = _unknown(model, leaf)
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
     return Verdict(status, kept, facts, unknown, tuple(n for n in leaf.missing if n in structural))
+
+
+def _relevant(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> tuple[Fact, ...]:
+    """What stands in the way of the missing names; all there is, where none of it is on their path."""
+    facts = {id(fact): fact for fact in leaf.branch.void.values()}
+    decided = {**leaf.branch.decided, **leaf.branch.assumed}
+    way = planner(model).path(frozenset(inputs), decided, want=frozenset(leaf.missing))
+    used = {equation for step in way.steps for equation in equations_of(step)}
+    met = [fact for fact in facts.values() if used.intersection(_about(fact))]
+    return tuple(met or facts.values())
+
+
+def _about(fact: Fact) -> tuple[int, ...]:
+    match fact:
+        case NoValue(equation=equation) | OutOfRange(equation=equation) | AsksNothing(equation=equation):
+            return (equation,)
+        case Conflict(equations=equations) | NoRoot(equations=equations) | RankLoss(equations=equations):
+            return equations
+        case _:
+            return ()
 
 
 def _structurally_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> frozenset[str]:

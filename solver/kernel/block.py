@@ -17,15 +17,19 @@ from solver.kernel.chain import Chain, Enclosure, chains, compile_chain
 from solver.kernel.scalar import compile_expressions
 from solver.kernel.step import in_range
 from solver.numerics.linear import solve_linear
-from solver.numerics.newton import newton
+from solver.numerics.newton import NewtonLimits, newton
 from solver.numerics.outcome import Outcome
 from solver.path import rational
 from solver.path.graph import ModelGraph
 from solver.path.steps import SolveBlock
 from solver.witness import testify
 
-STARTS = 64
+STARTS = 32
+SEARCH_BOXES = 40_000
+START_LIMITS = NewtonLimits(iterations=50, escapes=2)
 HIGHEST_DEGREE = 12
+SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
+MIN_SAMPLES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +147,8 @@ class _Attempt:
             linear = self._linear()
             if linear is not None:
                 return linear
+        if len(self.kernel.block.tears) == 1 and (adrift := self._free_along_tear()):
+            return adrift
         complete = self._by_tear() if len(self.kernel.block.tears) == 1 else False
         if not complete:
             complete = self._by_starts(few=bool(self.found)) or complete
@@ -191,7 +197,9 @@ class _Attempt:
     # --- one tear: the whole range is searched ---
 
     def _by_tear(self) -> bool:
-        from solver.numerics.isolation import isolate_roots
+        from solver.numerics.isolation import IsolationLimits, isolate_roots
+
+        limits = IsolationLimits(boxes=SEARCH_BOXES, alive=4_000)
 
         tear = self.kernel.block.tears[0]
         low, high = self._within(tear, *self._domain(tear))
@@ -199,11 +207,43 @@ class _Attempt:
         for place, chain in enumerate(self.kernel.chains()):
             enclosure = Enclosure(chain, self._known_numbers())
             slope = enclosure.slope if enclosure.slopes is not None else None
-            search = isolate_roots(enclosure, slope, self._tear_value(place), low, high)
+            search = isolate_roots(enclosure, slope, self._tear_value(place), low, high, limits)
             complete = complete and search.complete
             for root in (*search.roots, *(x for x, _ in search.touching)):
                 self._from_tear(place, root)
         return complete
+
+    def _free_along_tear(self) -> BlockOutcome | None:
+        """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
+        for place, chain in enumerate(self.kernel.chains()):
+            points = [p for p in map(self._along(place), self._samples(chain.tears[0])) if p is not None]
+            if len(points) >= MIN_SAMPLES and all(self._holds(point) for point in points):
+                block, first, second = self.kernel.block, points[0], points[1]
+                span = second[chain.tears[0]] - first[chain.tears[0]]
+                direction = {n: (second[n] - first[n]) / span for n in self.kernel.unknowns}
+                fact = RankLoss(block.equations, self.kernel.unknowns, direction, everywhere=False)
+                return BlockOutcome(({},), True, (fact,), self.kernel.unknowns)
+        return None
+
+    def _samples(self, tear: str) -> list[float]:
+        low, high = self._domain(tear)
+        if math.isfinite(low) and math.isfinite(high):
+            return [low + (high - low) * share for share in SHARES]
+        size = self._scale()[self.kernel.unknowns.index(tear)]
+        middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
+        signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
+        return [middle + sign * size * share for sign in signs for share in SHARES]
+
+    def _along(self, place: int) -> Callable[[float], dict[str, float] | None]:
+        function, unknowns = self.kernel.chain_function(place), self.kernel.unknowns
+
+        def point(x: float) -> dict[str, float] | None:
+            try:
+                return dict(zip(unknowns, function(x, *self.known), strict=False))
+            except (ArithmeticError, ValueError):
+                return None
+
+        return point
 
     def _within(self, tear: str, low: float, high: float) -> tuple[float, float]:
         """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; elsewhere the range stays."""
@@ -251,7 +291,9 @@ class _Attempt:
 
         ranges = [self._domain(name) for name in self.kernel.unknowns]
         count = STARTS // 4 if few else STARTS
-        found = multistart(self.residual, self.jacobian, self._guess(), ranges, self._scale(), count)
+        found = multistart(
+            self.residual, self.jacobian, self._guess(), ranges, self._scale(), count, limits=START_LIMITS
+        )
         for root in found.roots:
             self._refine(root.x)
         if found.best is not None:

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from rulesheets.model import Equation, Model
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
-from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
 from solver.structure.frontier import Frontier
 from solver.structure.incidence import Block, Incidence
@@ -323,8 +323,12 @@ class _Building:
 
     def _reads(self, step: Step) -> Iterable[str]:
         graph = self.graph
-        equations, conditions = _uses(step)
-        for equation in equations:
+        conditions: tuple[int, ...] = ()
+        if isinstance(step, Decide):
+            conditions = step.conditions
+        elif isinstance(step, Assume):
+            conditions = (step.condition,)
+        for equation in equations_of(step):
             yield from graph.model.equations[equation].names
             conditions = (*conditions, *(p.condition for p in graph.model.equations[equation].guard))
         for condition in conditions:
@@ -339,16 +343,3 @@ def _gives(step: Step) -> tuple[str, ...]:
             return unknowns
         case _:
             return ()
-
-
-def _uses(step: Step) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Equations and conditions that a step evaluates."""
-    match step:
-        case Evaluate(equation=equation) | Check(equation=equation):
-            return (equation,), ()
-        case Select(equations=equations) | SolveBlock(equations=equations):
-            return equations, ()
-        case Decide(conditions=conditions):
-            return (), conditions
-        case Assume(condition=condition):
-            return (), (condition,)

@@ -63,6 +63,17 @@ class Check:
 Step: TypeAlias = Evaluate | Select | SolveBlock | Decide | Assume | Check
 
 
+def equations_of(step: Step) -> tuple[int, ...]:
+    """The equations that a step evaluates."""
+    match step:
+        case Evaluate(equation=equation) | Check(equation=equation):
+            return (equation,)
+        case Select(equations=equations) | SolveBlock(equations=equations):
+            return equations
+        case _:
+            return ()
+
+
 @dataclass(frozen=True, slots=True)
 class Path:
     """Steps in order; a path that ends in ``Decide`` or ``Assume`` goes on once the outcome is there.
