@@ -18,7 +18,7 @@ def work_line(result: Result) -> str:
     """
     rules = plural(len(result.model.equations), "rule")
     line = f"{rules}: {', '.join(_parts(result))}"
-    if not result.solutions:
+    if not result.solutions or not result.solutions[0].checked:
         return line
     answer = result.solutions[0]
     satisfied = "all" if result.status is Status.SOLVED else str(answer.checked)

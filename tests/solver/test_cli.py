@@ -148,8 +148,8 @@ def test_what_is_written_reads_back(run: Run, sheet: str, tmp_path: Path) -> Non
 
 def test_explain_shows_locals_and_path(run: Run) -> None:
     out = run("solve", "offset_slider_crank", "--explain")[1]
-    assert float(value(out, "position.yA")) == -1.5
-    assert "velocity.tk:10  vB = xb" in out
+    assert float(value(out, "position.yA")) == pytest.approx(-1.5)
+    assert ["velocity.tk:10", "vB", "=", "xb"] in [line.split()[2:] for line in out.splitlines()]
     assert " rules." in out
 
 
@@ -304,9 +304,7 @@ def test_models_are_listed_with_their_titles(run: Run) -> None:
 @pytest.mark.parametrize("words", [["--help"], *([command, "--help"] for command in COMMANDS)])
 def test_help_imports_nothing_heavy(words: list[str]) -> None:
     heavy = ("numpy", "scipy", "sympy", "lark", "mpmath")
-    code = (
-        f"import sys; from solver.cli import main; main({words!r}); print({{*{heavy!r}}} & {{*sys.modules}})"
-    )
+    code = f"import sys, solver.cli; solver.cli.main({words!r}); print({{*{heavy!r}}} & {{*sys.modules}})"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "set()"
     assert "usage: backsolve" in done.stdout
