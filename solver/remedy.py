@@ -14,7 +14,7 @@ from solver.solution import Leaf, explore, planner
 MAX_CANDIDATES = 200
 MAX_SETS = 400
 MAX_FILTER = 60
-MAX_TRIALS = 32
+MAX_TRIALS = 26
 
 
 # --- under-determined: what to give ------------------------------------------------------
@@ -210,7 +210,7 @@ def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
 def _bisected(feasible: Callable[[float], bool], outside: float, inside: float) -> float:
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
-        if abs(outside - inside) <= 1e-8 * max(abs(inside), 1e-8) or middle in (outside, inside):
+        if abs(outside - inside) <= 1e-7 * max(abs(inside), 1e-7) or middle in (outside, inside):
             break
         if feasible(middle):
             inside = middle

@@ -111,35 +111,37 @@ class Enclosure:
 
     def __init__(self, chain: Chain, known: Mapping[str, Value]) -> None:
         self.chain = chain
-        self.known = known
+        self.constants = {name: (v, v) for name, v in known.items() if isinstance(v, float)}
         self.slopes = _slopes(chain)
 
     def __call__(self, low: Any, high: Any) -> tuple[Any, Any]:
-        low, high = self._boxes(low, high)[0][self.chain.residuals[0]]
-        return low, high
+        import numpy as np
 
-    def _boxes(self, low: Any, high: Any) -> tuple[dict[str, Any], Any]:
-        """Boxes of every name, and where some value may leave its domain."""
+        boxes, _, empty = self._boxes(low, high)
+        lo, hi = boxes[self.chain.residuals[0]]
+        return np.where(empty, np.nan, lo), np.where(empty, np.nan, hi)
+
+    def _boxes(self, low: Any, high: Any) -> tuple[dict[str, Any], Any, Any]:
+        """Boxes of every name, where some value may leave its domain, and where it must."""
         import numpy as np
 
         from rulesheets.evaluate.enclosure import enclose
 
-        boxes: dict[str, Any] = {
-            name: (np.full_like(low, number), np.full_like(low, number))
-            for name, number in self.known.items()
-            if isinstance(number, float)
-        }
-        boxes[self.chain.tears[0]] = (low, high)
+        boxes: dict[str, Any] = {**self.constants, self.chain.tears[0]: (low, high)}
         doubtful = np.zeros(low.shape, dtype=bool)
         empty = np.zeros(low.shape, dtype=bool)
         for item in self.chain.assignments:
             lo, hi = enclose(item.expression, boxes)
+            if item.low == -inf and item.high == inf:
+                boxes[item.name] = (lo, hi)
+                empty |= np.isnan(lo)
+                continue
             outside = (hi < item.low) | (lo > item.high)
             doubtful |= (lo < item.low) | (hi > item.high)
             lo, hi = np.maximum(lo, item.low), np.minimum(hi, item.high)
             empty |= outside | np.isnan(lo) | np.isnan(hi)
             boxes[item.name] = (np.where(empty, np.nan, lo), np.where(empty, np.nan, hi))
-        return boxes, doubtful
+        return boxes, doubtful, empty
 
     def slope(self, low: Any, high: Any) -> tuple[Any, Any]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
@@ -147,7 +149,7 @@ class Enclosure:
 
         from rulesheets.evaluate.enclosure import enclose
 
-        boxes, doubtful = self._boxes(low, high)
+        boxes, doubtful, _ = self._boxes(low, high)
         assert self.slopes is not None
         for name, expression in self.slopes:
             boxes[name] = enclose(expression, boxes)
