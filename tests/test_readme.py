@@ -76,7 +76,7 @@ def commands(text: str) -> Iterator[tuple[str, str]]:
 
 
 def output(command: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """What ``backsolve …`` prints, then what it complains; files of the repository by their relative names."""
+    """What ``backsolve …`` prints, then its complaints; files of the repository by relative names."""
     program, *words = shlex.split(command)
     assert program == "backsolve", command
     main(words)
