@@ -12,6 +12,10 @@ _WIDTH = 100
 """Characters of a source line that an excerpt shows at most."""
 
 
+_LONG = 500
+"""Characters that a message or a note shows at most."""
+
+
 class Severity(Enum):
     ERROR = "error"
     WARNING = "warning"
@@ -84,7 +88,7 @@ class _Page:
         style = _COLORS[diagnosis.severity]
         head = self.paint(f"{diagnosis.severity}[{diagnosis.code}]", style)
         gutter = max((len(str(label.span.line)) for label in diagnosis.labels), default=1)
-        lines = [f"{head}: {self.paint(diagnosis.message, _BOLD)}"]
+        lines = [f"{head}: {self.paint(_clipped_text(diagnosis.message), _BOLD)}"]
         for index, label in enumerate(diagnosis.labels):
             lines += self.excerpt(label, gutter, style if index == 0 else _BLUE)
         margin = " " * gutter
@@ -92,7 +96,9 @@ class _Page:
             lines.append(f"{margin} {self.paint('|', _BLUE)}")
         for index, note in enumerate(diagnosis.notes):
             word = "help" if index == 0 else "note"
-            lines.append(f"{margin} {self.paint('=', _BLUE)} {self.paint(word, _GREEN)}: {note}")
+            lines.append(
+                f"{margin} {self.paint('=', _BLUE)} {self.paint(word, _GREEN)}: {_clipped_text(note)}"
+            )
         return lines
 
     def excerpt(self, label: Label, gutter: int, style: str) -> list[str]:
@@ -124,6 +130,11 @@ def _clipped(line: str, start: int, length: int) -> tuple[str, int, int]:
     behind = " …" if last < len(line) else ""
     text = ahead + before + marked + _plain(line[start + length : last]) + behind
     return text, len(ahead + before), max(1, len(marked))
+
+
+def _clipped_text(text: str) -> str:
+    """A message or note, cut where a name of absurd length would fill the screen."""
+    return text if len(text) <= _LONG else text[:_LONG] + " …"
 
 
 def _plain(text: str) -> str:

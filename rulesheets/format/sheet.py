@@ -130,6 +130,8 @@ def _function(function: Function) -> Iterator[str]:
         yield _comment(line.text)
     yield from _commented([head], function.comment, 0)
     if function.parameters:
-        yield from _commented([f"parameters {', '.join(function.parameters)}"], function.parameters_comment, 0)
+        yield from _commented(
+            [f"parameters {', '.join(function.parameters)}"], function.parameters_comment, 0
+        )
     yield "rules"
     yield from _rules(function.rules)

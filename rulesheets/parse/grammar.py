@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 from lark import Lark
 from lark.common import LexerConf
 from lark.exceptions import UnexpectedToken
-from lark.lexer import Lexer
+from lark.lexer import Lexer, TerminalDef
 
 from rulesheets.parse.builder import Builder
 from rulesheets.parse.layout import Line
@@ -30,15 +30,20 @@ class Unparsed(Exception):
         self.place = place
 
 
+def scanner(terminals: Iterable[TerminalDef], ignored: Collection[str]) -> Scanner:
+    """Lark's terminals in one regular expression, in the order in which lark itself tries them."""
+    ordered = sorted(
+        (terminal for terminal in terminals if terminal.name not in ignored),
+        key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
+    )
+    return Scanner([(terminal.name, terminal.pattern.to_regexp()) for terminal in ordered])
+
+
 class Words(Lexer):
-    """Lark's terminals in one regular expression; it counts no lines, which takes lark's own longer."""
+    """The scanner as lark wants it; lark's own lexers count lines, which takes them longer."""
 
     def __init__(self, conf: LexerConf) -> None:
-        terminals = sorted(
-            (terminal for terminal in conf.terminals if terminal.name not in conf.ignore),
-            key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
-        )
-        self.scanner = Scanner([(terminal.name, terminal.pattern.to_regexp()) for terminal in terminals])
+        self.scanner = scanner(conf.terminals, conf.ignore)
 
     def lex(self, text: str) -> Iterator[Word]:  # type: ignore[override]
         return self.scanner.words(text)
@@ -57,6 +62,7 @@ class Grammar(threading.local):
             transformer=self.builder,
             maybe_placeholders=True,
         )
+        self.scanner = scanner(self.lark.terminals, self.lark.ignore_tokens)
 
     def read(self, source: Source, line: Line, kind: str) -> Any:
         """The node that a line stands for as a ``rule``, ``row``, ``use``, ``head`` or ``parameters``.

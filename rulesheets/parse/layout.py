@@ -10,6 +10,12 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+NESTING = 100
+"""Parentheses that may be open at a time."""
+
+LONGEST = 200_000
+"""Characters that a logical line may have; a longer one is refused unread."""
+
 _MARK = re.compile(r'["();]')
 _GOES_ON = re.compile(r"(?:[-+*/^,=<>≤≥≠~]|\b(?:then|else|and|or|not))\Z", re.IGNORECASE)
 _CARRIES_ON = re.compile(r"[^\S\n]*(?:then|else)\b", re.IGNORECASE)
@@ -27,8 +33,8 @@ class Line:
 
     ``code`` begins at ``start`` and has blanks for comments; ``end`` is where it ends without
     trailing blanks. ``comment`` is what the comments say, joined by ``; ``, or None. ``gap``:
-    a blank line stands before. ``depth`` is the deepest nesting of parentheses; ``unclosed``
-    are those that are never closed, ``stray`` the closing ones that nothing opened.
+    a blank line stands before. ``unclosed`` are the parentheses that are never closed, ``stray``
+    the closing ones that nothing opened, ``too_deep`` is the first beyond NESTING.
     """
 
     start: int
@@ -36,9 +42,9 @@ class Line:
     code: str
     comment: str | None
     gap: bool
-    depth: int
     unclosed: tuple[int, ...]
     stray: tuple[int, ...]
+    too_deep: int | None
 
     @property
     def blank(self) -> bool:
@@ -56,7 +62,7 @@ class _Draft:
     comments: list[str] = field(default_factory=list)
     ending: str = ""
     end: int = 0
-    depth: int = 0
+    too_deep: int | None = None
     open: list[int] = field(default_factory=list)
     stray: list[int] = field(default_factory=list)
 
@@ -74,7 +80,7 @@ class _Draft:
     def _comment_start(self, start: int, end: int) -> int:
         """Follow the parentheses of a line of text to where its comment begins, or to its end."""
         position = start
-        while found := _MARK.search(self.text, position, end):
+        while found := _MARK.search(self.text, position, min(end, start + LONGEST)):
             position = found.end()
             mark = found.group()
             if mark == "(":
@@ -89,7 +95,8 @@ class _Draft:
 
     def _open(self, place: int) -> None:
         self.open.append(place)
-        self.depth = max(self.depth, len(self.open))
+        if len(self.open) > NESTING and self.too_deep is None:
+            self.too_deep = place
 
     def _close(self, place: int) -> None:
         if self.open:
@@ -109,12 +116,12 @@ class _Draft:
         return Line(
             self.start,
             self.end or self.start,
-            "\n".join(self.code),
+            "\n".join(self.code)[: max(0, self.end - self.start)],
             "; ".join(filter(None, self.comments)) if self.comments else None,
             gap,
-            self.depth,
             tuple(self.open),
             tuple(self.stray),
+            self.too_deep,
         )
 
 
@@ -145,30 +152,36 @@ def _line_end(text: str, start: int) -> int:
 def _gather(text: str, start: int, through_parentheses: bool) -> tuple[_Draft, int]:
     """The logical line that begins at ``start``, and where the next one may begin."""
     draft = _Draft(text, start)
-    position = start
+    position = taken = start
     while True:
         end = _line_end(text, position)
         draft.add(position, end)
         position = end + 1
-        if position >= len(text) or not draft.ending or _HEAD.match(text, position):
+        if position >= len(text) or position - start > LONGEST or not draft.ending:
+            return draft, position
+        if position <= taken:
+            continue
+        if _HEAD.match(text, position):
             return draft, position
         if draft.open and through_parentheses:
             continue
-        if _GOES_ON.search(draft.ending):
-            if text[position : _line_end(text, position)].isspace() or text[position] == "\n":
+        if _GOES_ON.search(draft.ending[-5:]):
+            if not text[position : _line_end(text, position)].strip():
                 return draft, position
-        elif not _carried_on(text, position):
+            continue
+        taken = _carried_on(text, position)
+        if taken < position:
             return draft, position
 
 
-def _carried_on(text: str, position: int) -> bool:
-    """Whether the next line that says anything begins with ``then`` or ``else``."""
+def _carried_on(text: str, position: int) -> int:
+    """Where the next line that says anything begins, if it does so with ``then`` or ``else``; else -1."""
     while position < len(text):
         if _CARRIES_ON.match(text, position):
-            return True
+            return position
         end = _line_end(text, position)
         line = text[position:end].lstrip()
         if line and line[0] not in '";':
-            return False
+            return -1
         position = end + 1
-    return False
+    return -1

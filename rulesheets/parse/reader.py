@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from rulesheets.diagnosis import RuleSheetError
+from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.nodes import Equality
 from rulesheets.parse import mistakes
 from rulesheets.parse.grammar import Unparsed, grammar
 from rulesheets.parse.layout import Line
@@ -14,13 +15,42 @@ from rulesheets.source import Source
 def read_line(source: Source, line: Line, kind: str) -> Any:
     """The node of a ``rule``, ``row``, ``use``, ``head`` or ``parameters`` line.
 
-    Raises RuleSheetError.
+    Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    wrong = mistakes.before_reading(source, line)
-    if wrong:
-        raise RuleSheetError(*wrong)
+    if strange := tuple(mistakes.strange_characters(source, line)):
+        raise RuleSheetError(*strange)
     try:
         node = grammar().read(source, line, kind)
     except Unparsed as stop:
-        raise RuleSheetError(mistakes.explain(source, line, kind, stop.place)) from None
+        raise RuleSheetError(_explain(source, line, kind, stop.place)) from None
+    wrong = _sense(node, line, kind)
+    if wrong is not None:
+        raise RuleSheetError(wrong)
     return node
+
+
+def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
+    words = tuple(grammar().scanner.words(line.code))
+    index = next((i for i, word in enumerate(words) if word.start_pos >= place), len(words))
+    stop = mistakes.Stop(source, line, words, index)
+    match kind:
+        case "rule":
+            return mistakes.explain_rule(stop)
+        case "row":
+            return mistakes.explain_row(stop)
+        case _:
+            return mistakes.explain_head(stop, kind)
+
+
+def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
+    """What is wrong with a rule that the grammar accepts.
+
+    A tree has no more levels than its text has characters, so short lines need no measuring.
+    """
+    if kind == "rule" and line.end - line.start > mistakes.DEEPEST:
+        deep = mistakes.too_deep(node)
+        if deep is not None:
+            return deep
+    if kind == "row" and node.value is not None and line.end - line.start > mistakes.DEEPEST:
+        return mistakes.too_deep(node.value)
+    return mistakes.without_variable(node) if type(node) is Equality else None

@@ -19,8 +19,21 @@ _ENOUGH = 50
 """Complaints after which the rest of a sheet is not read."""
 
 _HEAD = re.compile(
-    r"\s*(?:(?P<section>variables|rules)\s*\Z|(?P<head>function|parameters|use)\b(?!\s*=))", re.IGNORECASE
+    r"""\s*(?:
+        (?P<section>variables|rules)\s*\Z
+      | (?P<use>use)\b\s*(?:["\w]|\Z)
+      | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
+      | (?P<function>function)\b\s*(?:[\w(:]|\Z)
+      | (?P<planned>list(?=\s+function\b)|procedure(?=\s+\w|\s*\Z)|figure(?=\s+\w|\s*\Z))
+    )""",
+    re.IGNORECASE | re.VERBOSE,
 )
+_SKIPPED = "skipped"
+"""The section whose lines are not read, because its head says what is not there yet."""
+
+_LONE = re.compile(r"\s*([^\W\d]\w*)\s*(:?)\s*\Z")
+_ALMOST = frozenset({"rule", "variable", "equation", "equations", "formula", "formulas"})
+"""Lone words that are taken for the head of a section even where names stand alone."""
 
 
 def parse(source: Source) -> nodes.RuleSheet:
@@ -79,12 +92,14 @@ class _Reading:
         try:
             if line.blank:
                 self.waiting.append(nodes.CommentLine(line.comment or "", self._span(line), line.gap))
+            elif wrong := mistakes.wrong_shape(self.source, line):
+                self.complaints.append(wrong)
             elif found := _HEAD.match(line.code):
-                self._begin((found["section"] or found["head"]).lower(), line)
+                self._begin(str(found[found.lastgroup or 0]).lower(), line)
             else:
                 self._add(line)
-        except RuleSheetError as wrong:
-            self.complaints.extend(wrong.diagnoses)
+        except RuleSheetError as error:
+            self.complaints.extend(error.diagnoses)
 
     def _span(self, line: Line) -> Span:
         start = line.start + len(line.code) - len(line.code.lstrip())
@@ -93,10 +108,21 @@ class _Reading:
     # --- what stands in a section ---
 
     def _add(self, line: Line) -> None:
+        lone = _LONE.match(line.code)
+        if self.section == _SKIPPED:
+            return
+        if lone and (self.section != "variables" or lone[2] or lone[1].lower() in _ALMOST):
+            self._unknown_section(lone[1], line)
         if self.section == "variables":
             self._add_row(line)
         else:
             self._add_rule(line)
+
+    def _unknown_section(self, word: str, line: Line) -> None:
+        """Refuse a head that is no head, and read on as if it were the nearest one."""
+        if word.lower() in _ALMOST:
+            self.section = "variables" if word.lower() == "variable" else "rules"
+        raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))
 
     def _add_row(self, line: Line) -> None:
         rows = self._rows()
@@ -157,6 +183,10 @@ class _Reading:
         match word:
             case "parameters":
                 self._parameters(line)
+            case "list" | "procedure" | "figure":
+                self._place_comments()
+                self.section = _SKIPPED
+                raise RuleSheetError(mistakes.not_there_yet(word, self._span(line)))
             case "rules" if self.section == "function" and not self.functions[-1].begun:
                 self._place_comments()
                 self.functions[-1].begun = True
@@ -195,6 +225,8 @@ class _Reading:
         self.functions[-1].head = read_line(self.source, line, "head")
 
     def _parameters(self, line: Line) -> None:
+        if self.section == _SKIPPED:
+            return
         if self.section != "function" or self.functions[-1].begun:
             raise RuleSheetError(mistakes.stray_parameters(self._span(line)))
         self._place_comments()
