@@ -13,10 +13,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 where it reaches every wanted variable."""
-    from solver.report.path import path_text
+    from solver.report.path import path_text, unreached
     from solver.solving import solve
 
     request = read_request(arguments)
     result = solve(request.model, request.inputs, want=request.want, guesses=request.guesses)
-    print(path_text(request.model, result.path))
-    return 1 if any(name in result.wanted for name in result.path.undetermined) else 0
+    print(path_text(result))
+    return 1 if unreached(result) else 0

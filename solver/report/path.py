@@ -9,16 +9,24 @@ from rulesheets.model import Equation, Model
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
 from solver.report.places import Places, rule_text
 from solver.report.table import table
+from solver.result import Result
 
 Row = tuple[str, str, str, str, str]
 
 
-def path_text(model: Model, path: Path) -> str:
-    """A table of the steps, then the number of branches and what no step reaches."""
-    lines = [path_table(model, path), branches_line(path)]
-    if path.undetermined:
-        lines.append(f"Not reached: {', '.join(path.undetermined)}.")
+def path_text(result: Result) -> str:
+    """A table of the steps, then the number of branches and the wanted variables that no step reaches."""
+    lines = [path_table(result.model, result.path), branches_line(result.path)]
+    missing = unreached(result)
+    if missing:
+        lines.append(f"Not reached: {', '.join(missing)}.")
     return "\n".join(lines)
+
+
+def unreached(result: Result) -> tuple[str, ...]:
+    """The wanted variables that the path does not lead to."""
+    beyond = set(result.path.undetermined)
+    return tuple(name for name in result.wanted if name in beyond)
 
 
 def path_table(model: Model, path: Path) -> str:

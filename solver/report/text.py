@@ -63,7 +63,7 @@ def _explanation(result: Result, every: bool) -> Iterator[str]:
     rows = local_rows(result, every=every)
     if rows:
         yield "Locals\n" + sheet_table(rows)
-    yield "Path\n" + path_text(result.model, result.path)
+    yield "Path\n" + path_text(result)
     yield f"Used {used(result.path)} of {plural(len(result.model.equations), 'rule')}."
 
 

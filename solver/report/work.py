@@ -48,7 +48,7 @@ def _parts(result: Result) -> list[str]:
     if not result.solutions:
         return parts
     active = result.solutions[0].checked
-    checks, idle = active - used(path), total - active
+    checks, idle = active - used(path), total - max(active, used(path))
     if checks > 0:
         parts.append(plural(checks, "check"))
     if idle > 0:

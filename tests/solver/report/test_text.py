@@ -78,6 +78,7 @@ def test_a_solved_result_has_no_rule_status(solved: Result) -> None:
         ((Evaluate(0, "c"), Check(1)), 2, "2 rules: 1 direct, 1 check"),
         ((Evaluate(0, "c"),), 1, "2 rules: 1 direct, 1 idle"),
         ((SolveBlock((0, 1), ("b", "c"), ("b",)),), 2, "2 rules: 1 block of 2"),
+        ((SolveBlock((0, 1), ("b", "c"), ("b",)),), 1, "2 rules: 1 block of 2"),
     ],
 )
 def test_the_work_line_accounts_for_every_rule(
@@ -89,12 +90,13 @@ def test_the_work_line_accounts_for_every_rule(
 
 def test_a_block_shows_what_it_iterates_on(solved: Result) -> None:
     block = SolveBlock((0, 1), ("b", "c"), ("b",), (Evaluate(0, "c", 2),), (1,))
-    lines = path_text(solved.model, Path((block,), ("f.angle",))).split("\n")
+    result = replace(solved, path=Path((block,), ("a", "f.angle")))
+    lines = path_text(result).split("\n")
     assert lines[2].split("  ")[0] == "1"
     assert "block of 2" in lines[2] and "iterating on b" in lines[2]
     assert lines[3].split()[:2] == ["c", "2"]
     assert lines[4].split()[0] == "(closes)"
-    assert lines[-1] == "Not reached: f.angle."
+    assert lines[-1] == "Not reached: a."
 
 
 def test_a_failed_solve_does_not_say_satisfied(unsolved: Result) -> None:
