@@ -134,7 +134,9 @@ def sensitivity(crank: Crank) -> dict[str, float]:
     side = 1.0 if crank.open else -1.0
     q = _quantities(v, np.sin(angle), np.cos(angle), side, np.sqrt, _complex_direction, _complex_magnitude)
     slope = (q["yA"] - q["yB"]) / (q["xA"] - q["xB"])
-    q |= {"m1": slope, "m2": -1 / np.where(slope == 0, np.nan, slope)}
+    q["m1"] = slope
+    if slope[0].real != 0:
+        q["m2"] = -1 / slope
     return {name: float(np.sum(np.abs(np.imag(value)) / step)) for name, value in q.items()}
 
 
