@@ -357,4 +357,29 @@ CATALOGUE: dict[str, Entry] = {
         "Units are kept and shown, but not converted yet.",
         "Give the value in the unit of the sheet.",
     ),
+    "E420": Entry(
+        "an option needs a name and a value",
+        "--set and --guess take NAME=VALUE.",
+        "Write --set x=3.",
+    ),
+    "E421": Entry(
+        "a variable is given twice",
+        "Two options say what one variable is.",
+        "Keep one of them.",
+    ),
+    "E422": Entry(
+        "a value is given in another unit",
+        "Units are kept and shown, but not converted yet.",
+        "Give the value in the variable's own unit, or leave the unit out.",
+    ),
+    "E423": Entry(
+        "a guess that cannot be one",
+        "The variable is an input, or the guess is a symbol.",
+        "Take the input back by --clear, or give the symbol by --set.",
+    ),
+    "E424": Entry(
+        "a range that cannot be swept",
+        "--over takes NAME=START:STOP:STEP, with a step that leads from the start to the stop.",
+        "Write --over x=0:1:0.1.",
+    ),
 }

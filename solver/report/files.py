@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import tempfile
 
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError
+from rulesheets.input_messages import unwritable
 
 
 def replace_file(path: str, text: str) -> None:
@@ -19,10 +20,7 @@ def replace_file(path: str, text: str) -> None:
         mode = os.stat(target).st_mode & 0o777 if os.path.exists(target) else 0o666 & ~_umask()
         _write_beside(target, text, mode)
     except OSError as failure:
-        reason = failure.strerror or str(failure)
-        raise RuleSheetError(
-            error("E416", f"{path} cannot be written: {reason}", notes=("choose another place",))
-        ) from None
+        raise RuleSheetError(unwritable(path, failure)) from None
 
 
 def _write_beside(target: str, text: str, mode: int) -> None:
