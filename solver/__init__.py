@@ -13,14 +13,15 @@ if TYPE_CHECKING:
     from solver.plan import Plan, Unsolved, prepare
     from solver.result import Result, Solution, Status
     from solver.solving import solve
-    from solver.sweeping import Table, sweep
+    from solver.sweeping import sweep
+    from solver.table import Table
 
 _HOMES = {
     "Plan": "solver.plan",
     "Result": "solver.result",
     "Solution": "solver.result",
     "Status": "solver.result",
-    "Table": "solver.sweeping",
+    "Table": "solver.table",
     "Unsolved": "solver.plan",
     "prepare": "solver.plan",
     "solve": "solver.solving",

@@ -14,7 +14,7 @@ from solver.solution import Exploration, explore
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:
-    from solver.sweeping import Column, Table
+    from solver.table import Column, Table
 
 
 class Unsolved(Exception):
@@ -50,9 +50,18 @@ class Plan:
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN."""
-        from solver.sweeping import sweep_plan
+        from solver.table import rows
 
-        return sweep_plan(self, columns)
+        if jit:
+            raise NotImplementedError("compiled sweeps are not there yet: leave jit out")
+
+        def answer(numbers: tuple[Value, ...]) -> tuple[Status, tuple[Value, ...]]:
+            verdict, _ = self.judged(numbers)
+            if verdict.status is not Status.SOLVED:
+                return verdict.status, ()
+            return verdict.status, tuple(verdict.leaves[0].branch.values[name] for name in self.want)
+
+        return rows(self.inputs, self.want, columns, answer)
 
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained."""

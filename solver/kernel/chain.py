@@ -13,16 +13,18 @@ from math import inf
 from typing import Any
 
 from rulesheets import nodes
-from rulesheets.construct import multiply, subtract, substitute
+from rulesheets.construct import add, is_number, multiply, subtract, substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Expression, Name, Number
 from solver.kernel.scalar import Emitter
+from solver.path import rational
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation
 from solver.path.steps import SolveBlock
 
 MAX_CHAINS = 256
+HORNER_DEGREE = 12
 RESIDUAL = "#residual"
 _JUMPS = frozenset({"sgn", "int", "frac", "round", "mod", "step", "atan2", "atan2d", "tan", "tand"})
 
@@ -113,12 +115,18 @@ class Enclosure:
         self.chain = chain
         self.constants = {name: (v, v) for name, v in known.items() if isinstance(v, float)}
         self.slopes = _slopes(chain)
+        self.nested = tuple(_nested(chain))
 
     def __call__(self, low: Any, high: Any) -> tuple[Any, Any]:
         import numpy as np
 
+        from rulesheets.evaluate.enclosure import enclose
+
         boxes, _, empty = self._boxes(low, high)
         lo, hi = boxes[self.chain.residuals[0]]
+        for form in self.nested:
+            below, above = enclose(form, boxes)
+            lo, hi = np.fmax(lo, below), np.fmin(hi, above)
         return np.where(empty, np.nan, lo), np.where(empty, np.nan, hi)
 
     def _boxes(self, low: Any, high: Any) -> tuple[dict[str, Any], Any, Any]:
@@ -156,6 +164,20 @@ class Enclosure:
         lo, hi = boxes[_slope_name(self.chain.residuals[0])]
         unknown = doubtful | np.isnan(lo) | np.isnan(hi)
         return np.where(unknown, -np.inf, lo), np.where(unknown, np.inf, hi)
+
+
+def _nested(chain: Chain) -> Iterator[Expression]:
+    """Horner forms of the residual: equal to it, and narrower where powers of one variable compete."""
+    residual = chain.assignments[-1].expression
+    moving = {*chain.tears, *(item.name for item in chain.assignments)}
+    for name in dict.fromkeys(n for n in nodes.names(residual) if n in moving):
+        found = rational.equation(residual, Number(0.0), name, degree=HORNER_DEGREE)
+        if found is None or found[1] or sum(1 for c in found[0] if not is_number(c, 0.0)) < 2:
+            continue
+        *lower, nested = found[0]
+        for coefficient in reversed(lower):
+            nested = add(coefficient, multiply(Name(name), nested))
+        yield nested
 
 
 def _slope_name(name: str) -> str:
