@@ -31,6 +31,7 @@ _SIGNS = {
 }
 _POWERS = {character: f"^{digit}" for digit, character in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")}
 _ALLOWED = frozenset("≤≥≠±")
+_STRANGE = re.compile(r"[^\t\n\v\f\r -~]")
 _QUOTED = re.compile(r'\[[^\[\]\n]*\]|"[^"\n]*"')
 
 
@@ -39,12 +40,12 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
 
     Units in brackets and quoted file names may hold any.
     """
-    if line.code.isascii():
+    if not _STRANGE.search(line.code):
         return
     code = _QUOTED.sub(lambda found: " " * len(found.group()), line.code)
     told = set()
     for offset, character in enumerate(code):
-        if character.isascii() or character in _ALLOWED or _is_letter(character):
+        if not _STRANGE.match(character) or character in _ALLOWED or _is_letter(character):
             continue
         cure = _replacement(character)
         if cure not in told:

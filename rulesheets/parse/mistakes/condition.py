@@ -42,6 +42,16 @@ def _piece(condition: tuple[Word, ...]) -> tuple[Word, ...]:
     return piece
 
 
+def _next_piece(stop: Stop) -> str:
+    """What follows the stop, up to the end of this part of the condition."""
+    following = stop.words[stop.index + 1 :]
+    ends = (
+        i for i, word in enumerate(following) if word.type in ("_THEN", "_AND", "_OR") or word in (",", ")")
+    )
+    last = next(ends, len(following)) - 1
+    return stop.text(following[0], following[last]) if last >= 0 else "…"
+
+
 def _without_if(stop: Stop) -> Diagnosis | None:
     word = stop.word
     if word is None or word.type not in ("_THEN", "_ELSE") or stop.after == "=":
@@ -97,11 +107,12 @@ def _chain(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
     if not places or places[-1] + 1 == len(piece):
         return None
     middle = stop.text(piece[places[-1] + 1], piece[-1])
+    third = _next_piece(stop)
     whole = stop.text(piece[0], piece[-1])
     return stop.error(
         "E110",
         "a comparison has two sides only",
         stop.here,
         "a third one follows",
-        f"write two comparisons: {whole} and {middle} {stop.word} …",
+        f"write two comparisons: {whole} and {middle} {stop.word} {third}",
     )

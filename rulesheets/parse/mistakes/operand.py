@@ -136,7 +136,7 @@ def missing_operand(stop: Stop) -> Diagnosis | None:
         f"something is missing between `{before}` and `{word}`",
         stop.span(before, word),
         "",
-        f"write a value there, or remove the `{word}`",
+        f"write a value there, or remove the `{before if word == ')' else word}`",
     )
 
 

@@ -31,7 +31,7 @@ def _reserved(stop: Stop) -> Diagnosis | None:
             continue
         return stop.error(
             "E127",
-            f"{word} is a keyword and cannot be the name of a variable",
+            f"`{word}` is a keyword and cannot be the name of a variable",
             stop.span(word),
             "",
             f"give the variable another name, such as {word}_1",
@@ -88,7 +88,7 @@ def _comparison_as_rule(stop: Stop) -> Diagnosis | None:
         return None
     name = stop.words[0]
     limit = stop.text(stop.after, stop.words[-1]) if stop.after is not None else "5"
-    notes = ["as a condition it stands after if: if a < b then …"]
+    notes = [f"as a condition it stands after if: if {stop.text(name, stop.words[-1])} then …"]
     if stop.index == 1 and name.type == "NAME":
         notes.insert(0, f"to say where {name} may lie, write {name} {word} {limit} in the variables section")
     return stop.error(
