@@ -20,7 +20,7 @@ FLOORS = (
     ("solver.path",),
     ("solver.witness",),
     ("solver.kernel",),
-    ("solver.result", "solver.solution"),
+    ("solver.result", "solver.table", "solver.solution"),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.solving", "solver.plan"),

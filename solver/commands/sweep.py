@@ -11,7 +11,7 @@ from solver.commands.inputs import add_input_options, read_request
 from solver.commands.over import read_over
 
 if TYPE_CHECKING:
-    from solver.sweeping import Table
+    from solver.table import Table
 
 
 def add_arguments(parser: ArgumentParser) -> None:

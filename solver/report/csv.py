@@ -14,7 +14,7 @@ from solver.report.sheet import COLUMNS, output_heads, sheet_rows
 from solver.result import Result
 
 if TYPE_CHECKING:
-    from solver.sweeping import Table
+    from solver.table import Table
 
 
 def csv_rows(result: Result) -> tuple[Row, ...]:
