@@ -93,7 +93,7 @@ class _Explanation:
                     "S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
                 )
             case NoRoot(equations, unknowns, True):
-                message = f"no values of {listed(unknowns)} satisfy these rules together (proven)"
+                message = f"no values of {listed(unknowns)} satisfy these rules together{self._ranges(unknowns)}"
                 return self._error("S532", message, equations, unknowns, self._bounds(equations, unknowns))
             case NoRoot(equations, unknowns, False):
                 return self._not_found(fact)
@@ -199,6 +199,11 @@ class _Explanation:
         return (
             (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
         )
+
+    def _ranges(self, unknowns: Sequence[str]) -> str:
+        variables = [self.model.variables[name] for name in unknowns]
+        bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
+        return " within the ranges that the sheet gives them (proven)" if bounded else " (proven)"
 
     def _zeros(self, equation: int) -> tuple[str, ...]:
         assert self.leaf is not None

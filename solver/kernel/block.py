@@ -335,6 +335,8 @@ class _Attempt:
         return all(abs(v - other[n]) <= 1e-5 * max(abs(v), 0.01 * scales[n]) for n, v in one.items())
 
     def _note_best(self, point: dict[str, float]) -> None:
+        if not all(in_range(v, point[v.name]) for v in self.kernel.variables):
+            return
         try:
             size = max(abs(r) for r in self.residual(list(point.values())))
         except (ArithmeticError, ValueError):

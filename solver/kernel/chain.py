@@ -15,8 +15,8 @@ from typing import Any
 from rulesheets import nodes
 from rulesheets.construct import add, is_number, multiply, subtract, substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.model import Value
-from rulesheets.nodes import Call, Expression, Name, Number
+from rulesheets.model import Value, Variable
+from rulesheets.nodes import Call, Expression, Name, Number, Quotient
 from solver.kernel.scalar import Emitter
 from solver.path import rational
 from solver.path.graph import ModelGraph
@@ -56,7 +56,8 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     for number, step in enumerate(block.order):
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
-        alternatives.append(tuple(_through(isolation, f"#{number}")))
+        variable = graph.model.variables[step.unknown]
+        alternatives.append(tuple(_through(isolation, f"#{number}", variable)))
     residuals = tuple(_residual(graph, equation) for equation in block.residuals)
     found = []
     for combination in itertools.islice(itertools.product(*alternatives), MAX_CHAINS):
@@ -70,15 +71,16 @@ def _residual(graph: ModelGraph, equation: int) -> Assignment:
     return Assignment(f"{RESIDUAL}{equation}", subtract(body.left, body.right))
 
 
-def _through(isolation: Isolation, prefix: str) -> Iterator[tuple[Assignment, ...]]:
+def _through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
     """The ways from the start of an isolation to its unknown."""
-    unknown = isolation.unknown
-    if isolation.quadratic is not None:
+
+    def last(expression: Expression) -> Assignment:
+        ends = variable.low, variable.high, variable.low_open, variable.high_open
+        return Assignment(variable.name, expression, *ends)
+
+    if isolation.quadratic is not None or not isolation.stages:
         for form in isolation.forms():
-            yield (Assignment(unknown, form),)
-        return
-    if not isolation.stages:
-        yield (Assignment(unknown, isolation.start),)
+            yield (last(form),)
         return
     for forms in itertools.product(*(stage.forms for stage in isolation.stages)):
         steps: list[Assignment] = []
@@ -93,7 +95,7 @@ def _through(isolation: Isolation, prefix: str) -> Iterator[tuple[Assignment, ..
                 )
                 target = Name(name)
             expression = substitute(form, {TARGET.name: target})
-        yield (*steps, Assignment(unknown, expression))
+        yield (*steps, last(expression))
 
 
 def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:
@@ -139,7 +141,7 @@ class Enclosure:
         doubtful = np.zeros(low.shape, dtype=bool)
         empty = np.zeros(low.shape, dtype=bool)
         for item in self.chain.assignments:
-            lo, hi = enclose(item.expression, boxes)
+            lo, hi = _enclosed(item, boxes)
             if item.low == -inf and item.high == inf:
                 boxes[item.name] = (lo, hi)
                 empty |= np.isnan(lo)
@@ -164,6 +166,21 @@ class Enclosure:
         lo, hi = boxes[_slope_name(self.chain.residuals[0])]
         unknown = doubtful | np.isnan(lo) | np.isnan(hi)
         return np.where(unknown, -np.inf, lo), np.where(unknown, np.inf, hi)
+
+
+def _enclosed(item: Assignment, boxes: dict[str, Any]) -> Any:
+    """Bounds of an assignment. A quotient that must not be negative has a divisor of its dividend's sign."""
+    import numpy as np
+
+    from rulesheets.evaluate.enclosure import enclose
+    from rulesheets.functions.intervals import divide
+
+    if not (isinstance(item.expression, Quotient) and item.low >= 0.0):
+        return enclose(item.expression, boxes)
+    above, below = enclose(item.expression.left, boxes), enclose(item.expression.right, boxes)
+    lo = np.where((above[0] > 0) & (below[0] < 0), np.minimum(0.0, below[1]), below[0])
+    hi = np.where((above[1] < 0) & (below[1] > 0), np.maximum(0.0, below[0]), below[1])
+    return divide(*above, lo, hi)
 
 
 def _nested(chain: Chain) -> Iterator[Expression]:

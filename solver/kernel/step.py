@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
-from rulesheets.nodes import Expression, Name, Number, Symbol
+from rulesheets.nodes import Expression, Name, Quotient, Symbol
 from solver.facts import AsksNothing, Fact, NoValue, OutOfRange
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
@@ -124,7 +124,7 @@ class _Step:
         return max([1.0, *numbers]) ** 2
 
     def _divisible(self, stage: Stage, target: float) -> None:
-        if stage.divisor is None or isinstance(stage.divisor, Number):
+        if stage.divisor is None:
             return
         divisor = value(stage.divisor, {**self.values, TARGET.name: target})
         if divisor != 0.0:
@@ -132,7 +132,8 @@ class _Step:
         unknown = self.isolation.unknown
         dividend = target
         if stage.divisor == TARGET:
-            dividend = value(stage.forms[0].left, self.values)  # type: ignore[union-attr]
+            form = stage.forms[0]
+            dividend = value(form.left, self.values) if isinstance(form, Quotient) else 0.0
         if stage.operation == "power":
             dividend = target - 1.0
         if dividend == 0.0:
