@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from solver.derivation import Derivation, why
     from solver.plan import Plan, Unsolved, prepare
     from solver.result import Result, Solution, Status
     from solver.solving import solve
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from solver.table import Table
 
 _HOMES = {
+    "Derivation": "solver.derivation",
     "Plan": "solver.plan",
     "Result": "solver.result",
     "Solution": "solver.result",
@@ -26,9 +28,22 @@ _HOMES = {
     "prepare": "solver.plan",
     "solve": "solver.solving",
     "sweep": "solver.sweeping",
+    "why": "solver.derivation",
 }
 
-__all__ = ["Plan", "Result", "Solution", "Status", "Table", "Unsolved", "prepare", "solve", "sweep"]
+__all__ = [
+    "Derivation",
+    "Plan",
+    "Result",
+    "Solution",
+    "Status",
+    "Table",
+    "Unsolved",
+    "prepare",
+    "solve",
+    "sweep",
+    "why",
+]
 
 
 def __getattr__(name: str) -> object:

@@ -8,7 +8,7 @@ from enum import Enum
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
-from solver.path.steps import Path
+from solver.path.steps import Path, Step
 
 
 class Status(Enum):
@@ -56,7 +56,8 @@ class Result:
 
     ``inputs`` are the values that were given (after overrides and clearing), ``guesses`` likewise.
     ``wanted`` are the names by which the status was judged, ``undetermined`` those that stay unknown.
-    Where the status is not ``solved``, ``partial`` holds what the inputs do determine.
+    Where the status is not ``solved``, ``partial`` holds what the inputs do determine. ``origins`` are
+    the steps of the path that the values of the primary answer (or of ``partial``) came from.
     """
 
     model: Model
@@ -70,6 +71,7 @@ class Result:
     diagnoses: tuple[Diagnosis, ...]
     path: Path
     partial: Mapping[str, Value] = field(default_factory=dict)
+    origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, name: str) -> Value | None:
         """Value of the primary answer (or what is determined of it); None where it has none.

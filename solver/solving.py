@@ -67,6 +67,7 @@ def _result(
         diagnoses=explain(model, verdict, inputs, judged),
         path=_path(model, primary, inputs),
         partial=_determined(verdict, inputs),
+        origins={} if primary is None else primary.branch.origins,
     )
 
 

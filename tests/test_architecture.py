@@ -24,7 +24,7 @@ FLOORS = (
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.solving", "solver.plan"),
-    ("solver.sweeping", "solver.why"),
+    ("solver.sweeping", "solver.derivation"),
     ("solver.report",),
     ("solver.commands",),
     ("solver.cli",),

@@ -12,14 +12,16 @@ from typing import Any
 import sympy
 
 from rulesheets.algebra.convert import AS_MATHEMATICS
-from rulesheets.algebra.printing import listing
+from rulesheets.algebra.printing import condition_latex, expression_latex, listing
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Expression
 from rulesheets.source import Span
 
 __all__ = [
     "SympyEquation",
+    "condition_latex",
     "equation_to_sympy",
+    "expression_latex",
     "expression_to_sympy",
     "listing",
     "sympy_equations",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from sympy import Mul, Pow
 from sympy.printing.latex import LatexPrinter
 from sympy.printing.str import StrPrinter
 
@@ -44,6 +45,16 @@ def listing(model: Model, latex: bool = False) -> str:
     )
 
 
+def expression_latex(expression: Expression) -> str:
+    r"""An expression as it is written, in LaTeX: ``omegaAO*AO`` is ``\omega_{AO} \mathit{AO}``."""
+    return _latex(expression)
+
+
+def condition_latex(condition: Condition) -> str:
+    """A condition as it is written, in LaTeX."""
+    return _LATEX.condition(condition)
+
+
 def _place(equation: Equation) -> str:
     return f"{os.path.basename(equation.rule.file)}:{equation.rule.line}"
 
@@ -79,12 +90,29 @@ class _LatexPrinter(LatexPrinter):  # type: ignore[misc]
             return rf"\text{{{symbol.name}}}".replace("_", r"\_")
         return latex_name(symbol.name)
 
+    def _print_Mul(self, expr: Any) -> str:
+        """A product with divisors as one fraction: ``-a*b/c`` is not ``- a b \\frac{1}{c}``."""
+        below = [factor.base for factor in expr.args if _inverse(factor)]
+        above = [factor for factor in expr.args if not _inverse(factor)]
+        if not below:
+            return str(super()._print_Mul(expr))
+        negative = above.count(-1) % 2 == 1
+        numerator, denominator = (
+            self._print(Mul(*factors, evaluate=False))
+            for factors in ([factor for factor in above if factor not in (1, -1)], below)
+        )
+        return ("- " if negative else "") + rf"\frac{{{numerator}}}{{{denominator}}}"
+
     def _print_Function(self, expr: Any, exp: str | None = None) -> str:
         function = expr.func.__name__
         name = _LATEX_FUNCTIONS.get(function, rf"\operatorname{{{function}}}")
         arguments = ", ".join(self._print(argument) for argument in expr.args)
         power = "" if exp is None else f"^{{{exp}}}"
         return rf"{name}{power}\left({arguments}\right)"
+
+
+def _inverse(factor: Any) -> bool:
+    return isinstance(factor, Pow) and factor.exp == -1
 
 
 @dataclass(frozen=True)
