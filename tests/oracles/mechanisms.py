@@ -32,7 +32,7 @@ class Drawing:
     lengths: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mechanism:
     """How to draw a mechanism from its crank angle, in each of its modes.
 

@@ -1,0 +1,164 @@
+"""The mechanisms of the velocity-diagram unit against complex numbers at 50 digits, from every driver."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rulesheets
+import solver
+from rulesheets.variables import read_variable_sheet
+from tests.oracles.mechanisms import MECHANISMS, Mechanism
+
+MODELS = Path(__file__).parent.parent / "models"
+SHEETS = [
+    path
+    for mechanism in MECHANISMS
+    for path in sorted((MODELS / mechanism.model).glob("*_driven.csv"))
+    if path.stem != "crank_driven"
+]
+BY_NAME = {mechanism.model: mechanism for mechanism in MECHANISMS}
+ANGLES = [float(angle) for angle in range(-175, 180, 22)]
+RATES = (7.0, -11.0)
+"""Angular velocity and acceleration of the crank."""
+
+ENGINE_ANGLES = {-9.4: (38.922355258782, 120.2876343397), 9.4: (-120.2876343397, -38.92235525878)}
+"""Crank angles at which the piston has that velocity: 12 digits, by root finding on the closed form."""
+
+
+@cache
+def model(name: str) -> Any:
+    return rulesheets.load(MODELS / name / "model.tk")
+
+
+@cache
+def prepared(mechanism: Mechanism) -> tuple[Any, list[str]]:
+    """The plan from the crank, and what it computes."""
+    driver = [f"{rate}{mechanism.crank}" for rate in ("theta", "omega", "alpha")]
+    known = model(mechanism.model).variables
+    state = mechanism.state(ANGLES[0], *RATES, 1)
+    want = [name for name in state if name in known and name not in (*driver, *mechanism.lengths)]
+    cleared = {n: None for n, v in known.items() if v.value is not None and n not in mechanism.lengths}
+    given = {name: value for name, value in cleared.items() if name not in driver}
+    return solver.prepare(model(mechanism.model), inputs=driver, want=want, given=given), want
+
+
+def scale(exact: dict[str, Any], name: str) -> float:
+    """What is large for a quantity of this kind: an angle, or a velocity among velocities."""
+    if name.startswith("theta"):
+        return 180.0
+    kinds = ("omega", "alpha") if name.startswith(("omega", "alpha")) else ("x", "y", "v", "a", "s", "C", "B")
+    alike = [abs(float(v)) for n, v in exact.items() if n.startswith(kinds) and n[:5] == name[:5]]
+    return max(alike, default=1.0)
+
+
+def agrees(answer: dict[str, float], exact: dict[str, Any], rel: float) -> bool:
+    return all(
+        abs(value - float(exact[name])) <= rel * (abs(float(exact[name])) + 0.01 * scale(exact, name))
+        for name, value in answer.items()
+    )
+
+
+@pytest.mark.parametrize("mechanism", MECHANISMS, ids=lambda mechanism: mechanism.model)
+def test_full_turn_in_every_mode(mechanism: Mechanism) -> None:
+    plan, want = prepared(mechanism)
+    for theta in ANGLES:
+        answers = [dict(zip(want, answer, strict=True)) for answer in plan.all(theta, *RATES)]
+        assert len(answers) == len(mechanism.modes)
+        for mode in mechanism.modes:
+            exact = mechanism.state(theta, *RATES, mode)
+            assert any(agrees(answer, exact, 1e-11) for answer in answers), (theta, mode, answers)
+
+
+def drive_of(path: Path) -> tuple[Mechanism, Any]:
+    name = path.parent.name
+    sheet = read_variable_sheet(path, model(name))
+    return BY_NAME[name], solver.solve(model(name), sheet.inputs, guesses=sheet.guesses)
+
+
+@pytest.mark.parametrize("path", SHEETS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_any_driver_leads_to_states_of_the_crank(path: Path) -> None:
+    """Each answer, put back through the crank, is the same state."""
+    mechanism, result = drive_of(path)
+    assert str(result.status) == "solved"
+    for solution in result.solutions:
+        crank = [solution[f"{rate}{mechanism.crank}"] for rate in ("theta", "omega", "alpha")]
+        states = [mechanism.state(*crank, mode) for mode in mechanism.modes]
+        known = {name: value for name, value in solution.items() if name in states[0]}
+        assert any(agrees(known, state, 1e-8) for state in states), dict(solution)
+
+
+@pytest.mark.parametrize("path", SHEETS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_any_driver_finds_the_shipped_state(path: Path) -> None:
+    """One answer is near the crank-driven sheet's state, from which the driver's numbers were rounded."""
+    _, result = drive_of(path)
+    shipped = solver.solve(model(path.parent.name))
+    mechanism = BY_NAME[path.parent.name]
+    angles = [solution[f"theta{mechanism.crank}"] for solution in result.solutions]
+    assert min(abs(angle - shipped[f"theta{mechanism.crank}"]) for angle in angles) < 4.0
+
+
+@pytest.mark.parametrize(("velocity", "exact"), ENGINE_ANGLES.items())
+def test_crank_angles_for_a_piston_velocity(velocity: float, exact: tuple[float, float]) -> None:
+    result = solver.solve(model("piston_engine"), {"thetaOB": None, "vP": velocity}, want=["thetaOB"])
+    assert str(result.status) == "solved"
+    found = sorted(solution["thetaOB"] for solution in result.solutions)
+    assert found == pytest.approx(exact, rel=1e-12)
+
+
+def test_piston_velocity_of_the_drawing() -> None:
+    """The unit reads 9.4 m/s off a drawing of 1 mm : 200 mm/s, good to half a millimetre."""
+    assert abs(solver.solve(model("piston_engine"))["vP"]) == pytest.approx(9.4, abs=0.1)
+
+
+def test_angular_acceleration_does_not_change_the_velocities() -> None:
+    names = ["omegaUT", "omegaST", "xw", "yw"]
+    with_it = solver.solve(model("rigid_link_chain"), want=names)
+    without = solver.solve(model("rigid_link_chain"), {"alphaRU": None}, want=names)
+    assert str(without.status) == "solved"
+    assert [without[name] for name in names] == [with_it[name] for name in names]
+
+
+def test_time_ratio_of_the_quick_return() -> None:
+    result = solver.solve(model("whitworth_quick_return"))
+    ends = result["theta1"], result["theta2"], result["ratio"]
+    assert ends == pytest.approx((-30.0, 210.0, 2.0), rel=1e-14)
+
+
+def test_quick_return_of_a_wanted_time_ratio() -> None:
+    """OC = OB sin(90° (ratio - 1)/(ratio + 1)), which is half of OB for a ratio of 2."""
+    result = solver.solve(model("whitworth_quick_return"), {"OC": None, "ratio": 2.0}, want=["OC"])
+    assert str(result.status) == "solved"
+    assert [solution["OC"] for solution in result.solutions] == pytest.approx([0.1], rel=1e-12)
+
+
+INFEASIBLE = {
+    "four_link_chain": {"thetaPQ": None, "thetaSR": 70.0},
+    "piston_engine": {"thetaOB": None, "sP": 0.26},
+    "slotted_link": {"thetaOB": None, "thetaCD": 55.0},
+    "trunnion": {"thetaBC": None, "SC": 0.15},
+    "oscillating_cylinder": {"thetaBO": None, "OC": 0.1},
+}
+
+
+@pytest.mark.parametrize(("name", "inputs"), INFEASIBLE.items(), ids=INFEASIBLE)
+def test_beyond_the_limits_of_motion(name: str, inputs: dict[str, float | None]) -> None:
+    result = solver.solve(model(name), inputs, want=[next(iter(inputs))])
+    assert str(result.status) == "infeasible"
+
+
+SINGULAR = {
+    "piston_engine": {"thetaOB": None, "omegaOB": None, "sP": 0.25, "vP": 0.0},
+    "oscillating_cylinder": {"thetaBO": None, "omegaBO": None, "OC": 0.25, "vSlide": 0.0},
+    "trunnion": {"thetaBC": None, "omegaBC": None, "SC": 0.14, "vSlide": 0.0},
+}
+
+
+@pytest.mark.parametrize(("name", "inputs"), SINGULAR.items(), ids=SINGULAR)
+def test_dead_points_are_singular(name: str, inputs: dict[str, float | None]) -> None:
+    cleared = [key for key, value in inputs.items() if value is None]
+    result = solver.solve(model(name), inputs, want=cleared)
+    assert str(result.status) == "singular"
