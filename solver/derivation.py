@@ -1,0 +1,231 @@
+"""Why a number is what it is: the chain of rules from the inputs to it, and nothing besides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from rulesheets.diagnosis import Diagnosis
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.inputs import variable_named
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Condition, Expression, names
+from solver.path.build import activity
+from solver.path.explicit import explicit_form
+from solver.path.isolate import isolate
+from solver.path.steps import Evaluate, Select, SolveBlock, Step
+from solver.result import Result
+
+
+@dataclass(frozen=True)
+class Known:
+    """A variable with its value, in calculation units."""
+
+    name: str
+    value: Value
+
+
+@dataclass(frozen=True)
+class Guard:
+    """A condition that selected a rule: how it came out, and what it was read at.
+
+    ``assumed``: it waited on what the rule was to give, so its case was assumed, solved, and
+    found to be so.
+    """
+
+    condition: Condition
+    holds: bool
+    assumed: bool
+    read: tuple[Known, ...]
+
+
+@dataclass(frozen=True)
+class Closing:
+    """An equation of a block, with what selected it."""
+
+    equation: Equation
+    guards: tuple[Guard, ...] = ()
+
+
+@dataclass(frozen=True)
+class Direct:
+    """One unknown from one equation. ``form`` is what was computed, None where no form reproduces the value.
+
+    ``numbers`` are the values that the form reads.
+    """
+
+    found: Known
+    equation: Equation
+    form: Expression | None
+    numbers: Mapping[str, Value]
+    guards: tuple[Guard, ...] = ()
+
+
+@dataclass(frozen=True)
+class Together:
+    """A block solved as one: ``tears`` were iterated on; ``order`` follows from them, and ``closing`` holds."""
+
+    found: tuple[Known, ...]
+    tears: tuple[str, ...]
+    order: tuple[Direct, ...]
+    closing: tuple[Closing, ...]
+
+
+Link: TypeAlias = Direct | Together
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """Where the value of ``name`` comes from.
+
+    ``inputs`` are the given values that it rests on, in the order of the sheet; ``assumed`` are symbols
+    taken from the case that was solved; ``links`` are the steps in order of computation. Where there
+    is no value, ``diagnoses`` say why.
+    """
+
+    model: Model
+    name: str
+    value: Value | None
+    inputs: tuple[Known, ...] = ()
+    assumed: tuple[Known, ...] = ()
+    links: tuple[Link, ...] = ()
+    diagnoses: tuple[Diagnosis, ...] = ()
+
+
+def why(result: Result, name: str) -> Derivation:
+    """The chain of rules from the inputs to one value of the primary answer.
+
+    Only what that value needs is in it, the conditions that selected its rules included.
+    Raises RuleSheetError for a name that the model does not have.
+    """
+    variable_named(name, result.model)
+    if result[name] is None:
+        return Derivation(result.model, name, None, diagnoses=_reasons(result, name))
+    return _Tracing(result).derivation(name)
+
+
+def _reasons(result: Result, name: str) -> tuple[Diagnosis, ...]:
+    """The diagnoses that speak of a name, or all where none does."""
+    about = tuple(diagnosis for diagnosis in result.diagnoses if name in diagnosis.variables)
+    return about or result.diagnoses
+
+
+class _Tracing:
+    """Goes back from one value to everything that it rests on."""
+
+    def __init__(self, result: Result) -> None:
+        self.model, self.inputs, self.origins = result.model, result.inputs, result.origins
+        self.values: Mapping[str, Value] = result.solutions[0] if result.solutions else result.partial
+        self.place: dict[Step, int] = {}
+        for number, step in enumerate(result.path.steps):
+            self.place.setdefault(step, number)
+
+    def derivation(self, name: str) -> Derivation:
+        needed = self._ancestors(name)
+        steps = {step for n in needed if (step := self.origins.get(n)) is not None}
+        given = [n for n in self.model.variables if n in needed and n not in self.origins]
+        return Derivation(
+            self.model,
+            name,
+            self.values[name],
+            inputs=self._known(n for n in given if n in self.inputs),
+            assumed=self._known(n for n in given if n not in self.inputs),
+            links=tuple(self._link(step) for step in sorted(steps, key=self.place.__getitem__)),
+        )
+
+    def _known(self, read: Iterable[str]) -> tuple[Known, ...]:
+        return tuple(Known(name, self.values[name]) for name in read)
+
+    def _ancestors(self, name: str) -> set[str]:
+        needed: set[str] = set()
+        waiting = [name]
+        while waiting:
+            one = waiting.pop()
+            if one not in needed:
+                needed.add(one)
+                step = self.origins.get(one)
+                if step is not None:
+                    waiting.extend(n for n in self._reads(step) if n in self.values)
+        return needed
+
+    def _reads(self, step: Step) -> Iterator[str]:
+        """Variables of the equations that a step solved, and of the conditions that selected them."""
+        for equation in self._solved(step):
+            yield from equation.names
+            for premise in equation.guard:
+                yield from names(self.model.conditions[premise.condition])
+
+    def _solved(self, step: Step) -> tuple[Equation, ...]:
+        match step:
+            case Evaluate(equation=index):
+                return (self.model.equations[index],)
+            case Select(equations=indices):
+                return (self._selected([self.model.equations[index] for index in indices]),)
+            case SolveBlock(equations=indices):
+                return tuple(self.model.equations[index] for index in indices)
+            case _:
+                return ()
+
+    def _selected(self, equations: list[Equation]) -> Equation:
+        """The first that is active at the answer."""
+        conditions = {premise.condition for equation in equations for premise in equation.guard}
+        found = {index: self._outcome(index, self.values) for index in conditions}
+        decided = {index: outcome for index, outcome in found.items() if outcome is not None}
+        return next((e for e in equations if activity(e, decided)), equations[0])
+
+    def _outcome(self, condition: int, values: Mapping[str, Value]) -> bool | None:
+        """How a condition comes out at ``values``, None where they do not settle it."""
+        try:
+            return holds(self.model.conditions[condition], values, self.inputs)
+        except KeyError:
+            return None
+        except Undefined:
+            return False
+
+    # --- links ---
+
+    def _link(self, step: Step) -> Link:
+        if isinstance(step, SolveBlock):
+            return self._together(step)
+        assert isinstance(step, Evaluate | Select)
+        (equation,) = self._solved(step)
+        return self._direct(equation, step.unknown, self._guards(equation, step))
+
+    def _together(self, block: SolveBlock) -> Together:
+        equations = self.model.equations
+        order = tuple(
+            self._direct(equation, inner.unknown, self._guards(equation, block))
+            for inner in block.order
+            for equation in (equations[inner.equation],)
+        )
+        closing = tuple(
+            Closing(equations[index], self._guards(equations[index], block))
+            for index in (block.residuals if block.order else block.equations)
+        )
+        return Together(self._known(block.unknowns), block.tears or block.unknowns, order, closing)
+
+    def _direct(self, equation: Equation, unknown: str, guards: tuple[Guard, ...]) -> Direct:
+        isolation = isolate(equation.left, equation.right, unknown)
+        form = None if isolation is None else explicit_form(isolation, self._at(equation.names))
+        numbers = {} if form is None else self._at(names(form))
+        return Direct(Known(unknown, self.values[unknown]), equation, form, numbers, guards)
+
+    def _at(self, read: Iterable[str]) -> dict[str, Value]:
+        return {name: self.values[name] for name in read}
+
+    def _guards(self, equation: Equation, step: Step) -> tuple[Guard, ...]:
+        return tuple(
+            self._guard(premise.condition, premise.holds, self.place[step]) for premise in equation.guard
+        )
+
+    def _guard(self, index: int, outcome: bool, place: int) -> Guard:
+        condition = self.model.conditions[index]
+        read = self._known(n for n in dict.fromkeys(names(condition)) if n in self.values)
+        before = {known.name: known.value for known in read if self._place_of(known.name) < place}
+        return Guard(condition, outcome, self._outcome(index, before) is None, read)
+
+    def _place_of(self, name: str) -> int:
+        """The place on the path of the step that gave a value, -1 for what was known from the start."""
+        step = self.origins.get(name)
+        return -1 if step is None else self.place[step]

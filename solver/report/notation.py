@@ -1,0 +1,123 @@
+"""Mathematics as text or as LaTeX: the same expression with names, with numbers, and its value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from rulesheets.format import format_condition, format_expression
+from rulesheets.model import Equation, Value
+from rulesheets.nodes import (
+    Condition,
+    Expression,
+    Name,
+    Negative,
+    Not,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+    children,
+    names,
+    rebuilt,
+)
+from solver.report.numbers import DIGITS, readable
+
+
+class Notation(Protocol):
+    """How mathematics is written."""
+
+    def expression(self, node: Expression) -> str: ...
+
+    def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
+        """The expression with numbers for its names."""
+
+    def value(self, value: Value) -> str: ...
+
+    def condition(self, node: Condition, holds: bool) -> str:
+        """The condition, or that it does not hold."""
+
+
+class Plain:
+    """As in a rule sheet, numbers below zero in parentheses wherever a sign would precede them."""
+
+    def expression(self, node: Expression) -> str:
+        return format_expression(_filled(node, {}, first=True))
+
+    def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
+        return format_expression(_filled(node, values, first=True))
+
+    def value(self, value: Value) -> str:
+        return readable(value)
+
+    def condition(self, node: Condition, holds: bool) -> str:
+        return format_condition(node if holds else Not(node))
+
+
+class Tex:
+    """LaTeX for mathematics mode."""
+
+    def expression(self, node: Expression) -> str:
+        from rulesheets.algebra import expression_latex
+
+        return expression_latex(node)
+
+    def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
+        from rulesheets.construct import substitute
+
+        return self.expression(substitute(node, {name: _rounded(values[name]) for name in names(node)}))
+
+    def value(self, value: Value) -> str:
+        return self.expression(_rounded(value))
+
+    def condition(self, node: Condition, holds: bool) -> str:
+        from rulesheets.algebra import condition_latex
+
+        return condition_latex(node if holds else Not(node))
+
+
+def equation(notation: Notation, equation: Equation) -> str:
+    """``left = right``."""
+    return f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
+
+
+def _rounded(value: Value) -> Expression:
+    """A value as a person reads it."""
+    return Symbol(value) if isinstance(value, str) else Number(float(f"{value:.{DIGITS}g}") + 0.0)
+
+
+def _filled(node: Expression, values: Mapping[str, Value], first: bool) -> Expression:
+    """Names with a value replaced by it, and ``x + -1`` by ``x - 1``.
+
+    ``first``: nothing stands to the left of the node, so that a sign needs no parentheses.
+    """
+    if isinstance(node, Name) and node.name in values:
+        text = readable(values[node.name])
+        return Name(f"({text})" if text.startswith("-") and not first else text)
+    parts = children(node)
+    places = _first_places(node, first, len(parts))
+    if isinstance(node, Sum):
+        parts = (parts[0], *map(_subtracted, node.terms[1:]))
+    return rebuilt(
+        node,
+        tuple(_filled(part, values, place) for part, place in zip(parts, places, strict=True)),  # type: ignore[arg-type]
+    )
+
+
+def _subtracted(term: Expression) -> Expression:
+    """A negative number as one that is subtracted."""
+    return Negative(Number(-term.value)) if isinstance(term, Number) and term.value < 0 else term
+
+
+def _first_places(node: Expression, first: bool, count: int) -> tuple[bool, ...]:
+    match node:
+        case Sum():  # anything but the first term of another sum stands in parentheses
+            return (True, *(False,) * (count - 1))
+        case Product() | Quotient():
+            return (first, *(False,) * (count - 1))
+        case Power() | Negative():
+            return (False,) * count
+        case _:
+            return (True,) * count

@@ -1,0 +1,75 @@
+"""What the three forms of a derivation have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from rulesheets.model import Equation
+from rulesheets.nodes import Name
+from rulesheets.spelling import plural
+from solver.derivation import Derivation, Direct, Guard, Known, Together
+from solver.report.notation import Notation, Plain
+from solver.report.places import Places, rule_text
+
+
+class Page:
+    """What the three forms have in common: one derivation, one notation."""
+
+    def __init__(self, derivation: Derivation, notation: Notation) -> None:
+        self.derivation, self.notation = derivation, notation
+        self.model = derivation.model
+        self.places = Places(derivation.model)
+
+    def head(self, code: str = "") -> str:
+        """``vB = -41.46, from 7 inputs by 12 of 38 rules``, or that there is no value."""
+        name, value = self.derivation.name, self.derivation.value
+        if value is None:
+            return f"{code}{name}{code} has no value"
+        whole = f"{code}{name} = {Plain().value(value)}{self.unit(name)}{code}"
+        if any(known.name == name for known in self.derivation.inputs):
+            return f"{whole} is an input"
+        if any(known.name == name for known in self.derivation.assumed):
+            return f"{whole} is what its case says"
+        inputs = plural(len(self.derivation.inputs), "input")
+        rules = f"{self._used()} of {plural(len(self.model.equations), 'rule')}"
+        return f"{whole}, from {inputs} by {rules}"
+
+    def _used(self) -> int:
+        return sum(1 if isinstance(link, Direct) else len(link.found) for link in self.derivation.links)
+
+    def unit(self, name: str) -> str:
+        unit = self.model.variables[name].unit
+        return f" {unit}" if unit else ""
+
+    def name(self, name: str) -> str:
+        return self.notation.expression(Name(name))
+
+    def known(self, known: Known) -> str:
+        """``AO = 3 mm``."""
+        return f"{known.name} = {Plain().value(known.value)}{self.unit(known.name)}"
+
+    def chain(self, link: Direct) -> tuple[str, ...]:
+        """What equals the unknown: its form, the form with numbers, its value; each said once."""
+        value = self.notation.value(link.found.value)
+        if link.form is None:
+            return (value,)
+        form = self.notation.expression(link.form)
+        filled = self.notation.filled(link.form, link.numbers)
+        return tuple(dict.fromkeys((form, filled, value)))
+
+    def rule(self, equation: Equation) -> tuple[str, str]:
+        return self.places.of(equation), rule_text(equation.rule)
+
+    def guards(self, guards: Iterable[Guard]) -> Iterator[tuple[str, str, str]]:
+        """Each condition as a word on how it came in, what it says, and the values that it was read at."""
+        for guard in guards:
+            word = "assuming" if guard.assumed else "because"
+            read = ", ".join(f"{known.name} = {Plain().value(known.value)}" for known in guard.read)
+            said = read == Plain().condition(guard.condition, guard.holds)
+            yield word, self.notation.condition(guard.condition, guard.holds), "" if said else read
+
+
+def iterated(link: Together) -> tuple[Known, ...]:
+    """The unknowns of a block that follow from no other: what the iteration gave."""
+    explicit = {inner.found.name for inner in link.order}
+    return tuple(known for known in link.found if known.name not in explicit)
