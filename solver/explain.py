@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import assert_never
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.evaluate.number import number_text
@@ -93,9 +94,11 @@ class _Explanation:
                     "S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
                 )
             case NoRoot(equations, unknowns, True):
-                message = f"no values of {listed(unknowns)} satisfy these rules together{self._ranges(unknowns)}"
+                message = (
+                    f"no values of {listed(unknowns)} satisfy these rules together{self._ranges(unknowns)}"
+                )
                 return self._error("S532", message, equations, unknowns, self._bounds(equations, unknowns))
-            case NoRoot(equations, unknowns, False):
+            case NoRoot():
                 return self._not_found(fact)
             case AsksNothing(equation, unknown):
                 free = dict.fromkeys((unknown, *(self.leaf.missing if self.leaf else ())))
@@ -120,10 +123,14 @@ class _Explanation:
                 return self._error("S520", "these rules contradict each other", equations, (), note)
             case Truncated(what):
                 return self._note("S590", f"there are too many {what} to list them all", ())
+            case _:
+                assert_never(fact)
 
     def _rank(self, fact: RankLoss) -> Diagnosis:
         if fact.everywhere:
-            message = f"these rules say the same thing twice: {listed(fact.free)} stay unknown"
+            message = f"these rules do not tell {listed(fact.free)}: they say the same thing twice"
+            if len(fact.equations) == 1:
+                message = f"{listed(fact.free)} can take many values here, and this rule still holds"
             code = "S511"
         else:
             message = f"at these values the rules leave {listed(fact.free)} free"

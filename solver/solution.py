@@ -9,13 +9,14 @@ from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
 from solver.facts import AsksNothing, Conflict, Fact, RankLoss, Truncated
-from solver.kernel.block import BlockKernel, solve_block
+from solver.kernel.block import BlockKernel
+from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
 from solver.path.build import Planner, activity
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.witness import testify
 
-MAX_LEAVES = 1024
+MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
 MAX_CASES = 200
 
@@ -33,7 +34,6 @@ class Branch:
     blank: set[str] = field(default_factory=set)
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
-    free: tuple[str, ...] = ()
 
     def fork(self) -> Branch:
         return replace(
@@ -146,7 +146,7 @@ class _Explorer:
     def _explore(self, branch: Branch) -> None:
         """Plan from what is known, follow, and plan again where an outcome asks for it."""
         while True:
-            if len(self.leaves) + len(self.dead) >= MAX_LEAVES:
+            if self._full():
                 self._truncate(branch, "answers")
                 return
             known = frozenset(branch.values)
@@ -206,20 +206,35 @@ class _Explorer:
             else:
                 self._blank(branch, (unknown,), outcome.fact)
             return True
-        if len(outcome.values) == 1:
-            self._learn(branch, step, {unknown: outcome.values[0]})
-            return None
-        return self._forks(branch, step, [{unknown: v} for v in outcome.values], rest)
+        facts = [() if outcome.double is None else (outcome.double,)] * len(outcome.values)
+        return self._forks(branch, step, [{unknown: v} for v in outcome.values], facts, rest)
 
     def _forks(
-        self, branch: Branch, step: Step, found: Sequence[Mapping[str, Value]], rest: Sequence[Step]
-    ) -> bool:
-        for values in found:
+        self,
+        branch: Branch,
+        step: Step,
+        found: Sequence[Mapping[str, Value]],
+        facts: Sequence[tuple[Fact, ...]],
+        rest: Sequence[Step],
+    ) -> bool | None:
+        """Go on with the one value there is (None), or send a fork on its way with each (False)."""
+        if len(found) == 1:
+            branch.facts = (*branch.facts, *facts[0])
+            self._learn(branch, step, found[0])
+            return None
+        for values, known in zip(found, facts, strict=True):
+            if self._full():
+                self._truncate(branch, "answers")
+                break
             fork = branch.fork()
+            fork.facts = (*fork.facts, *known)
             self._learn(fork, step, values)
             if self._follow(fork, rest):
                 self._explore(fork)
         return False
+
+    def _full(self) -> bool:
+        return len(self.leaves) + len(self.dead) + len(self.adrift) >= MAX_LEAVES
 
     def _select(self, branch: Branch, step: Select, rest: Sequence[Step]) -> bool | None:
         equations = self.model.equations
@@ -242,23 +257,18 @@ class _Explorer:
         return False
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Sequence[Step]) -> bool | None:
-        kernel = self._kernel(step)
-        outcome = solve_block(kernel, branch.values, self.guesses)
+        outcome = solve_block(self._kernel(step), branch.values, self.guesses)
         self.complete = self.complete and outcome.complete
-        branch.facts = (*branch.facts, *outcome.facts)
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
             branch.void.update(dict.fromkeys(step.equations, lost))
-            branch.free = (*branch.free, *outcome.free)
-            self._learn(branch, step, outcome.solutions[0])
+            self._learn(branch, step, outcome.answers[0].values)
             return True
-        if not outcome.solutions:
+        if not outcome.answers:
             self._blank(branch, step.unknowns, outcome.facts[-1])
             return True
-        if len(outcome.solutions) == 1:
-            self._learn(branch, step, outcome.solutions[0])
-            return None
-        return self._forks(branch, step, outcome.solutions, rest)
+        facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
+        return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
         """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""

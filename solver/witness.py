@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation, Value
-from rulesheets.nodes import Expression, Name, Symbol
+from rulesheets.nodes import Expression, Name, Sum, Symbol
 
 BACKWARD = 64 * 2.0**-52
 
@@ -42,14 +42,42 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     miss = a - b
     if miss == 0.0:
         return Testimony(True, miss)
-    for name, slope in others.items():
-        slopes[name] = slopes.get(name, 0.0) - slope
-    size = sum(abs(slope * values[name]) for name, slope in slopes.items() if values[name])  # type: ignore[operator]
-    if math.isfinite(size):
-        scaled = abs(miss) / size if size else math.inf
+    total = _size(slopes, others, values)
+    if math.isfinite(total):
+        scaled = abs(miss) / total if total else math.inf
         return Testimony(scaled <= BACKWARD, miss, scaled)
     reached = _crosses(equation, values, miss)
     return Testimony(reached, miss, 0.0 if reached else math.inf)
+
+
+def size(equation: Equation, values: Mapping[str, Value]) -> float:
+    """Σ|∂F/∂v · v| over the variables of an equation; infinite where a slope has no value."""
+    try:
+        slopes = derivatives(equation.left, values)[1], derivatives(equation.right, values)[1]
+    except Undefined:
+        return math.inf
+    total = _size(*slopes, values)
+    return total if math.isfinite(total) else math.inf
+
+
+def gross(equation: Equation, values: Mapping[str, Value]) -> float:
+    """How large the terms of an equation are before they cancel: what its rounding errors go by."""
+    terms = [
+        part
+        for side in (equation.left, equation.right)
+        for part in (side.terms if isinstance(side, Sum) else (side,))
+    ]
+    try:
+        return sum(abs(value(term, values)) for term in terms)
+    except Undefined:
+        return math.inf
+
+
+def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:
+    slopes = dict(left)
+    for name, slope in right.items():
+        slopes[name] = slopes.get(name, 0.0) - slope
+    return sum(abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
 
 
 def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:

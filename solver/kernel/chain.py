@@ -13,7 +13,7 @@ from math import inf
 from typing import Any
 
 from rulesheets import nodes
-from rulesheets.construct import add, is_number, multiply, subtract, substitute
+from rulesheets.construct import add, is_number, multiply, substitute, subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient
@@ -135,8 +135,6 @@ class Enclosure:
         """Boxes of every name, where some value may leave its domain, and where it must."""
         import numpy as np
 
-        from rulesheets.evaluate.enclosure import enclose
-
         boxes: dict[str, Any] = {**self.constants, self.chain.tears[0]: (low, high)}
         doubtful = np.zeros(low.shape, dtype=bool)
         empty = np.zeros(low.shape, dtype=bool)
@@ -210,7 +208,7 @@ def _slopes(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
             used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
             if not used:
                 continue
-            if _jumps(item.expression):
+            if jumps(item.expression):
                 return None
             terms = tuple(multiply(differentiate(item.expression, name), moving[name]) for name in used)
             slope = _slope_name(item.name)
@@ -223,7 +221,8 @@ def _slopes(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
     return tuple(found)
 
 
-def _jumps(expression: Expression) -> bool:
+def jumps(expression: Expression) -> bool:
+    """Whether an expression holds an operation that is not continuous."""
     stack: list[Any] = [expression]
     while stack:
         node = stack.pop()

@@ -10,7 +10,7 @@ from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression, Name, Quotient, Symbol
-from solver.facts import AsksNothing, Fact, NoValue, OutOfRange
+from solver.facts import AsksNothing, DoubleRoot, Fact, NoValue, OutOfRange
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.witness import testify
@@ -20,11 +20,12 @@ MAX_TURNS = 2_000
 
 @dataclass(frozen=True, slots=True)
 class StepOutcome:
-    """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular."""
+    """``values``: the preimages, principal first (``double``: two of them coincide); ``fact`` says why there is none."""
 
     values: tuple[Value, ...] = ()
     fact: Fact | None = None
     complete: bool = True
+    double: DoubleRoot | None = None
 
 
 def solve_step(
@@ -226,13 +227,23 @@ class _Step:
             elif self._holds(number) and not any(_same(number, other) for other in kept):
                 kept.append(number)
         if kept:
-            return StepOutcome(tuple(kept), complete=self.complete and not lost)
+            double = self._double(kept[0]) if len(kept) == 1 < self.isolation.branches else None
+            return StepOutcome(tuple(kept), complete=self.complete and not lost, double=double)
         unknown = self.isolation.unknown
         if outside is not None:
             return StepOutcome(fact=OutOfRange(self.index, unknown, outside))
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
         reading = f"{last} to come out otherwise"
         return StepOutcome(fact=NoValue(self.index, unknown, reading))
+
+    def _double(self, number: float) -> DoubleRoot | None:
+        """Where two preimages coincide, the equation does not change to first order. (A kink does.)"""
+        if any(stage.operation == "abs" for stage in self.isolation.stages):
+            return None
+        unknown = self.isolation.unknown
+        return (
+            DoubleRoot((self.index,), (unknown,), {unknown: 1.0}) if self._slope(number)[1] == 0.0 else None
+        )
 
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):

@@ -7,7 +7,7 @@ from typing import Any
 
 from rulesheets import nodes
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Call, Name, Negative, Number, Sum
+from rulesheets.nodes import Call, Name, Negative, Number, Product, Sum
 from solver.path.isolate import Isolation, isolate
 
 TURN = {
@@ -108,13 +108,28 @@ def _angle_sum(side: nodes.Expression) -> bool:
             return False
 
 
+def _whole_turns(argument: nodes.Expression) -> bool:
+    """Whole multiples of angles added up: a turn of any of them is a whole number of turns."""
+    match argument:
+        case Name() | Number():
+            return True
+        case Negative(operand):
+            return _whole_turns(operand)
+        case Product(Number(factor), Name()) | Product(Name(), Number(factor)):
+            return factor == round(factor)
+        case Sum(terms):
+            return all(map(_whole_turns, terms))
+        case _:
+            return False
+
+
 def _collect(side: nodes.Expression, turns: dict[str, float | None], plain: set[str]) -> None:
     stack: list[nodes.Expression] = [side]
     while stack:
         node = stack.pop()
         if isinstance(node, Name):
             plain.add(node.name)
-        elif isinstance(node, Call) and node.function in TURN and _angle_sum(node.arguments[0]):
+        elif isinstance(node, Call) and node.function in TURN and _whole_turns(node.arguments[0]):
             for name in nodes.names(node.arguments[0]):
                 turn = TURN[node.function]
                 if turns.setdefault(name, turn) != turn:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import inf
 
 from rulesheets import nodes
-from rulesheets.construct import add, call, divide, multiply, negative, power, subtract, substitute
+from rulesheets.construct import add, call, divide, multiply, negative, power, substitute, subtract
 from rulesheets.functions import TABLE
 from rulesheets.nodes import (
     Call,

@@ -1,0 +1,119 @@
+"""From candidates to answers: refined on the whole block, witnessed, distinct."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from solver.facts import DoubleRoot, Fact, OutOfRange
+from solver.kernel.question import Question
+from solver.numerics.newton import newton
+from solver.numerics.outcome import Outcome
+from solver.witness import BACKWARD, gross, size
+
+EPSILON = 2.0**-52
+
+VAGUE = 1e-4
+"""An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
+BLUR = 3e-3
+"""How far rounding spreads a multiple root, relative to its size (multiplicity 6 at most)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Values of the unknowns of a block; ``double`` where the answer is not a simple root."""
+
+    values: Mapping[str, float]
+    double: DoubleRoot | None = None
+
+
+class Candidates:
+    """The distinct answers found so far, and the nearest miss."""
+
+    def __init__(self, question: Question) -> None:
+        self.question = question
+        self.answers: list[Answer] = []
+        self.outside: Fact | None = None
+        self.miss = math.inf
+        self.nearest: dict[str, float] = {}
+
+    def refine(self, start: Sequence[float]) -> None:
+        """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
+        question = self.question
+        result = newton(question.residual, question.jacobian, start)
+        trials = [result.x, tuple(start)] if result.outcome.found else [tuple(start)]
+        for x in trials:
+            point = question.named(x)
+            self.note(point)
+            if question.holds(point):
+                self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
+                return
+
+    def keep(self, point: dict[str, float], singular: bool = False) -> None:
+        point = self.question.wrapped(point)
+        name = self.question.outside(point)
+        if name is not None:
+            self.outside = OutOfRange(self.question.equations[0], name, point[name])
+            return
+        blur = self._blur(point)
+        if any(self._same(point, answer.values, blur) for answer in self.answers):
+            return
+        scales = self.question.scale()
+        vague = any(
+            error > VAGUE * max(abs(v), scale)
+            for v, error, scale in zip(point.values(), blur, scales, strict=True)
+        )
+        self.answers.append(Answer(point, self._double(point) if singular or vague else None))
+
+    def note(self, point: dict[str, float]) -> None:
+        """Remember the nearest miss inside the ranges."""
+        size = self.question.size_of_residual(point)
+        if size < self.miss and self.question.outside(point) is None:
+            self.miss, self.nearest = size, point
+
+    def _same(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
+        """Equal to nine digits; or nearer than what rounding leaves open; or joined by points that hold."""
+        if _near(one, other, 1e-9, [0.0] * len(one)):
+            return True
+        if not _near(one, other, BLUR, self.question.scale()):
+            return False
+        if all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True)):
+            return True
+        return all(
+            self.question.holds({n: v + share * (other[n] - v) for n, v in one.items()})
+            for share in (0.25, 0.5, 0.75)
+        )
+
+    def _blur(self, point: Mapping[str, float]) -> list[float]:
+        """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""
+        import numpy as np
+
+        everything = {**self.question.values, **point}
+        tolerance = [
+            max(BACKWARD * size(equation, everything), EPSILON * gross(equation, everything))
+            for equation in self.question.kernel.equations
+        ]
+        try:
+            inverse = np.linalg.inv(np.asarray(self.question.jacobian(list(point.values())), dtype=float))
+        except (np.linalg.LinAlgError, ArithmeticError, ValueError):
+            return [math.inf] * len(point)
+        errors: list[float] = (np.abs(inverse) @ np.array(tolerance)).tolist()
+        return [error if math.isfinite(error) else math.inf for error in errors]
+
+    def _double(self, point: dict[str, float]) -> DoubleRoot:
+        from solver.numerics.nullspace import null_direction
+
+        numbers = list(point.values())
+        direction = null_direction(self.question.jacobian(numbers), numbers)
+        moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
+        return DoubleRoot(self.question.equations, tuple(moving), moving)
+
+
+def _near(
+    one: Mapping[str, float], other: Mapping[str, float], tolerance: float, scales: Sequence[float]
+) -> bool:
+    return all(
+        abs(v - other[n]) <= tolerance * max(abs(v), abs(other[n]), 0.01 * scale)
+        for (n, v), scale in zip(one.items(), scales, strict=True)
+    )

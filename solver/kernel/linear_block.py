@@ -1,0 +1,75 @@
+"""Linear blocks: decided by elimination, not iterated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from solver.facts import Conflict
+from solver.kernel.candidates import Answer
+from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
+from solver.kernel.outcome import BlockOutcome
+from solver.kernel.question import Question
+from solver.numerics.linear import solve_linear
+from solver.numerics.newton import newton
+
+
+def solve_linear_block(question: Question) -> BlockOutcome | None:
+    """The outcome of a block that is linear in its unknowns; None where numbers are not finite."""
+    zero = [0.0] * len(question.unknowns)
+    try:
+        rhs = [-r for r in question.residual(zero)]
+        matrix = question.jacobian(zero)
+    except (ArithmeticError, ValueError):
+        return None
+    if not all(math.isfinite(v) for row in (*matrix, rhs) for v in row):
+        return None
+    facts = solve_linear(matrix, rhs)
+    if facts.conflict:
+        rows = tuple(question.equations[i] for i in facts.conflict)
+        conflict = BlockOutcome(complete=True, facts=(Conflict(rows, facts.miss, dict(question.values)),))
+        return _dependent(question, matrix, rhs) or conflict
+    assert facts.solution is not None
+    point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
+    if facts.free:
+        direction = dict(zip(question.unknowns, facts.nullspace[0], strict=True))
+        free = tuple(question.unknowns[j] for j in facts.free)
+        return _free(question, point, direction, free)
+    if len(point) < len(question.unknowns):
+        return None
+    return _regular(question, point) or _dependent(question, matrix, rhs)
+
+
+def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None:
+    refined = newton(question.residual, question.jacobian, list(point.values()))
+    better = question.named(refined.x)
+    for trial in (better, point):
+        if not question.holds(trial):
+            continue
+        trial = question.wrapped(trial)
+        outside = question.outside(trial)
+        if outside is not None:
+            return BlockOutcome.out_of_range(question.equations, outside, trial[outside])
+        return BlockOutcome((Answer(trial),), complete=True)
+    return None
+
+
+def _dependent(
+    question: Question, matrix: Sequence[Sequence[float]], rhs: Sequence[float]
+) -> BlockOutcome | None:
+    """Equations that repeat one another but for rounding: two points far apart satisfy them all."""
+    found = null_by_rounding(matrix, rhs)
+    if found is None:
+        return None
+    point, direction = question.named(found[0]), question.named(found[1])
+    if not (question.holds(point) and question.holds(far_along(point, direction))):
+        return None
+    free = tuple(name for name, slope in direction.items() if abs(slope) > 1e-9)
+    return _free(question, {n: v for n, v in point.items() if n not in free}, direction, free)
+
+
+def _free(
+    question: Question, point: dict[str, float], direction: dict[str, float], free: tuple[str, ...]
+) -> BlockOutcome:
+    fact = rank_loss(question, point, direction)
+    return BlockOutcome((Answer(point),), complete=True, facts=(fact,), free=free)

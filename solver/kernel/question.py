@@ -1,0 +1,97 @@
+"""A block at given numbers: its residual, the ranges and sizes of its unknowns, and what holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from rulesheets.model import Value
+from solver.kernel.block import BlockKernel
+from solver.kernel.step import in_range
+from solver.witness import testify
+
+
+class Question:
+    """What is asked of a block. Points are lists of numbers in the order of ``unknowns``."""
+
+    def __init__(
+        self, kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]
+    ) -> None:
+        self.kernel, self.values, self.guesses = kernel, values, guesses
+        self.unknowns = kernel.unknowns
+        self.graph = kernel.graph
+        self.variables = kernel.variables
+        self.equations = kernel.block.equations
+        self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
+        self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
+        self.residual = kernel.residual(self.known)
+        self.jacobian = kernel.jacobian(self.known)
+
+    def named(self, x: Sequence[float]) -> dict[str, float]:
+        return dict(zip(self.unknowns, map(float, x), strict=True))
+
+    def holds(self, point: Mapping[str, float]) -> bool:
+        """Whether the witness accepts every equation of the block at the point."""
+        if not all(math.isfinite(v) for v in point.values()):
+            return False
+        everything = {**self.values, **point}
+        return all(testify(equation, everything).holds for equation in self.kernel.equations)
+
+    def outside(self, point: Mapping[str, float]) -> str | None:
+        """The first unknown that leaves its declared range."""
+        return next((v.name for v in self.variables if not in_range(v, point[v.name])), None)
+
+    def size_of_residual(self, point: Mapping[str, float]) -> float:
+        try:
+            return max(abs(r) for r in self.residual(list(point.values())))
+        except (ArithmeticError, ValueError):
+            return math.inf
+
+    def turn(self, name: str) -> float | None:
+        return self.graph.turn(name)
+
+    def domain(self, name: str) -> tuple[float, float]:
+        """Where to search: the declared range, and of an angle no more than one turn."""
+        variable, turn = self.graph.model.variables[name], self.turn(name)
+        low, high = variable.low, variable.high
+        if turn is None or (low > -math.inf and high < math.inf):
+            return low, high
+        if low > -math.inf:
+            return low, low + turn
+        return (high - turn, high) if high < math.inf else (-turn / 2, turn / 2)
+
+    def wrapped(self, point: Mapping[str, float]) -> dict[str, float]:
+        """Angles without a declared range in (-180, 180], where the rules allow it."""
+        moved = {name: self._wrapped(name, number) for name, number in point.items()}
+        return moved if moved != point and self.holds(moved) else dict(point)
+
+    def _wrapped(self, name: str, number: float) -> float:
+        turn, variable = self.turn(name), self.graph.model.variables[name]
+        if turn is None or variable.low > -math.inf or variable.high < math.inf:
+            return number
+        if -turn / 2 < number <= turn / 2:
+            return number
+        wrapped = math.remainder(number, turn)
+        return turn / 2 if wrapped == -turn / 2 else wrapped
+
+    def guess(self) -> list[float]:
+        return [self.guesses.get(name, 1.0) for name in self.unknowns]
+
+    def scale(self) -> list[float]:
+        """Typical size of the unknowns: that of the guess, else of the numbers around them."""
+        sizes = sorted(abs(v) for v in self.known if v)
+        around = sizes[len(sizes) // 2] if sizes else 1.0
+        return [
+            turn / 4 if (turn := self.turn(name)) else abs(self.guesses.get(name, 0.0)) or around
+            for name in self.unknowns
+        ]
+
+    def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
+        """Sort key: nearest to the guesses; else angles by size, other numbers positive first."""
+        guessed = [name for name in self.unknowns if name in self.guesses]
+        if guessed:
+            return (sum((point[name] - self.guesses[name]) ** 2 for name in guessed),)
+        first = next((name for name in self.kernel.block.tears), self.unknowns[0])
+        number = point[first]
+        behind = float(number < 0)
+        return (abs(number), behind) if self.turn(first) else (behind, abs(number))

@@ -1,0 +1,80 @@
+"""A simultaneous block at given numbers: every answer that can be found, and whether that is all.
+
+The ways are tried in this order: elimination where the block is linear; the whole range of the tear
+where there is one; Newton from many starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rulesheets.model import Value
+from solver.facts import NoRoot
+from solver.kernel.block import BlockKernel
+from solver.kernel.candidates import Candidates
+from solver.kernel.linear_block import solve_linear_block
+from solver.kernel.outcome import BlockOutcome
+from solver.kernel.question import Question
+from solver.kernel.tear_search import TearSearch
+from solver.numerics.newton import NewtonLimits
+
+STARTS = 32
+FEW_STARTS = 8
+START_LIMITS = NewtonLimits(iterations=50, escapes=2)
+MAX_ANSWERS = 64
+
+
+def solve_block(
+    kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]
+) -> BlockOutcome:
+    """All answers of the block that can be found at the known ``values``."""
+    question = Question(kernel, values, guesses)
+    block = kernel.block
+    if question.symbolic:
+        return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
+    linear = solve_linear_block(question) if kernel.linear else None
+    if linear is not None:
+        return linear
+    candidates = Candidates(question)
+    complete = False
+    if len(block.tears) == 1:
+        search = TearSearch(question, candidates)
+        if (freedom := search.freedom()) is not None:
+            return freedom
+        complete = search.run()
+        if not candidates.answers and (freedom := search.flat_stretch()) is not None:
+            return freedom
+    if not complete:
+        _from_starts(question, candidates)
+    return _outcome(question, candidates, complete)
+
+
+def _from_starts(question: Question, candidates: Candidates) -> None:
+    from solver.numerics.multistart import multistart
+
+    found = multistart(
+        question.residual,
+        question.jacobian,
+        question.guess(),
+        [question.domain(name) for name in question.unknowns],
+        question.scale(),
+        FEW_STARTS if candidates.answers else STARTS,
+        limits=START_LIMITS,
+    )
+    for root in found.roots:
+        candidates.refine(root.x)
+    if found.best is not None:
+        candidates.note(question.named(found.best.x))
+
+
+def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
+    block = question.kernel.block
+    answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
+    if answers:
+        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), complete and len(answers) <= MAX_ANSWERS)
+    if candidates.outside is not None:
+        return BlockOutcome(complete=complete, facts=(candidates.outside,))
+    best = candidates.nearest
+    misses = tuple(question.residual(list(best.values()))) if best else ()
+    fact = NoRoot(block.equations, block.unknowns, complete, best, misses)
+    return BlockOutcome(complete=complete, facts=(fact,))

@@ -1,0 +1,116 @@
+"""A block with one tear: the residual as a function of the tear, searched over its whole range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from rulesheets.evaluate import value
+from rulesheets.model import Value
+from solver.kernel.candidates import Answer, Candidates
+from solver.kernel.chain import Enclosure
+from solver.kernel.freedom import rank_loss
+from solver.kernel.outcome import BlockOutcome
+from solver.kernel.question import Question
+from solver.path import rational
+
+SEARCH_BOXES = 40_000
+SEARCH_ALIVE = 4_000
+HIGHEST_DEGREE = 12
+SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
+MIN_SAMPLES = 3
+
+
+class TearSearch:
+    def __init__(self, question: Question, candidates: Candidates) -> None:
+        self.question, self.candidates = question, candidates
+        self.kernel = question.kernel
+        self.tear = self.kernel.block.tears[0]
+        self.flat: list[tuple[int, float, float]] = []
+
+    def run(self) -> bool:
+        """Find the roots along every chain. True where they are proven to be all."""
+        from solver.numerics.isolation import IsolationLimits, isolate_roots
+
+        limits = IsolationLimits(boxes=SEARCH_BOXES, alive=SEARCH_ALIVE)
+        low, high = self._within(*self.question.domain(self.tear))
+        complete = True
+        for place, chain in enumerate(self.kernel.chains()):
+            enclosure = Enclosure(chain, self._constants())
+            smooth = enclosure.slopes is not None
+            search = isolate_roots(
+                enclosure, enclosure.slope if smooth else None, self._residual(place), low, high, limits
+            )
+            complete = complete and search.complete and (smooth or not search.roots)
+            for root in (*search.roots, *(x for x, _ in search.touching)):
+                self._candidate(place, root)
+            self.flat += [(place, *interval) for interval in search.flat]
+        return complete and not self.kernel.jumps
+
+    def freedom(self) -> BlockOutcome | None:
+        """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
+        for place in range(len(self.kernel.chains())):
+            points = [point for x in self._samples() if (point := self._along(place, x)) is not None]
+            if len(points) >= MIN_SAMPLES and all(map(self.question.holds, points)):
+                return self._free(points[0], points[1])
+        return None
+
+    def flat_stretch(self) -> BlockOutcome | None:
+        """After the search: a stretch of the tear on which every point is an answer (``int(x) = 3``)."""
+        for place, low, high in self.flat:
+            points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
+            first, second = points
+            if first and second and self.question.holds(first) and self.question.holds(second):
+                return self._free(first, second)
+        return None
+
+    def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
+        span = second[self.tear] - first[self.tear]
+        direction = {name: (second[name] - first[name]) / span for name in first}
+        fixed = {n: v for n, v in first.items() if v == second[n]}
+        fact = rank_loss(self.question, first, direction)
+        free = tuple(name for name in first if name not in fixed)
+        return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+
+    def _samples(self) -> list[float]:
+        low, high = self.question.domain(self.tear)
+        if math.isfinite(low) and math.isfinite(high):
+            return [low + (high - low) * share for share in SHARES]
+        size = self.question.scale()[self.question.unknowns.index(self.tear)]
+        middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
+        signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
+        return [middle + sign * size * share for sign in signs for share in SHARES]
+
+    def _within(self, low: float, high: float) -> tuple[float, float]:
+        """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; else the range stays."""
+        if len(self.question.unknowns) > 1:
+            return low, high
+        equation = self.kernel.equations[0]
+        found = rational.equation(equation.left, equation.right, self.tear, HIGHEST_DEGREE)
+        if found is None or len(found[0]) < 2:
+            return low, high
+        try:
+            *lower, leading = (value(c, self.question.values) for c in found[0])
+            reach = 1.001 * (1.0 + max(abs(c / leading) for c in lower))
+        except (ArithmeticError, ValueError):
+            return low, high
+        return (max(low, -reach), min(high, reach)) if math.isfinite(reach) else (low, high)
+
+    def _constants(self) -> dict[str, Value]:
+        return {name: self.question.values[name] for name in self.kernel.known}
+
+    def _residual(self, place: int) -> Callable[[float], float]:
+        function, known = self.kernel.chain_function(place), self.question.known
+        return lambda x: function(x, *known)[-1]
+
+    def _along(self, place: int, x: float) -> dict[str, float] | None:
+        try:
+            numbers = self.kernel.chain_function(place)(x, *self.question.known)
+        except (ArithmeticError, ValueError):
+            return None
+        return dict(zip(self.question.unknowns, numbers, strict=False))
+
+    def _candidate(self, place: int, root: float) -> None:
+        point = self._along(place, root)
+        if point is not None:
+            self.candidates.refine(list(point.values()))
