@@ -15,7 +15,7 @@ from rulesheets.source import Span
 
 
 def _place() -> Span | None:
-    return field(default=None, compare=False, repr=False)  # type: ignore[return-value]
+    return field(default=None, compare=False, repr=False)
 
 
 # --- arithmetic -----------------------------------------------------------------

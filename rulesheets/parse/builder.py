@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
+from rulesheets.parse.function import Head
 from rulesheets.parse.ranges import Bound, bounded, constant
 from rulesheets.source import Source, Span
 
@@ -28,15 +29,6 @@ class Side:
     expressions: Expressions
     start: int
     end: int
-
-
-@dataclass(frozen=True, slots=True)
-class Head:
-    """The first line of a function."""
-
-    name: str
-    arguments: tuple[str, ...]
-    results: tuple[str, ...]
 
 
 def _unit(text: str) -> tuple[str | None, str | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.parse import mistakes
-from rulesheets.parse.builder import Head
+from rulesheets.parse.function import FunctionDraft, Head
+from rulesheets.parse.heads import head_word, misspelt_head, nearest_section
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.parse.reader import read_line
 from rulesheets.source import Source, Span
@@ -18,22 +18,8 @@ from rulesheets.source import Source, Span
 _ENOUGH = 50
 """Complaints after which the rest of a sheet is not read."""
 
-_HEAD = re.compile(
-    r"""\s*(?:
-        (?P<section>variables|rules)\s*\Z
-      | (?P<use>use)\b\s*(?:["\w]|\Z)
-      | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
-      | (?P<function>function)\b\s*(?:[\w(:]|\Z)
-      | (?P<planned>list(?=\s+function\b)|procedure(?=\s+\w|\s*\Z)|figure(?=\s+\w|\s*\Z))
-    )""",
-    re.IGNORECASE | re.VERBOSE,
-)
 _SKIPPED = "skipped"
 """The section whose lines are not read, because its head says what is not there yet."""
-
-_LONE = re.compile(r"\s*([^\W\d]\w*)\s*(:?)\s*\Z")
-_ALMOST = frozenset({"rule", "variable", "equation", "equations", "formula", "formulas"})
-"""Lone words that are taken for the head of a section even where names stand alone."""
 
 
 def parse(source: Source) -> nodes.RuleSheet:
@@ -47,34 +33,6 @@ def parse(source: Source) -> nodes.RuleSheet:
 
 
 @dataclass
-class _Function:
-    """A function while its lines are read."""
-
-    head: Head
-    start: int
-    end: int
-    comment: str
-    above: tuple[nodes.CommentLine, ...]
-    parameters: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
-    begun: bool = False
-
-    def node(self, source: Source) -> nodes.Function:
-        return nodes.Function(
-            self.head.name,
-            self.head.arguments,
-            self.head.results,
-            tuple(self.parameters),
-            tuple(self.rules),
-            self.comment,
-            Span(source, self.start, self.end),
-            self.above,
-            "; ".join(self.remarks),
-        )
-
-
-@dataclass
 class _Reading:
     """The sheet so far, and the section that the next line belongs to."""
 
@@ -82,20 +40,21 @@ class _Reading:
     uses: list[nodes.Use] = field(default_factory=list)
     rows: list[nodes.VariableRow | nodes.CommentLine] | None = None
     rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
-    functions: list[_Function] = field(default_factory=list)
+    functions: list[FunctionDraft] = field(default_factory=list)
     comments: list[nodes.CommentLine] = field(default_factory=list)
     waiting: list[nodes.CommentLine] = field(default_factory=list)
     complaints: list[Diagnosis] = field(default_factory=list)
     section: str = ""
 
     def take(self, line: Line) -> None:
+        """Take in the next line; what is wrong with it joins the complaints."""
         try:
             if line.blank:
                 self.waiting.append(nodes.CommentLine(line.comment or "", self._span(line), line.gap))
             elif wrong := mistakes.wrong_shape(self.source, line):
                 self.complaints.append(wrong)
-            elif found := _HEAD.match(line.code):
-                self._begin(str(found[found.lastgroup or 0]).lower(), line)
+            elif word := head_word(line.code):
+                self._begin(word, line)
             else:
                 self._add(line)
         except RuleSheetError as error:
@@ -108,21 +67,16 @@ class _Reading:
     # --- what stands in a section ---
 
     def _add(self, line: Line) -> None:
-        lone = _LONE.match(line.code)
         if self.section == _SKIPPED:
             return
-        if lone and (self.section != "variables" or lone[2] or lone[1].lower() in _ALMOST):
-            self._unknown_section(lone[1], line)
+        word = misspelt_head(line.code, self.section)
+        if word is not None:
+            self.section = nearest_section(word, self.section)
+            raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))
         if self.section == "variables":
             self._add_row(line)
         else:
             self._add_rule(line)
-
-    def _unknown_section(self, word: str, line: Line) -> None:
-        """Refuse a head that is no head, and read on as if it were the nearest one."""
-        if word.lower() in _ALMOST:
-            self.section = "variables" if word.lower() == "variable" else "rules"
-        raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))
 
     def _add_row(self, line: Line) -> None:
         rows = self._rows()
@@ -201,7 +155,7 @@ class _Reading:
             self._function(line, above)
         elif word == "use":
             self.comments.extend(above)
-            self.section = "rules" if self.section else ""
+            self.section = "rules" if self.section == "function" else self.section
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line)))
         elif word == "rules" and self.section == "function":
@@ -221,7 +175,9 @@ class _Reading:
     def _function(self, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
         span = self._span(line)
         self.section = "function"
-        self.functions.append(_Function(Head("", (), ()), span.start, span.end, line.comment or "", above))
+        self.functions.append(
+            FunctionDraft(Head("", (), ()), span.start, span.end, line.comment or "", above)
+        )
         self.functions[-1].head = read_line(self.source, line, "head")
 
     def _parameters(self, line: Line) -> None:

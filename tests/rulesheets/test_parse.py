@@ -152,7 +152,8 @@ THREE = Equality((x,), (Number(3.0),))
         ("call f(a + b; x - 1)", CallRule("f", (Sum((a, b)),), (Sum((x, Negative(Number(1.0)))),))),
         ("if a = b then x = 1", IfRule(EQUAL, ONE)),
         ("if a = b then x = 1 else x = 2", IfRule(EQUAL, ONE, TWO)),
-        ("if a = b then x = 1 else if a < c then x = 2 else x = 3", IfRule(EQUAL, ONE, IfRule(LESS, TWO, THREE))),
+        ("if a = b then x = 1 else if a < c then x = 2 else x = 3",
+         IfRule(EQUAL, ONE, IfRule(LESS, TWO, THREE))),
         ("if a = b then if a < c then x = 1 else x = 2", IfRule(EQUAL, IfRule(LESS, ONE, TWO))),
         ("if a = b then (if a < c then x = 1) else x = 2", IfRule(EQUAL, IfRule(LESS, ONE), TWO)),
         ("if a = b then call f(a; x) else (a, b) = f(x)",
@@ -394,12 +395,13 @@ def test_a_sum_of_many_terms_is_one_node() -> None:
     assert terms[-1] == Negative(Name("a4999"))
 
 
+WORDS = "x y sqrt 2 1.5 1e . ( ) ( ) = = + - * / ^ < >= <> , ; [m] [ ] ~ ± { − : π given to"
 PIECES = [
-    "x", "y", "sqrt", "2", "1.5", "1e", ".", "(", ")", "(", ")", "=", "=", "+", "-", "*", "/", "^", "<", ">=", "<>", ",",
-    ";", '"', "'open", "'", "if ", "then ", "else ", "and ", "or ", "not ", "call ", "given", "\n", "\n", " ", "[m]",
-    "[", "]", "in ", "~", "variables\n", "rules\n", "function f(a; x)\n", "parameters p\n", 'use "a.tk"\n', "use ", "±",
-    "{", "−", ":", "\t", "\0", "π", "list function", "to",
-]  # fmt: skip
+    *WORDS.split(),
+    *("if ", "then ", "else ", "and ", "or ", "not ", "call ", "in ", "use ", "list function"),
+    *('"', "'open", "'", "\n", "\n", " ", "\t", "\0"),
+    *("variables\n", "rules\n", "function f(a; x)\n", "parameters p\n", 'use "a.tk"\n'),
+]
 
 
 @settings(max_examples=400, deadline=None)

@@ -86,7 +86,7 @@ def _comparison_as_rule(stop: Stop) -> Diagnosis | None:
     word = stop.word
     if word is None or word.type != "RELATION" or stop.condition is not None or stop.lacks_operand:
         return None
-    name = stop.words[0]
+    name = stop.words[_start_of_side(stop, stop.index)]
     limit = stop.text(stop.after, stop.words[-1]) if stop.after is not None else "5"
     notes = [f"as a condition it stands after if: if {stop.text(name, stop.words[-1])} then …"]
     if stop.index == 1 and name.type == "NAME":

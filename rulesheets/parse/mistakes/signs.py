@@ -56,4 +56,4 @@ def unreadable(stop: Stop) -> Diagnosis:
     if word.type == "UNKNOWN":
         return stop.error("E108", f"`{word}` has no meaning in a rule sheet", stop.here, "", "remove it")
     after = f" after `{stop.before}`" if stop.before is not None else ""
-    return stop.error("E101", f"`{word}` cannot stand here", stop.here, f"not{after}")
+    return stop.error("E101", f"`{word}` cannot stand here", stop.here, f"not{after}", "remove it")

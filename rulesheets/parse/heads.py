@@ -1,0 +1,40 @@
+"""Which lines are heads of sections."""
+
+from __future__ import annotations
+
+import re
+
+_HEAD = re.compile(
+    r"""\s*(?:
+        (?P<section>variables|rules)\s*\Z
+      | (?P<use>use)\b\s*(?:["\w]|\Z)
+      | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
+      | (?P<function>function)\b\s*(?:[\w(:]|\Z)
+      | (?P<planned>list(?=\s+function\b)|procedure(?=\s+\w|\s*\Z)|figure(?=\s+\w|\s*\Z))
+    )""",
+    re.IGNORECASE | re.VERBOSE,
+)
+_LONE = re.compile(r"\s*([^\W\d]\w*)\s*(:?)\s*\Z")
+_ALMOST = frozenset({"rule", "variable", "equation", "equations", "formula", "formulas"})
+"""Lone words that are taken for a misspelt head even where names stand alone."""
+
+
+def head_word(code: str) -> str | None:
+    """The word that makes a line the head of a section, in lower case; None for any other line."""
+    found = _HEAD.match(code)
+    return str(found[found.lastgroup or 0]).lower() if found else None
+
+
+def misspelt_head(code: str, section: str) -> str | None:
+    """A lone word, perhaps with a colon, that means nothing but a head that it is not."""
+    lone = _LONE.match(code)
+    if lone and (section != "variables" or lone[2] or lone[1].lower() in _ALMOST):
+        return lone[1]
+    return None
+
+
+def nearest_section(word: str, section: str) -> str:
+    """The section that most likely begins at a misspelt head, for reading on."""
+    if word.lower() in ("variable", "variables"):
+        return "variables"
+    return "rules" if word.lower() in _ALMOST | {"rules"} and section != "function" else section
