@@ -64,7 +64,7 @@ class Direct:
 
 @dataclass(frozen=True)
 class Together:
-    """A block solved as one: ``tears`` were iterated on; ``order`` follows from them, and ``closing`` holds."""
+    """Equations solved as one: ``tears`` were iterated on, ``order`` follows, and ``closing`` holds then."""
 
     found: tuple[Known, ...]
     tears: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""``backsolve path``: the order in which the rules are solved."""
+"""``backsolve path``: the order in which the rules are solved, before anything is."""
 
 from __future__ import annotations
 
@@ -12,11 +12,16 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Print the path; the exit code is 0 where it reaches every wanted variable."""
-    from solver.report.path import path_text, unreached
-    from solver.solving import solve
+    """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
+    from rulesheets.inputs import override
+    from solver.path.outlook import outlook
+    from solver.report.outlook import outlook_text, reaches
+    from solver.solution import planner
+    from solver.solving import posted
 
     request = read_request(arguments)
-    result = solve(request.model, request.inputs, want=request.want, guesses=request.guesses)
-    print(path_text(result))
-    return 1 if unreached(result) else 0
+    model, given = request.model, override(request.model, request.inputs, request.guesses).values
+    wanted = request.want or posted(model)
+    ahead = outlook(planner(model), given, None if request.want is None else frozenset(request.want))
+    print(outlook_text(model, ahead, wanted))
+    return 0 if reaches(ahead, wanted) else 1

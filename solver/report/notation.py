@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 from rulesheets.format import format_condition, format_expression
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import (
+    And,
     Condition,
     Expression,
     Name,
@@ -36,8 +37,8 @@ class Notation(Protocol):
 
     def value(self, value: Value) -> str: ...
 
-    def condition(self, node: Condition, holds: bool) -> str:
-        """The condition, or that it does not hold."""
+    def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
+        """The conditions that hold, and that the others do not, joined by ``and``."""
 
 
 class Plain:
@@ -52,8 +53,8 @@ class Plain:
     def value(self, value: Value) -> str:
         return readable(value)
 
-    def condition(self, node: Condition, holds: bool) -> str:
-        return format_condition(node if holds else Not(node))
+    def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
+        return format_condition(_joined(outcomes))
 
 
 class Tex:
@@ -72,15 +73,20 @@ class Tex:
     def value(self, value: Value) -> str:
         return self.expression(_rounded(value))
 
-    def condition(self, node: Condition, holds: bool) -> str:
+    def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
         from rulesheets.algebra import condition_latex
 
-        return condition_latex(node if holds else Not(node))
+        return condition_latex(_joined(outcomes))
 
 
 def equation(notation: Notation, equation: Equation) -> str:
     """``left = right``."""
     return f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
+
+
+def _joined(outcomes: Iterable[tuple[Condition, bool]]) -> Condition:
+    terms = tuple(condition if holds else Not(condition) for condition, holds in outcomes)
+    return terms[0] if len(terms) == 1 else And(terms)
 
 
 def _rounded(value: Value) -> Expression:

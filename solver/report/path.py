@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
-from solver.report.places import Places, rule_text
+from solver.report.places import Places
 from solver.report.table import table
 from solver.result import Result
 
@@ -29,10 +29,12 @@ def unreached(result: Result) -> tuple[str, ...]:
     return tuple(name for name in result.wanted if name in beyond)
 
 
-def path_table(model: Model, path: Path) -> str:
-    """One line a step: number, what is found, in how many ways, and the rule with its place."""
+def path_table(model: Model, path: Path, first: int = 1) -> str:
+    """One line a step: number (from ``first``), what is found, in how many ways, the rule and its place."""
     places = Places(model)
-    rows = [row for number, step in enumerate(told(path), 1) for row in _rows(model, places, number, step)]
+    rows = [
+        row for number, step in enumerate(told(path), first) for row in _rows(model, places, number, step)
+    ]
     return table(("Step", "Finds", "Ways", "Place", "By the rule"), rows)
 
 
@@ -95,4 +97,4 @@ def _ways(branches: int) -> str:
 
 
 def _rule(places: Places, equation: Equation) -> tuple[str, str]:
-    return places.of(equation), rule_text(equation.rule)
+    return places.of(equation), places.said(equation)

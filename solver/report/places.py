@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from rulesheets.model import Equation, Model
+from rulesheets.model import Equation, Model, Premise
 from rulesheets.source import Span
 
 
@@ -29,10 +29,27 @@ def _ending(name: str, names: tuple[str, ...]) -> str:
 
 
 class Places:
-    """``file:line`` of the rules of a model, the files by their shortest names."""
+    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say."""
 
     def __init__(self, model: Model) -> None:
+        self._model = model
         self._short = short_names(equation.rule.file for equation in model.equations)
+        self._guards: dict[tuple[str, Span], set[tuple[Premise, ...]]] = {}
+        for equation in model.equations:
+            self._guards.setdefault((equation.scope, equation.rule), set()).add(equation.guard)
 
     def of(self, equation: Equation) -> str:
         return f"{self._short[equation.rule.file]}:{equation.rule.line}"
+
+    def said(self, equation: Equation) -> str:
+        """The rule of an equation; of a rule with several arms the arm that the equation stands in."""
+        left, right = equation.left.span, equation.right.span
+        arms = self._guards[equation.scope, equation.rule]
+        if len(arms) == 1 or not equation.guard or left is None or right is None or left == right:
+            return rule_text(equation.rule)
+        arm = f"{rule_text(left)} = {rule_text(right)}"
+        last = equation.guard[-1]
+        if not last.holds:
+            return f"else {arm}"
+        condition = self._model.conditions[last.condition].span
+        return f"if {rule_text(condition) if condition else '…'} then {arm}"

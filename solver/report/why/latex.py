@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 
 from rulesheets.model import Equation
 from solver.derivation import Derivation, Direct, Guard, Known, Link
@@ -59,6 +59,6 @@ def _place(page: Page, equation: Equation) -> str:
     return "  ".join(page.rule(equation))
 
 
-def _guards(page: Page, guards: Iterable[Guard]) -> str:
+def _guards(page: Page, guards: Sequence[Guard]) -> str:
     said = r",\ ".join(rf"\text{{{word} }} {condition}" for word, condition, _ in page.guards(guards))
     return f" && {said}" if said else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from rulesheets.model import Equation
 from solver.derivation import Derivation, Direct, Guard, Known, Together
@@ -47,7 +47,7 @@ def _direct(page: Page, link: Direct) -> Iterator[str]:
     yield from _rule(page, link.equation, link.guards)
 
 
-def _rule(page: Page, equation: Equation, guards: Iterable[Guard]) -> Iterator[str]:
+def _rule(page: Page, equation: Equation, guards: Sequence[Guard]) -> Iterator[str]:
     place, rule = page.rule(equation)
     lines = [f"`{rule}` ({place})"]
     for word, condition, read in page.guards(guards):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 
 from rulesheets.model import Equation
 from rulesheets.nodes import Name
 from rulesheets.spelling import plural
 from solver.derivation import Derivation, Direct, Guard, Known, Together
 from solver.report.notation import Notation, Plain
-from solver.report.places import Places, rule_text
+from solver.report.places import Places
 
 
 class Page:
@@ -58,15 +58,21 @@ class Page:
         return tuple(dict.fromkeys((form, filled, value)))
 
     def rule(self, equation: Equation) -> tuple[str, str]:
-        return self.places.of(equation), rule_text(equation.rule)
+        return self.places.of(equation), self.places.said(equation)
 
-    def guards(self, guards: Iterable[Guard]) -> Iterator[tuple[str, str, str]]:
-        """Each condition as a word on how it came in, what it says, and the values that it was read at."""
-        for guard in guards:
-            word = "assuming" if guard.assumed else "because"
-            read = ", ".join(f"{known.name} = {Plain().value(known.value)}" for known in guard.read)
-            said = read == Plain().condition(guard.condition, guard.holds)
-            yield word, self.notation.condition(guard.condition, guard.holds), "" if said else read
+    def guards(self, guards: Sequence[Guard]) -> Iterator[tuple[str, str, str]]:
+        """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
+        for word, assumed in (("because", False), ("assuming", True)):
+            group = [guard for guard in guards if guard.assumed is assumed]
+            if group:
+                yield word, *self._conditions(group)
+
+    def _conditions(self, guards: Sequence[Guard]) -> tuple[str, str]:
+        outcomes = [(guard.condition, guard.holds) for guard in guards]
+        known = dict.fromkeys(known for guard in guards for known in guard.read)
+        read = ", ".join(f"{one.name} = {Plain().value(one.value)}" for one in known)
+        said = read == Plain().conditions(outcomes)
+        return self.notation.conditions(outcomes), "" if said else read
 
 
 def iterated(link: Together) -> tuple[Known, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from rulesheets.model import Equation
 from solver.derivation import Closing, Derivation, Direct, Guard, Known, Together
@@ -45,7 +45,7 @@ def _direct(page: Page, link: Direct) -> Iterator[str]:
     yield from _rule(page, link.equation, link.guards)
 
 
-def _rule(page: Page, equation: Equation, guards: Iterable[Guard]) -> Iterator[str]:
+def _rule(page: Page, equation: Equation, guards: Sequence[Guard]) -> Iterator[str]:
     place, rule = page.rule(equation)
     yield f"{MARGIN}{place}  {rule}"
     for word, condition, read in page.guards(guards):

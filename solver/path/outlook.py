@@ -1,0 +1,168 @@
+"""A path ahead of any number: where it asks a question, how it would go on in each case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from rulesheets import nodes
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.model import Model, Premise, Value
+from solver.path.build import Planner
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
+
+MAX_ENDS = 8
+"""Ends of an outlook at most: beyond, a list of cases tells nobody anything."""
+
+MAX_CONDITIONS = 4
+"""Conditions of one question that are followed up: every combination of outcomes is planned."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """How a path goes on where conditions come out so; one that makes no difference is left out."""
+
+    outcomes: tuple[Premise, ...]
+    outlook: Outlook
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """``path``, and the cases that follow where it ends in a question; none where there are too many."""
+
+    path: Path
+    cases: tuple[Case, ...] = ()
+
+    @property
+    def open(self) -> bool:
+        """Whether the path ends in a question that is not followed up."""
+        return bool(question(self.path)) and not self.cases
+
+    def ends(self) -> Iterator[Outlook]:
+        """The outlooks that nothing follows, this one where it has no cases."""
+        if not self.cases:
+            yield self
+        for case in self.cases:
+            yield from case.outlook.ends()
+
+    @property
+    def branches(self) -> int | None:
+        """How many answers there can be at most; None where a block or an open question leaves that open."""
+        if self.open or any(isinstance(step, SolveBlock) for step in self.path.steps):
+            return None
+        ahead = [case.outlook.branches for case in self.cases]
+        known = [count for count in ahead if count is not None]
+        if len(known) < len(ahead):
+            return None
+        assumed = bool(ahead) and isinstance(self.path.steps[-1], Assume)
+        return self.path.branches * (sum(known) if assumed else max(known, default=1))
+
+
+def question(path: Path) -> tuple[int, ...]:
+    """The conditions on which it depends how a path goes on."""
+    match path.steps[-1:]:
+        case (Decide(conditions=conditions),):
+            return conditions
+        case (Assume(condition=condition),):
+            return (condition,)
+        case _:
+            return ()
+
+
+def outlook(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> Outlook:
+    """The path from ``inputs`` with its cases, followed as deep as they have :data:`MAX_ENDS` ends at most.
+
+    Only the conditions that the inputs decide are evaluated; nothing is solved.
+    """
+    ahead = _Ahead(planner, want)
+    known, decided = frozenset(inputs), _decided(planner.graph.model, inputs)
+    found = ahead.outlook(known, decided, frozenset(), 0)
+    for depth in range(1, len(planner.graph.model.conditions) + 1):
+        deeper = ahead.outlook(known, decided, frozenset(), depth)
+        if deeper == found or sum(1 for _ in deeper.ends()) > MAX_ENDS:
+            break
+        found = deeper
+    return found
+
+
+def _decided(model: Model, inputs: Mapping[str, Value]) -> dict[int, bool]:
+    found = {}
+    for index, condition in enumerate(model.conditions):
+        try:
+            found[index] = holds(condition, inputs, inputs)
+        except KeyError:
+            continue
+        except Undefined:
+            found[index] = False
+    return found
+
+
+class _Ahead:
+    """Plans again after each question; ``told`` are the equations that earlier steps have used."""
+
+    def __init__(self, planner: Planner, want: frozenset[str] | None) -> None:
+        self.planner, self.want = planner, want
+        self.model = planner.graph.model
+
+    def outlook(
+        self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
+    ) -> Outlook:
+        """The path from what is known, its questions followed up ``depth`` times."""
+        path = _without(self.planner.path(known, decided, want=self.want), told)
+        conditions = question(path)
+        if not depth or not conditions or len(conditions) > MAX_CONDITIONS:
+            return Outlook(path)
+        told = told.union(*map(equations_of, path.steps))
+        return Outlook(path, self._cases(known | _found(path), decided, told, conditions, depth - 1))
+
+    def _cases(
+        self,
+        known: frozenset[str],
+        decided: Mapping[int, bool],
+        told: frozenset[int],
+        open_: tuple[int, ...],
+        depth: int,
+    ) -> tuple[Case, ...]:
+        """A decision tree over the open conditions, without decisions that make no difference."""
+        if not open_:
+            return (Case((), self.outlook(known, decided, told, depth)),)
+        first, rest = open_[0], open_[1:]
+        yes, no = (
+            self._cases(known | self._said(first, outcome), {**decided, first: outcome}, told, rest, depth)
+            for outcome in (True, False)
+        )
+        if yes == no:
+            return yes
+        return tuple(
+            Case((Premise(first, outcome), *case.outcomes), case.outlook)
+            for outcome, cases in ((True, yes), (False, no))
+            for case in cases
+        )
+
+    def _said(self, condition: int, outcome: bool) -> frozenset[str]:
+        """``mode = 'open`` that holds says what ``mode`` is."""
+        match self.model.conditions[condition]:
+            case nodes.Comparison("=", nodes.Name(name), nodes.Symbol()) if outcome:
+                return frozenset({name})
+            case _:
+                return frozenset()
+
+
+def _without(path: Path, told: frozenset[int]) -> Path:
+    """The path without checks of equations that have been used before."""
+    steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
+    return Path(tuple(steps), path.undetermined)
+
+
+def _found(path: Path) -> frozenset[str]:
+    """The unknowns that the steps of a path give."""
+    found: set[str] = set()
+    for step in path.steps:
+        match step:
+            case Evaluate(unknown=unknown) | Select(unknown=unknown):
+                found.add(unknown)
+            case SolveBlock(unknowns=unknowns):
+                found.update(unknowns)
+            case _:
+                pass
+    return frozenset(found)
