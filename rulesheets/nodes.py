@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from rulesheets.source import Span
 
 
+# ruff: noqa: RUF009 (the default of a span is made once for each class, as it should be)
 def _place() -> Span | None:
     return field(default=None, compare=False, repr=False)
 

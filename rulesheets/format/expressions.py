@@ -66,13 +66,21 @@ def _bound(node: Expression) -> tuple[str, int]:
             return f"{_expression(base, _ATOM)}^{_expression(exponent, _FACTOR)}", _FACTOR
         case Negative(operand):
             return f"-{_expression(operand, _FACTOR)}", _FACTOR
-        case Product(left, right):
-            return f"{_expression(left, _PRODUCT)}*{_expression(right, _FACTOR)}", _PRODUCT
-        case Quotient(left, right):
-            return f"{_expression(left, _PRODUCT)}/{_expression(right, _FACTOR)}", _PRODUCT
+        case Product() | Quotient():
+            return _chain(node), _PRODUCT
         case Sum(terms):
             first, *others = terms
             return _expression(first, _PRODUCT) + "".join(map(_added, others)), _SUM
+
+
+def _chain(node: Expression) -> str:
+    """``a*b/c``, by a loop: such a chain may be longer than recursion reaches."""
+    parts = []
+    while isinstance(node, Product | Quotient):
+        sign = "*" if isinstance(node, Product) else "/"
+        parts.append(sign + _expression(node.right, _FACTOR))
+        node = node.left
+    return _expression(node, _PRODUCT) + "".join(reversed(parts))
 
 
 def _added(term: Expression) -> str:

@@ -352,7 +352,7 @@ def nested(depth: int, kind: str) -> str:
         "calls": "x = " + "f(" * depth + "y" + ")" * depth,
         "signs": "x = " + "-" * depth + "y",
         "powers": "x = " + "2^" * depth + "y",
-        "products": "x = " + "y*" * depth + "y",
+        "products": "x = " + "y*(" * depth + "y" + ")" * depth,
         "not": "if " + "not " * depth + "a = b then x = 1",
         "if": "if a = b then " * depth + "x = 1",
         "else if": "if a = b then x = 1" + " else if a = b then x = 1" * depth,
@@ -393,6 +393,11 @@ def test_a_sum_of_many_terms_is_one_node() -> None:
     terms = expression(" - ".join(f"a{k}" for k in range(5000))).terms
     assert len(terms) == 5000
     assert terms[-1] == Negative(Name("a4999"))
+
+
+def test_a_long_chain_of_products_is_read_and_printed() -> None:
+    text = "x = y" + "*y/z" * 2000
+    assert format_sheet(read(text)) == f"rules\n  {text}\n"
 
 
 WORDS = "x y sqrt 2 1.5 1e . ( ) ( ) = = + - * / ^ < >= <> , ; [m] [ ] ~ ± { − : π given to"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.nodes import Condition, Expression, IfRule, RuleBody, children
+from rulesheets.nodes import Condition, Expression, IfRule, Product, Quotient, RuleBody, children
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.source import Source, Span
 
@@ -63,6 +63,8 @@ def too_deep(rule: RuleBody) -> Diagnosis | None:
 
 
 def _parts(node: RuleBody | Condition | Expression) -> tuple[RuleBody | Condition | Expression, ...]:
+    if isinstance(node, Product | Quotient):
+        return _factors(node)
     if isinstance(node, IfRule):
         arms = (node.then,) if node.otherwise is None else (node.then, node.otherwise)
         return (node.condition, *arms)
@@ -70,6 +72,16 @@ def _parts(node: RuleBody | Condition | Expression) -> tuple[RuleBody | Conditio
     if isinstance(sides[0], tuple) and isinstance(sides[1], tuple):
         return sides[0] + sides[1]
     return (*getattr(node, "arguments", ()), *getattr(node, "results", ())) or children(node)  # type: ignore[arg-type]
+
+
+def _factors(node: Product | Quotient) -> tuple[Expression, ...]:
+    """The parts of a chain of products, which is one level however long."""
+    parts: list[Expression] = []
+    rest: Expression = node
+    while isinstance(rest, Product | Quotient):
+        parts.append(rest.right)
+        rest = rest.left
+    return (rest, *parts)
 
 
 def _nested(span: Span, label: str) -> Diagnosis:
