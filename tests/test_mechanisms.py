@@ -48,7 +48,7 @@ def prepared(mechanism: Mechanism) -> tuple[Any, list[str]]:
 
 
 def kind(name: str) -> str:
-    """What a name stands for, by the letters of the diagrams: capitals are points, small letters velocities."""
+    """What a name stands for: capitals are points of the position diagram, small letters velocities."""
     for prefix in ("theta", "omega", "alpha"):
         if name.startswith(prefix):
             return prefix
@@ -62,7 +62,7 @@ def kind(name: str) -> str:
 def agrees(answer: dict[str, float], exact: dict[str, Any], rel: float) -> bool:
     """Within rel of the exact state, or of a hundredth of the largest quantity of the same kind."""
     scale = {"theta": 180.0}
-    for name in answer:
+    for name in {*answer, *(rate for rate in exact if kind(rate) != "length")}:
         scale[kind(name)] = max(scale.get(kind(name), 0.0), abs(float(exact[name])))
     return all(
         abs(value - float(exact[name])) <= rel * max(abs(float(exact[name])), 0.01 * scale[kind(name)])
