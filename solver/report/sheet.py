@@ -46,11 +46,21 @@ def sheet_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
     )
 
 
+def pruned(result: Result) -> bool:
+    """Whether fewer variables were asked for than the sheet has."""
+    return any(v.posted and v.name not in result.wanted for v in result.model.variables.values())
+
+
 def local_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
-    """Rows of the variables that :func:`sheet_rows` leaves out."""
+    """Rows of the variables that :func:`sheet_rows` leaves out; of a pruned solve those that have a value."""
     shown = answers(result, every=every)
     there = {row.name for row in sheet_rows(result, every=every)}
-    rest = (v for v in result.model.variables.values() if v.name not in there)
+    whole = not pruned(result)
+    rest = (
+        variable
+        for name, variable in result.model.variables.items()
+        if name not in there and (whole or any(name in answer for answer in shown))
+    )
     return tuple(_row(result, variable, shown) for variable in rest)
 
 

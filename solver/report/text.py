@@ -9,7 +9,7 @@ from rulesheets.spelling import plural
 from solver.report.numbers import readable
 from solver.report.path import path_text
 from solver.report.rule_status import rule_status_table
-from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, sheet_rows
+from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, pruned, sheet_rows
 from solver.report.table import table
 from solver.report.work import used, work_line
 from solver.result import Result, Status
@@ -18,6 +18,9 @@ NUMBER_WIDTH = 16
 """Cells of an output: a number with ten digits, a sign and an exponent."""
 
 INPUT_WIDTH = 10
+
+NAMES = 6
+"""Wanted variables that a sentence names at most."""
 
 MEANINGS = {
     Status.PARTIAL: "the inputs do not determine every variable",
@@ -64,7 +67,17 @@ def _explanation(result: Result, every: bool) -> Iterator[str]:
     if rows:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)
-    yield f"Used {used(result.path)} of {plural(len(result.model.equations), 'rule')}."
+    yield _used(result)
+
+
+def _used(result: Result) -> str:
+    """How many of the rules were used, and what for where not everything was asked for."""
+    count, whole = used(result.path), len(result.model.equations)
+    said = f"Used {count} of {plural(whole, 'rule')}"
+    if result.status is not Status.SOLVED or not pruned(result) or count == whole:
+        return f"{said}."
+    names = ", ".join(result.wanted[:NAMES]) + (", …" if len(result.wanted) > NAMES else "")
+    return f"{said}: no more is needed for {names}."
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
