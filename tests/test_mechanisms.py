@@ -21,7 +21,8 @@ SHEETS = [
     if path.stem != "crank_driven"
 ]
 BY_NAME = {mechanism.model: mechanism for mechanism in MECHANISMS}
-ANGLES = [float(angle) for angle in range(-175, 180, 44)]
+ANGLES = [-90.0, 0.0, 90.0, 180.0, *(float(angle) for angle in range(-175, 180, 44))]
+"""With the positions that are in line or at right angles."""
 EVERY_DEGREE = [float(angle) for angle in range(-179, 181)]
 RATES = (7.0, -11.0)
 """Angular velocity and acceleration of the crank."""
@@ -60,10 +61,13 @@ def kind(name: str) -> str:
 
 
 def agrees(answer: dict[str, float], exact: dict[str, Any], rel: float) -> bool:
-    """Within rel of the exact state, or of a hundredth of the largest quantity of the same kind."""
-    scale = {"theta": 180.0}
+    """Within rel of the exact state, or of a hundredth of the largest quantity of the same kind.
+
+    What is 0 in truth is so to 50 digits only, hence the least scale.
+    """
+    scale: dict[str, float] = {"theta": 180.0}
     for name in {*answer, *(rate for rate in exact if kind(rate) != "length")}:
-        scale[kind(name)] = max(scale.get(kind(name), 0.0), abs(float(exact[name])))
+        scale[kind(name)] = max(scale.get(kind(name), 1e-40), abs(float(exact[name])))
     return all(
         abs(value - float(exact[name])) <= rel * max(abs(float(exact[name])), 0.01 * scale[kind(name)])
         for name, value in answer.items()

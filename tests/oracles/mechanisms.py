@@ -14,8 +14,6 @@ from typing import Any, TypeAlias
 import mpmath
 from mpmath import mpf
 
-from tests.oracles.slider_crank import cosd, sind
-
 STEP = "1e-30"
 DIGITS = 120
 """Second differences lose 60 digits to the step and keep 60."""
@@ -80,7 +78,7 @@ def _differences(now: Any, before: Any, after: Any) -> tuple[Any, Any]:
 
 
 def _unit(degrees: Any) -> Any:
-    return mpmath.mpc(cosd(degrees), sind(degrees))
+    return mpmath.expjpi(mpf(degrees) / 180)
 
 
 def _meet(A: Any, a: Any, B: Any, b: Any, mode: int) -> Any:
