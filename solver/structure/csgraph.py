@@ -1,6 +1,6 @@
 """The door to scipy.sparse.csgraph, for graphs on which plain Python would be slow.
 
-scipy takes longer to import than a graph of some thousand nodes takes to search, so it is
+scipy takes longer to import than a graph of some ten thousand nodes takes to search, so it is
 imported when the first large graph comes.
 """
 
@@ -11,24 +11,16 @@ from itertools import chain
 from typing import Any
 
 
-def row_matching(rows: Sequence[Sequence[int]], columns: int) -> list[int]:
-    """A maximum matching (Hopcroft & Karp 1973): the column of each row, -1 where it has none."""
-    from scipy.sparse.csgraph import maximum_bipartite_matching
-
-    matched: list[int] = maximum_bipartite_matching(_graph(rows, columns), perm_type="column").tolist()
-    return matched
-
-
 def strong_components(successors: Sequence[Sequence[int]]) -> list[int]:
     """A label for every node, equal for nodes that reach one another; the labels mean nothing else."""
     from scipy.sparse.csgraph import connected_components
 
-    graph = _graph(successors, len(successors))
+    graph = _graph(successors)
     labels: list[int] = connected_components(graph, directed=True, connection="strong")[1].tolist()
     return labels
 
 
-def _graph(rows: Sequence[Sequence[int]], columns: int) -> Any:
+def _graph(rows: Sequence[Sequence[int]]) -> Any:
     import numpy
     from scipy.sparse import csr_matrix
 
@@ -36,4 +28,4 @@ def _graph(rows: Sequence[Sequence[int]], columns: int) -> Any:
     numpy.cumsum([len(row) for row in rows], out=starts[1:])
     targets = numpy.fromiter(chain.from_iterable(rows), dtype=numpy.int32, count=int(starts[-1]))
     ones = numpy.ones(len(targets), dtype=numpy.int8)
-    return csr_matrix((ones, targets, starts), shape=(len(rows), columns))
+    return csr_matrix((ones, targets, starts), shape=(len(rows), len(rows)))

@@ -1,25 +1,19 @@
 """Maximum matching of equations with unknowns.
 
-Small graphs are matched by augmenting paths with look-ahead (I. S. Duff, "On algorithms for
-obtaining a maximum transversal", ACM TOMS 7, 1981), large ones by Hopcroft & Karp (1973) as
-scipy has it. Which nodes stay single is then settled by source order, which is possible on both
-sides at once because matchable sets form a matroid on either side (N. S. Mendelsohn &
-A. L. Dulmage, "Some generalizations of the problem of distinct representatives", 1958).
+How many are matched is found by Hopcroft & Karp. Which nodes stay single is then settled by source
+order, by augmenting paths with look-ahead (I. S. Duff, "On algorithms for obtaining a maximum
+transversal", ACM TOMS 7, 1981). That is possible on both sides at once because matchable sets form a
+matroid on either side (N. S. Mendelsohn & A. L. Dulmage, "Some generalizations of the problem of
+distinct representatives", 1958).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
 
-from solver.structure import csgraph
+from solver.structure.hopcroft_karp import Edges, hopcroft_karp
 from solver.structure.incidence import Incidence
-
-Edges: TypeAlias = Sequence[Sequence[int]] | Mapping[int, Sequence[int]]
-
-SMALL = 2000
-"""Up to so many equations plain Python is faster than importing scipy."""
 
 
 @dataclass(frozen=True)
@@ -58,22 +52,9 @@ class Matching:
 
 def maximum_matching(incidence: Incidence) -> Matching:
     """As many disjoint (equation, unknown) pairs as there can be, each unknown in its equation."""
-    small = len(incidence.block.equations) <= SMALL
-    pairs = _small(incidence) if small else _large(incidence)
+    owner_of = hopcroft_karp(incidence.block.equations, incidence.occurs)
+    pairs = ((equation, unknown) for unknown, equation in owner_of.items())
     return _settled(Matching.of(incidence, pairs), incidence)
-
-
-def _small(incidence: Incidence) -> list[tuple[int, int]]:
-    owner_of = augmented(incidence.block.equations, incidence.occurs)
-    return [(equation, unknown) for unknown, equation in owner_of.items()]
-
-
-def _large(incidence: Incidence) -> list[tuple[int, int]]:
-    equations, unknowns = incidence.block.equations, incidence.block.unknowns
-    local = {unknown: i for i, unknown in enumerate(unknowns)}
-    rows = [[local[u] for u in incidence.occurs[e]] for e in equations]
-    matched = csgraph.row_matching(rows, len(unknowns))
-    return [(e, unknowns[i]) for e, i in zip(equations, matched, strict=True) if i >= 0]
 
 
 def _settled(matching: Matching, incidence: Incidence) -> Matching:

@@ -12,7 +12,10 @@ from heapq import heapify, heappop, heappush
 from solver.structure import csgraph
 from solver.structure.components import strong_components
 from solver.structure.incidence import Block, Incidence
-from solver.structure.matching import SMALL, maximum_matching
+from solver.structure.matching import maximum_matching
+
+SMALL = 100_000
+"""Up to so many nodes plain Python is faster than importing scipy."""
 
 
 def block_triangular(incidence: Incidence, square: Block | None = None) -> tuple[Block, ...]:

@@ -3,40 +3,33 @@
 from __future__ import annotations
 
 from itertools import combinations
+from random import Random
 
-import pytest
 from hypothesis import given
 
-from solver.structure import matching
 from solver.structure.incidence import Incidence
 from solver.structure.matching import Matching, maximum_matching
 from tests.solver.structure.incidences import columns, incidences, matchable, patient, rank, system
 
 
-def through_scipy(incidence: Incidence) -> Matching:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(matching, "SMALL", -1)
-        return maximum_matching(incidence)
-
-
 @patient
 @given(incidences())
 def test_a_matching_is_maximum_and_consistent(incidence: Incidence) -> None:
-    for found in (maximum_matching(incidence), through_scipy(incidence)):
-        pairs = [(e, u) for e, u in found.unknown_of.items() if u is not None]
-        assert all(u in incidence.occurs[e] and found.equation_of[u] == e for e, u in pairs)
-        matched = [u for u, e in found.equation_of.items() if e is not None]
-        assert len(pairs) == len(matched) == found.size == rank(incidence.occurs)
+    found = maximum_matching(incidence)
+    pairs = [(e, u) for e, u in found.unknown_of.items() if u is not None]
+    assert all(u in incidence.occurs[e] and found.equation_of[u] == e for e, u in pairs)
+    matched = [u for u, e in found.equation_of.items() if e is not None]
+    assert len(pairs) == len(matched) == found.size == rank(incidence.occurs)
 
 
 @patient
 @given(incidences())
 def test_the_first_in_the_source_are_matched(incidence: Incidence) -> None:
-    for found in (maximum_matching(incidence), through_scipy(incidence)):
-        equations = [e for e, u in found.unknown_of.items() if u is not None]
-        unknowns = [u for u, e in found.equation_of.items() if e is not None]
-        assert equations == first_matchable(incidence.occurs)
-        assert unknowns == first_matchable(columns(incidence))
+    found = maximum_matching(incidence)
+    equations = [e for e, u in found.unknown_of.items() if u is not None]
+    unknowns = [u for u, e in found.equation_of.items() if e is not None]
+    assert equations == first_matchable(incidence.occurs)
+    assert unknowns == first_matchable(columns(incidence))
 
 
 def first_matchable(rows: tuple[tuple[int, ...], ...] | list[list[int]]) -> list[int]:
@@ -50,6 +43,18 @@ def test_a_long_alternating_path_is_no_deep_recursion() -> None:
     rows = [(i, i + 1) for i in range(n - 1)]
     found = maximum_matching(system(*rows, (0,)))
     assert found.size == n
+
+
+def test_blocks_in_layers_are_no_exponential_search() -> None:
+    """Each block of five reads the one before, so that levels double the paths between their ends."""
+    blocks, size = 200, 5
+    rows = [
+        (*range(size * b, size * b + size), *((size * (b - 1) + i,) if b else ()))
+        for b in range(blocks)
+        for i in range(size)
+    ]
+    Random(1).shuffle(rows)
+    assert maximum_matching(system(*rows)).size == blocks * size
 
 
 def test_single_nodes() -> None:

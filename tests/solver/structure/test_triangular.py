@@ -8,7 +8,7 @@ from itertools import combinations
 import pytest
 from hypothesis import given
 
-from solver.structure import matching, triangular
+from solver.structure import triangular
 from solver.structure.incidence import Block, Incidence
 from solver.structure.triangular import block_triangular
 from tests.solver.structure.incidences import incidences, moved, patient, renumbered, shuffled, system
@@ -16,7 +16,6 @@ from tests.solver.structure.incidences import incidences, moved, patient, renumb
 
 def through_scipy(incidence: Incidence) -> tuple[Block, ...]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(matching, "SMALL", -1)
         patch.setattr(triangular, "SMALL", -1)
         return block_triangular(incidence)
 
