@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
-from rulesheets.nodes import Expression, Name, Quotient, Symbol
+from rulesheets.nodes import Call, Expression, Name, Quotient, Symbol
 from solver.facts import AsksNothing, DoubleRoot, Fact, NoValue, OutOfRange
+from solver.kernel.exponents import exponents
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.witness import testify
@@ -20,7 +21,10 @@ MAX_TURNS = 2_000
 
 @dataclass(frozen=True, slots=True)
 class StepOutcome:
-    """``values``: the preimages, principal first (``double``: two of them coincide); ``fact`` says why there is none."""
+    """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular.
+
+    ``double``: two preimages coincide.
+    """
 
     values: tuple[Value, ...] = ()
     fact: Fact | None = None
@@ -84,6 +88,9 @@ class _Step:
         refused: Exception | None = None
         for target in targets:
             try:
+                if (base := self._base(stage)) is not None:
+                    found.extend(self._exponents(base, target))
+                    continue
                 inside = self._in_image(stage, target)
                 self._divisible(stage, inside)
                 for form in stage.forms:
@@ -131,18 +138,43 @@ class _Step:
         if divisor != 0.0:
             return
         unknown = self.isolation.unknown
-        dividend = target
-        if stage.divisor == TARGET:
-            form = stage.forms[0]
-            dividend = value(form.left, self.values) if isinstance(form, Quotient) else 0.0
-        if stage.operation == "power":
-            dividend = target - 1.0
+        dividend = self._dividend(stage, target)
         if dividend == 0.0:
             raise _Refused(AsksNothing(self.index, unknown))
         reading = f"0 times {unknown} = {number_text(dividend)}"
         if stage.operation != "product":
             reading = f"division by 0 for {unknown}"
         raise _Refused(NoValue(self.index, unknown, reading, pole=True))
+
+    def _dividend(self, stage: Stage, target: float) -> float:
+        """What a vanishing divisor divides: where it is 0 too, the equation holds whatever the unknown is."""
+        form = stage.forms[0]
+        if stage.operation == "quotient" and stage.divisor != TARGET:
+            return math.nan
+        if stage.operation == "power":
+            return target - 1.0
+        return value(form.left, {**self.values, TARGET.name: target}) if isinstance(form, Quotient) else 0.0
+
+    # --- exponents ---
+
+    def _base(self, stage: Stage) -> float | None:
+        """The base of a power whose exponent is asked for, where it is not positive and has no logarithm."""
+        match stage:
+            case Stage("power", divisor=Call("ln", (base,))):
+                number = value(base, self.values)
+                return None if number > 0.0 else number
+            case _:
+                return None
+
+    def _exponents(self, base: float, target: float) -> tuple[float, ...]:
+        unknown, found = self.isolation.unknown, exponents(base, target)
+        if found.anything:
+            raise _Refused(AsksNothing(self.index, unknown))
+        if not found.values:
+            reading = f"a power of {number_text(base)} to be {number_text(target)}"
+            raise _Refused(NoValue(self.index, unknown, reading))
+        self.complete = self.complete and found.complete
+        return found.values
 
     # --- whole turns ---
 

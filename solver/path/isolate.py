@@ -36,8 +36,8 @@ class Stage:
     """Undo one operation: the preimages of the target ``#`` are the ``forms``, principal first.
 
     The target must lie between ``low`` and ``high`` (the image of ``operation``), and
-    ``divisor``, where there is one, must not vanish. ``period`` is that of the operation in
-    its argument.
+    ``divisor``, where there is one, must not vanish (for a root that is the exponent).
+    ``period`` is that of the operation in its argument.
     """
 
     operation: str
@@ -150,7 +150,7 @@ def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
             inner, factor = (left, right) if unknown in nodes.names(left) else (right, left)
             return Stage("product", (divide(TARGET, factor),), divisor=factor), inner
         case Quotient(left, right) if unknown in nodes.names(left):
-            return Stage("quotient", (multiply(TARGET, right),)), left
+            return Stage("quotient", (multiply(TARGET, right),), divisor=right), left
         case Quotient(left, right):
             return Stage("quotient", (divide(left, TARGET),), divisor=TARGET), right
         case Power(base, exponent) if unknown in nodes.names(base):
@@ -187,8 +187,8 @@ def _undo_power(exponent: Expression) -> Stage:
         case Number(value) if value != value // 1:
             return Stage("power", (root,), low=0.0)
         case _:
-            mirrored = negative(power(call("abs", TARGET), divide(Number(1.0), exponent)))
-            return Stage("power", (power(call("abs", TARGET), divide(Number(1.0), exponent)), mirrored))
+            positive = power(call("abs", TARGET), divide(Number(1.0), exponent))
+            return Stage("power", (positive, negative(positive)), divisor=exponent)
 
 
 def _undo_call(
