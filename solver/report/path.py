@@ -73,9 +73,9 @@ def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row
         case SolveBlock():
             yield from _block_rows(model, places, number, step)
         case Decide(conditions):
-            for index in conditions:
+            for place, index in enumerate(conditions):
                 condition = format_condition(model.conditions[index])
-                yield (str(number), "(decides)", "", "", f"whether {condition}")
+                yield ("" if place else str(number), "(decides)", "", "", f"whether {condition}")
         case Assume(index):
             condition = format_condition(model.conditions[index])
             yield (str(number), "(case by case)", "", "", f"assuming {condition}, and not")
