@@ -10,15 +10,17 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
 from solver.facts import AsksNothing, Conflict, Fact, RankLoss, Truncated
 from solver.kernel.block import BlockKernel
+from solver.kernel.outcome import BlockOutcome
 from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
 from solver.path.build import Planner, activity
+from solver.path.cases import compatible
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.witness import testify
 
 MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
-MAX_CASES = 200
+MAX_CASES = 100
 
 
 @dataclass
@@ -120,6 +122,8 @@ class _Explorer:
         self.adrift: list[Leaf] = []
         self.complete = True
         self.cases = 0
+        self.outcomes: dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome] = {}
+        self.denied = {p.condition for e in model.equations for p in e.guard if not p.holds}
 
     def run(self) -> Exploration:
         decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
@@ -257,7 +261,7 @@ class _Explorer:
         return False
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Sequence[Step]) -> bool | None:
-        outcome = solve_block(self._kernel(step), branch.values, self.guesses)
+        outcome = self._solved(step, branch.values)
         self.complete = self.complete and outcome.complete
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
@@ -269,6 +273,14 @@ class _Explorer:
             return True
         facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
+
+    def _solved(self, step: SolveBlock, values: Mapping[str, Value]) -> BlockOutcome:
+        """The outcome of a block; cases that meet it again at the same values share it."""
+        kernel = self._kernel(step)
+        key = (step, tuple(values[name] for name in kernel.known))
+        if key not in self.outcomes:
+            self.outcomes[key] = solve_block(kernel, values, self.guesses)
+        return self.outcomes[key]
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
         """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""
@@ -302,6 +314,8 @@ class _Explorer:
             return False
         before = len(self.leaves)
         for outcome in (True, False):
+            if not compatible(self.model.conditions, {**branch.assumed, step.condition: outcome}):
+                continue
             case = branch.fork()
             case.assumed[step.condition] = outcome
             case.steps.append(step)
@@ -313,16 +327,27 @@ class _Explorer:
         return False
 
     def _given_by_case(self, case: Branch, condition: int, outcome: bool) -> None:
-        """``if mode = 'open`` assumed true says what ``mode`` is."""
+        """``if mode = 'open`` or ``if n = 3`` assumed true says what the variable is."""
         match self.model.conditions[condition]:
             case nodes.Comparison("=", nodes.Name(name), nodes.Symbol(symbol)) if outcome:
                 case.values.setdefault(name, symbol)
+            case nodes.Comparison("=", nodes.Name(name), nodes.Number(number)) if outcome:
+                case.values.setdefault(name, number)
             case _:
                 pass
 
     def _contradicted(self, branch: Branch) -> bool:
+        """Whether a condition came out otherwise than assumed.
+
+        One assumed false may come out true where no rule rests on its being false: the rule that it
+        guards is one more that must hold at the end.
+        """
         found = self._outcomes(branch.assumed, branch.values)
-        return any(branch.assumed[index] is not outcome for index, outcome in found.items())
+        return any(
+            assumed is not found[index] and (assumed or index in self.denied)
+            for index, assumed in branch.assumed.items()
+            if index in found
+        )
 
     def _settled(self, leaf: Leaf, condition: int) -> bool:
         return condition in self._outcomes([condition], leaf.branch.values)
@@ -335,7 +360,8 @@ class _Explorer:
         values = branch.values
         conflicts: list[Fact] = []
         worst, checked = 0.0, 0
-        decided = self._outcomes(range(len(self.model.conditions)), values)
+        verified = self._outcomes(range(len(self.model.conditions)), values)
+        decided = {**branch.assumed, **verified}
         for equation in self.model.equations:
             if not activity(equation, decided) or not all(name in values for name in equation.names):
                 continue
@@ -345,7 +371,7 @@ class _Explorer:
                 worst = max(worst, testimony.scaled)
             else:
                 conflicts.append(Conflict((equation.index,), testimony.miss, values))
-        unverified = [c for c in branch.assumed if c not in decided]
+        unverified = [c for c in branch.assumed if c not in verified]
         missing = tuple(name for name in self.judged if name not in values)
         leaf = Leaf(branch, missing, tuple(conflicts), worst, checked)
         if conflicts:

@@ -47,9 +47,6 @@ def judge(
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
     if solved:
         doubles: tuple[Fact, ...] = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
-        leaf, free = _adrift(found)
-        if leaf is not None and not doubles:
-            return Verdict(Status.SINGULAR, (leaf,), free, _unknown(model, leaf))
         status = Status.SINGULAR if doubles else Status.SOLVED
         return Verdict(status, tuple(solved), doubles, _unknown(model, solved[0]))
     if found.leaves:
@@ -60,16 +57,6 @@ def judge(
         return _contradicted(found)
     status = Status.INFEASIBLE if found.complete else Status.FAILED
     return Verdict(status, ())
-
-
-def _adrift(found: Exploration) -> tuple[Leaf | None, tuple[Fact, ...]]:
-    """A case that the values leave free: an answer of another case is but one of a continuum then."""
-    for leaf in found.adrift:
-        facts = leaf.branch.void.values()
-        free = [f for f in facts if isinstance(f, AsksNothing | RankLoss)]
-        if free and not any(isinstance(f, NoRoot | OutOfRange) for f in facts):
-            return leaf, tuple({id(fact): fact for fact in free}.values())
-    return None, ()
 
 
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:

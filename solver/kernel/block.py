@@ -10,7 +10,7 @@ from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Variable
 from rulesheets.nodes import Expression
-from solver.kernel.chain import Chain, chains, compile_chain, jumps
+from solver.kernel.chain import Chain, chains, compile_chain, exhaustive, jumps
 from solver.kernel.scalar import compile_expressions
 from solver.path.graph import ModelGraph
 from solver.path.steps import SolveBlock
@@ -34,7 +34,9 @@ class BlockKernel:
         flat = [p or nodes.Number(0.0) for row in self.partials for p in row]
         self._flat = compile_expressions(flat, arguments)
         self.exact = all(p is not None for row in self.partials for p in row)
+        self.exhaustive = exhaustive(graph, block)
         self._chains: tuple[Chain, ...] | None = None
+        self._others: tuple[BlockKernel, ...] | None = None
         self._compiled: dict[int, Callable[..., Any]] = {}
 
     def _free_of_unknowns(self, expression: Expression | None) -> bool:
@@ -43,6 +45,12 @@ class BlockKernel:
     @property
     def variables(self) -> list[Variable]:
         return [self.graph.model.variables[name] for name in self.unknowns]
+
+    def others(self) -> tuple[BlockKernel, ...]:
+        """The same block torn elsewhere."""
+        if self._others is None:
+            self._others = tuple(BlockKernel(self.graph, block) for block in self.block.others)
+        return self._others
 
     def chains(self) -> tuple[Chain, ...]:
         if self._chains is None:

@@ -98,7 +98,8 @@ class Candidates:
             inverse = np.linalg.inv(np.asarray(self.question.jacobian(list(point.values())), dtype=float))
         except (np.linalg.LinAlgError, ArithmeticError, ValueError):
             return [math.inf] * len(point)
-        errors: list[float] = (np.abs(inverse) @ np.array(tolerance)).tolist()
+        with np.errstate(all="ignore"):
+            errors: list[float] = (np.abs(inverse) @ np.array(tolerance)).tolist()
         return [error if math.isfinite(error) else math.inf for error in errors]
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -20,7 +20,7 @@ from rulesheets.nodes import Call, Expression, Name, Number, Quotient
 from solver.kernel.scalar import Emitter
 from solver.path import rational
 from solver.path.graph import ModelGraph
-from solver.path.isolate import TARGET, Isolation
+from solver.path.isolate import TARGET, Isolation, Stage
 from solver.path.steps import SolveBlock
 
 MAX_CHAINS = 256
@@ -31,7 +31,10 @@ _JUMPS = frozenset({"sgn", "int", "frac", "round", "mod", "step", "atan2", "atan
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """``name := expression``, which must come out between ``low`` and ``high``."""
+    """``name := expression``, which must come out between ``low`` and ``high``.
+
+    ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be anything.
+    """
 
     name: str
     expression: Expression
@@ -39,6 +42,7 @@ class Assignment:
     high: float = inf
     low_open: bool = False
     high_open: bool = False
+    relational: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,25 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     return tuple(found)
 
 
+def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
+    """Whether the chains cover every preimage: none was cut off, and whole turns make no difference."""
+    count = 1
+    for step in block.order:
+        isolation = graph.isolation(step.equation, graph.number[step.unknown])
+        assert isolation is not None
+        count *= isolation.branches * (3 if isolation.period else 1)
+        if isolation.period and not _covers_turns(graph, step.unknown, isolation.period):
+            return False
+    return count <= MAX_CHAINS
+
+
+def _covers_turns(graph: ModelGraph, name: str, period: float) -> bool:
+    variable = graph.model.variables[name]
+    if variable.low == -inf and variable.high == inf:
+        return graph.turn(name) is not None
+    return max(abs(variable.low), abs(variable.high)) <= period
+
+
 def _residual(graph: ModelGraph, equation: int) -> Assignment:
     body = graph.model.equations[equation]
     return Assignment(f"{RESIDUAL}{equation}", subtract(body.left, body.right))
@@ -80,9 +103,10 @@ def _through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[
 
     if isolation.quadratic is not None or not isolation.stages:
         for form in isolation.forms():
-            yield (last(form),)
+            yield (replace(last(form), relational=isolation.quadratic is not None),)
         return
-    for forms in itertools.product(*(stage.forms for stage in isolation.stages)):
+    bounded_unknown = variable.low > -inf or variable.high < inf
+    for forms in itertools.product(*(_turned(stage, bounded_unknown) for stage in isolation.stages)):
         steps: list[Assignment] = []
         expression = isolation.start
         for place, (stage, form) in enumerate(zip(isolation.stages, forms, strict=True)):
@@ -95,7 +119,22 @@ def _through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[
                 )
                 target = Name(name)
             expression = substitute(form, {TARGET.name: target})
-        yield (*steps, last(expression))
+            if stage.divisor is not None and not isinstance(stage.divisor, Number):
+                name = f"{prefix}.{place}q"
+                steps.append(Assignment(name, expression, relational=True))
+                expression = Name(name)
+        if steps and steps[-1].relational and expression == Name(steps[-1].name):
+            yield (*steps[:-1], replace(last(steps[-1].expression), relational=True))
+        else:
+            yield (*steps, last(expression))
+
+
+def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
+    """The forms of a stage; with a turn more and a turn less where the unknown has a range of its own."""
+    if stage.period is None or not bounded:
+        return stage.forms
+    turns = (0.0, stage.period, -stage.period)
+    return tuple(add(form, Number(turn)) for turn in turns for form in stage.forms)
 
 
 def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:
@@ -140,6 +179,8 @@ class Enclosure:
         empty = np.zeros(low.shape, dtype=bool)
         for item in self.chain.assignments:
             lo, hi = _enclosed(item, boxes)
+            if item.relational:
+                doubtful |= np.isinf(lo) | np.isinf(hi)
             if item.low == -inf and item.high == inf:
                 boxes[item.name] = (lo, hi)
                 empty |= np.isnan(lo)
@@ -168,17 +209,22 @@ class Enclosure:
 
 def _enclosed(item: Assignment, boxes: dict[str, Any]) -> Any:
     """Bounds of an assignment. A quotient that must not be negative has a divisor of its dividend's sign."""
+    # A product x*c = t says nothing about x where both c and t may be 0.
     import numpy as np
 
     from rulesheets.evaluate.enclosure import enclose
     from rulesheets.functions.intervals import divide
 
-    if not (isinstance(item.expression, Quotient) and item.low >= 0.0):
+    if not isinstance(item.expression, Quotient) or not (item.relational or item.low >= 0.0):
         return enclose(item.expression, boxes)
     above, below = enclose(item.expression.left, boxes), enclose(item.expression.right, boxes)
-    lo = np.where((above[0] > 0) & (below[0] < 0), np.minimum(0.0, below[1]), below[0])
-    hi = np.where((above[1] < 0) & (below[1] > 0), np.maximum(0.0, below[0]), below[1])
-    return divide(*above, lo, hi)
+    lo, hi = below
+    if item.low >= 0.0:
+        lo = np.where((above[0] > 0) & (below[0] < 0), np.minimum(0.0, below[1]), below[0])
+        hi = np.where((above[1] < 0) & (below[1] > 0), np.maximum(0.0, below[0]), below[1])
+    low, high = divide(*above, lo, hi)
+    anything = item.relational & (above[0] <= 0) & (above[1] >= 0) & (lo <= 0) & (hi >= 0)
+    return np.where(anything, -np.inf, low), np.where(anything, np.inf, high)
 
 
 def _nested(chain: Chain) -> Iterator[Expression]:

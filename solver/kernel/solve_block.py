@@ -18,9 +18,9 @@ from solver.kernel.question import Question
 from solver.kernel.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
 
-STARTS = 32
-FEW_STARTS = 8
-START_LIMITS = NewtonLimits(iterations=50, escapes=2)
+STARTS = 24
+FEW_STARTS = 6
+START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_ANSWERS = 64
 
 
@@ -38,10 +38,12 @@ def solve_block(
     candidates = Candidates(question)
     complete = False
     if len(block.tears) == 1:
-        search = TearSearch(question, candidates)
+        search = TearSearch(question, candidates, kernel)
         if (freedom := search.freedom()) is not None:
             return freedom
-        complete = search.run()
+        complete = search.run() or any(
+            TearSearch(question, candidates, other).run() for other in kernel.others()
+        )
         if not candidates.answers and (freedom := search.flat_stretch()) is not None:
             return freedom
     if not complete:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from rulesheets.evaluate import value
 from rulesheets.model import Value
+from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.chain import Enclosure
 from solver.kernel.freedom import rank_loss
@@ -14,17 +15,19 @@ from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
 from solver.path import rational
 
-SEARCH_BOXES = 40_000
-SEARCH_ALIVE = 4_000
+SEARCH_BOXES = 12_000
+SEARCH_ALIVE = 2_000
 HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 MIN_SAMPLES = 3
 
 
 class TearSearch:
-    def __init__(self, question: Question, candidates: Candidates) -> None:
+    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
+
+    def __init__(self, question: Question, candidates: Candidates, kernel: BlockKernel) -> None:
         self.question, self.candidates = question, candidates
-        self.kernel = question.kernel
+        self.kernel = kernel
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
 
@@ -45,7 +48,7 @@ class TearSearch:
             for root in (*search.roots, *(x for x, _ in search.touching)):
                 self._candidate(place, root)
             self.flat += [(place, *interval) for interval in search.flat]
-        return complete and not self.kernel.jumps
+        return complete and not self.kernel.jumps and self.kernel.exhaustive
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""

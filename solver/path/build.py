@@ -9,8 +9,10 @@ tearing), and only what is left then is solved case by case.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 
 from rulesheets.model import Equation, Model
+from rulesheets.nodes import Comparison, Name, Number, Symbol
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
@@ -18,10 +20,11 @@ from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
 from solver.structure.frontier import Frontier
 from solver.structure.incidence import Block, Incidence
 from solver.structure.matching import maximum_matching
-from solver.structure.tearing import tear
+from solver.structure.tearing import tearings
 from solver.structure.triangular import block_triangular
 
 ANY_COST = 1 << 30
+TEARINGS = 3
 
 
 class Planner:
@@ -223,12 +226,23 @@ class _Building:
 
     def _assume(self) -> None:
         """Case by case, where a guarded rule could still say something about an unknown."""
+        first = len(self.graph.occurs)
         for equation in self.pending:
-            if self.frontier.missing(equation) and not self._ready(equation):
-                first = len(self.graph.occurs)
-                open_conditions = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
-                self.steps.append(Assume(open_conditions[0]))
+            waiting = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
+            useful = (
+                waiting if self.frontier.missing(equation) else list(filter(self._names_a_value, waiting))
+            )
+            if useful:
+                self.steps.append(Assume(useful[0]))
                 return
+
+    def _names_a_value(self, condition: int) -> bool:
+        """Whether a condition, where it is true, says what its unknown is: ``branch = 'open``."""
+        match self.graph.model.conditions[condition]:
+            case Comparison("=", Name(), Symbol() | Number()):
+                return True
+            case _:
+                return False
 
     # --- simultaneous blocks ---
 
@@ -276,17 +290,18 @@ class _Building:
             self._checks()
             return
         weights = [self._weight(unknowns[u]) for u in block.unknowns]
-        tearing = tear(incidence.restrict(block), dict(zip(block.unknowns, weights, strict=True)))
-        order = tuple(self._inner(equations[e], unknowns[u]) for e, u in tearing.order)
-        self.steps.append(
+        part, preferred = incidence.restrict(block), dict(zip(block.unknowns, weights, strict=True))
+        first, *others = (
             SolveBlock(
                 tuple(equations[e] for e in block.equations),
                 tuple(names[unknowns[u]] for u in block.unknowns),
                 tuple(names[unknowns[u]] for u in tearing.tears),
-                order,
+                tuple(self._inner(equations[e], unknowns[u]) for e, u in tearing.order),
                 tuple(equations[e] for e in tearing.residuals),
             )
+            for tearing in tearings(part, preferred, limit=TEARINGS)
         )
+        self.steps.append(replace(first, others=tuple(others)) if len(first.tears) == 1 else first)
         for unknown in block.unknowns:
             self._learn(unknowns[unknown], *(equations[e] for e in block.equations))
         self._checks()

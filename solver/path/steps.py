@@ -29,7 +29,8 @@ class SolveBlock:
     """Solve ``equations`` simultaneously for as many ``unknowns``.
 
     ``tears`` are iterated on; ``order`` lists the explicit steps that follow from them and
-    ``residuals`` the equations that close the block.
+    ``residuals`` the equations that close the block. ``others`` are tearings to try where this
+    one does not settle how many answers there are.
     """
 
     equations: tuple[int, ...]
@@ -37,6 +38,7 @@ class SolveBlock:
     tears: tuple[str, ...]
     order: tuple[Evaluate, ...] = ()
     residuals: tuple[int, ...] = ()
+    others: tuple[SolveBlock, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
