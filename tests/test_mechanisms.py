@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from math import remainder
 from pathlib import Path
 from typing import Any
 
@@ -69,9 +70,14 @@ def agrees(answer: dict[str, float], exact: dict[str, Any], rel: float) -> bool:
     for name in {*answer, *(rate for rate in exact if kind(rate) != "length")}:
         scale[kind(name)] = max(scale.get(kind(name), 1e-40), abs(float(exact[name])))
     return all(
-        abs(value - float(exact[name])) <= rel * max(abs(float(exact[name])), 0.01 * scale[kind(name)])
+        apart(name, value, float(exact[name])) <= rel * max(abs(float(exact[name])), 0.01 * scale[kind(name)])
         for name, value in answer.items()
     )
+
+
+def apart(name: str, value: float, exact: float) -> float:
+    """Distance, of angles the shorter way round."""
+    return abs(remainder(value - exact, 360.0) if kind(name) == "theta" else value - exact)
 
 
 @pytest.mark.parametrize("mechanism", MECHANISMS, ids=lambda mechanism: mechanism.model)
