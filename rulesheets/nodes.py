@@ -311,7 +311,7 @@ def names(node: Expression | Condition) -> Iterator[str]:
     stack = [node]
     while stack:
         item = stack.pop()
-        if isinstance(item, Name):
+        if type(item) is Name:
             yield item.name
-        else:
-            stack.extend(reversed(children(item)))
+        elif parts := _PARTS.get(type(item)):
+            stack.extend(parts(item)[::-1])

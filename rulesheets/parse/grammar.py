@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Collection, Iterable, Iterator
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,13 @@ from lark.exceptions import UnexpectedToken
 from lark.lexer import Lexer, TerminalDef
 
 from rulesheets.parse.builder import Builder
+from rulesheets.parse.derivation import Derivation, Recorder, follow
 from rulesheets.parse.layout import Line
 from rulesheets.parse.words import Scanner, Word
 from rulesheets.source import Source
 
 _KINDS = ["rule", "row", "use", "head", "parameters"]
+_DERIVATIONS = 1024
 _GRAMMAR = Path(__file__).parent.parent / "rules.lark"
 
 
@@ -39,30 +41,36 @@ def scanner(terminals: Iterable[TerminalDef], ignored: Collection[str]) -> Scann
     return Scanner([(terminal.name, terminal.pattern.to_regexp()) for terminal in ordered])
 
 
-class Words(Lexer):
-    """The scanner as lark wants it; lark's own lexers count lines, which takes them longer."""
+class Kinds(Lexer):
+    """What lark reads: the kinds of words, each placed at its number in the line."""
 
     def __init__(self, conf: LexerConf) -> None:
-        self.scanner = scanner(conf.terminals, conf.ignore)
+        pass
 
     def lex(self, text: str) -> Iterator[Word]:  # type: ignore[override]
-        return self.scanner.words(text)
+        return (Word.of_kind(kind, number) for number, kind in enumerate(text.split()))
 
 
 class Grammar(threading.local):
-    """The parser with its callbacks, one for each thread (the callbacks hold the current line)."""
+    """The parser with its callbacks, one for each thread (the callbacks hold the current line).
+
+    Lines whose words are of the same kinds are derived in the same way, so a derivation is found once
+    and followed for every such line.
+    """
 
     def __init__(self) -> None:
         self.builder = Builder()
+        self.recorder = Recorder()
         self.lark = Lark(
             _GRAMMAR.read_text(encoding="utf-8"),
             parser="lalr",
-            lexer=Words,
+            lexer=Kinds,
             start=_KINDS,
-            transformer=self.builder,
+            transformer=self.recorder,
             maybe_placeholders=True,
         )
         self.scanner = scanner(self.lark.terminals, self.lark.ignore_tokens)
+        self.derivation = lru_cache(maxsize=_DERIVATIONS)(self._derivation)
 
     def read(self, source: Source, line: Line, kind: str) -> Any:
         """The node that a line stands for as a ``rule``, ``row``, ``use``, ``head`` or ``parameters``.
@@ -70,13 +78,23 @@ class Grammar(threading.local):
         Raises Unparsed where the grammar rejects it, RuleSheetError for what it accepts but the
         builder does not (a number out of range).
         """
+        words = tuple(self.scanner.words(line.code))
+        derivation = self.derivation(" ".join([word.type for word in words]), kind)
+        if isinstance(derivation, int):
+            raise Unparsed(words[derivation].start_pos if derivation < len(words) else len(line.code))
         self.builder.source = source
         self.builder.offset = line.start
+        return follow(derivation, words, self.builder)
+
+    def _derivation(self, kinds: str, start: str) -> Derivation | int:
+        """How words of these kinds are read; the number of the first that cannot be where it stands."""
+        self.recorder.steps = []
         try:
-            return self.lark.parse(line.code, start=kind)
+            self.lark.parse(kinds, start=start)
         except UnexpectedToken as stop:
             ended = stop.token.type == "$END"
-            raise Unparsed(len(line.code) if ended else stop.token.start_pos) from None
+            return len(kinds.split()) if ended else int(stop.token.start_pos)
+        return tuple(self.recorder.steps)
 
 
 @cache

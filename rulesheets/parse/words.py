@@ -23,6 +23,13 @@ class Word(str):
     def value(self) -> str:
         return str(self)
 
+    @classmethod
+    def of_kind(cls, kind: str, place: int) -> Word:
+        """A word of which no more is known than its kind."""
+        word = cls()
+        word.type, word.start_pos, word.end_pos = kind, place, place
+        return word
+
 
 class Scanner:
     """Cuts code into words by one regular expression.
