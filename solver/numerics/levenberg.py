@@ -6,6 +6,7 @@ entry, with the damping update of H. B. Nielsen, *Damping parameter in Marquardt
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 from solver.numerics.factor import SMALL, factorise, row_sizes
@@ -21,6 +22,8 @@ def descend(system: System, start: Point, limit: int) -> tuple[Point, int]:
     """
     rows = [size or 1.0 for size in row_sizes(start.jacobian, start.weight)]
     first = lowest = _cost(start.residual, rows)
+    if not isfinite(first):
+        return start, 0
     point, damping, growth = start, 1e-3, 2.0
     for used in range(min(limit, 60)):
         normal, gradient = _normal_equations(point, rows, start.weight)
@@ -36,7 +39,7 @@ def descend(system: System, start: Point, limit: int) -> tuple[Point, int]:
             continue
         predicted = 0.5 * sum(s * (damping * s - g) for s, g in zip(step, gradient, strict=True))
         point, lowest = following, lowest - gain
-        damping *= max(1 / 3, 1 - (2 * gain / predicted - 1) ** 3) if predicted > 0 else 1.0
+        damping *= max(1 / 3, 1 - min(2 * gain / predicted - 1, 1.0) ** 3) if predicted > 0 else 1.0
         growth = 2.0
         if lowest <= 0.01 * first:
             return point, used + 1
@@ -44,7 +47,9 @@ def descend(system: System, start: Point, limit: int) -> tuple[Point, int]:
 
 
 def _cost(residual: list[float], rows: list[float]) -> float:
-    return 0.5 * sum((r / s) ** 2 for r, s in zip(residual, rows, strict=True))
+    """Half the sum of squares; infinite where it overflows (a product does, a power would raise)."""
+    shares = [r / s for r, s in zip(residual, rows, strict=True)]
+    return 0.5 * sum(share * share for share in shares)
 
 
 def _normal_equations(point: Point, rows: list[float], weight: list[float]) -> tuple[Any, list[float]]:
