@@ -146,9 +146,10 @@ class DenseFactor:
     def solve(self, rhs: Sequence[float]) -> list[float]:
         import numpy as np
 
-        projected = self._u.T @ (np.asarray(rhs, dtype=float) / self._row_scale)
-        kept = projected[: self.rank] / self._s[: self.rank]
-        solution: list[float] = (self._weight * (self._vt[: self.rank].T @ kept)).tolist()
+        with np.errstate(all="ignore"):  # a step that overflows is refused by its length
+            projected = self._u.T @ (np.asarray(rhs, dtype=float) / self._row_scale)
+            kept = projected[: self.rank] / self._s[: self.rank]
+            solution: list[float] = (self._weight * (self._vt[: self.rank].T @ kept)).tolist()
         return solution
 
     def condition(self) -> float:
