@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import inf, lcm
 
 from solver.numerics.linear_large import solve_large
 from solver.numerics.linear_outcome import LinearOutcome
@@ -33,42 +34,48 @@ def solve_linear(
 
 
 class _Elimination:
-    """Gauss–Jordan elimination over the rationals that remembers how each row was combined."""
+    """Fraction-free Gauss–Jordan elimination that remembers how each row was combined.
+
+    E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian elimination", Math.
+    Comp. 22 (1968): with rows of integers every division is exact, and no common divisor is ever sought.
+    A row is the ``n`` coefficients, the right-hand side, and the shares of the original rows in it.
+    """
 
     def __init__(
         self, matrix: Sequence[Sequence[float | Fraction]], rhs: Sequence[float | Fraction], columns: int
     ) -> None:
         self.n = columns
-        self.rows = [[Fraction(a) for a in row] for row in matrix]
-        self.rhs = [Fraction(b) for b in rhs]
-        self.made_of = [{i: Fraction(1)} for i in range(len(self.rows))]
+        self.rows = [
+            _integers(row, b, i, len(matrix)) for i, (row, b) in enumerate(zip(matrix, rhs, strict=True))
+        ]
         self.pivots: list[tuple[int, int]] = []
+        self.last = 1
         for column in range(self.n):
             self._pivot(column)
 
     def _pivot(self, column: int) -> None:
         used = {row for row, _ in self.pivots}
-        pivot = next((i for i, row in enumerate(self.rows) if i not in used and row[column]), None)
-        if pivot is None:
+        chosen = next((i for i, row in enumerate(self.rows) if i not in used and row[column]), None)
+        if chosen is None:
             return
-        self.pivots.append((pivot, column))
+        self.pivots.append((chosen, column))
+        source, last = self.rows[chosen], self.last
+        pivot = self.last = source[column]
         for i, row in enumerate(self.rows):
-            if i != pivot and row[column]:
-                self._subtract(i, pivot, row[column] / self.rows[pivot][column])
-
-    def _subtract(self, i: int, pivot: int, factor: Fraction) -> None:
-        self.rows[i] = [a - factor * p for a, p in zip(self.rows[i], self.rows[pivot], strict=True)]
-        self.rhs[i] -= factor * self.rhs[pivot]
-        for origin, share in self.made_of[pivot].items():
-            self.made_of[i][origin] = self.made_of[i].get(origin, Fraction(0)) - factor * share
+            if i == chosen:
+                continue
+            if factor := row[column]:
+                self.rows[i] = [(pivot * a - factor * p) // last for a, p in zip(row, source, strict=True)]
+            elif pivot != last:
+                self.rows[i] = [pivot * a // last for a in row]
 
     def outcome(self) -> LinearOutcome:
         rank, nullspace, contradicting = len(self.pivots), self._nullspace(), self._contradicting()
         if contradicting:
             row = min(contradicting, key=lambda i: (len(self._origins(i)), i))
-            origins = self._origins(row)
-            multipliers = tuple(_rounded(self.made_of[row][i]) for i in origins)
-            miss = _rounded(self.rhs[row])
+            origins, shares = self._origins(row), self._shares(row)
+            multipliers = tuple(_quotient(shares[i], shares[row]) for i in origins)
+            miss = _quotient(self.rows[row][self.n], shares[row])
             return LinearOutcome(Outcome.NO_ROOT, rank, None, nullspace, origins, multipliers, miss)
         outcome = Outcome.SINGULAR_JACOBIAN if nullspace else Outcome.CONVERGED
         return LinearOutcome(outcome, rank, self._solution(), nullspace)
@@ -76,18 +83,23 @@ class _Elimination:
     def _contradicting(self) -> list[int]:
         """Rows that elimination turned into 0 = something else."""
         used = {row for row, _ in self.pivots}
-        return [i for i, b in enumerate(self.rhs) if b and i not in used]
+        return [i for i, row in enumerate(self.rows) if row[self.n] and i not in used]
+
+    def _shares(self, row: int) -> list[int]:
+        """How much of each original row is in this one. (A row without a pivot is in itself alone.)"""
+        return self.rows[row][self.n + 1 :]
 
     def _origins(self, row: int) -> tuple[int, ...]:
         """The original rows that make up this one. A dependent row is a combination of the independent
         pivot rows in one way only, so that no part of this set is dependent by itself."""
-        return tuple(sorted(i for i, share in self.made_of[row].items() if share))
+        return tuple(i for i, share in enumerate(self._shares(row)) if share)
 
     def _solution(self) -> tuple[float | None, ...]:
         values: list[float | None] = [None] * self.n
-        for row, column in self.pivots:
-            if sum(1 for a in self.rows[row] if a) == 1:
-                values[column] = _rounded(self.rhs[row] / self.rows[row][column])
+        for i, column in self.pivots:
+            row = self.rows[i]
+            if sum(1 for a in row[: self.n] if a) == 1:
+                values[column] = _quotient(row[self.n], row[column])
         return tuple(values)
 
     def _nullspace(self) -> tuple[tuple[float, ...], ...]:
@@ -97,14 +109,23 @@ class _Elimination:
             vector = [0.0] * self.n
             vector[free] = 1.0
             for row, column in self.pivots:
-                vector[column] = _rounded(-self.rows[row][free] / self.rows[row][column])
+                vector[column] = _quotient(-self.rows[row][free], self.rows[row][column])
             basis.append(tuple(vector))
         return tuple(basis)
 
 
-def _rounded(value: Fraction) -> float:
+def _integers(row: Sequence[float | Fraction], rhs: float | Fraction, place: int, count: int) -> list[int]:
+    """A row times the common denominator of its numbers, with the share of itself among ``count`` rows."""
+    ratios = [number.as_integer_ratio() for number in (*row, rhs)]
+    common = lcm(*(denominator for _, denominator in ratios))
+    shares = [0] * count
+    shares[place] = common
+    return [numerator * (common // denominator) for numerator, denominator in ratios] + shares
+
+
+def _quotient(numerator: int, denominator: int) -> float:
     """The nearest float; infinite where it is out of range."""
     try:
-        return float(value)
+        return numerator / denominator
     except OverflowError:
-        return float("inf") if value > 0 else float("-inf")
+        return inf if (numerator > 0) == (denominator > 0) else -inf
