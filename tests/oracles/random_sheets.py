@@ -1,4 +1,4 @@
-"""Random rule sheets with a planted solution, and a witness at 50 digits that shares no code with the product.
+"""Random rule sheets with a planted solution, and a witness at 50 digits that shares nothing with the solver.
 
 A rule is made as text; the witness reads that text as a Python expression (``^`` as ``**``) over
 mpmath numbers. Parsing, binding of names, expansion of calls and evaluation are thus all judged
@@ -8,7 +8,8 @@ from outside. Lengths of sheets are small: a block of five rules is a large one 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,10 +33,10 @@ function hypotenuse(a, b; c)
 rules
   s = a^2 + b^2
   c = sqrt(s)
-function polar(r, t; x, y)
+function height(r, t; y)
 rules
-  x = r*cosd(t)
-  y = r*sind(t)
+  k = sind(t)
+  y = r*k
 function affine(a; b)
 parameters {parameter}
 rules
@@ -57,7 +58,7 @@ class RandomRule:
 
 @dataclass(frozen=True)
 class RandomSheet:
-    """``state`` satisfies every rule (to the rounding of one constant a rule); ``inputs`` are some of its names."""
+    """``state`` satisfies every rule, to the rounding of its constant; ``inputs`` are some of its names."""
 
     rules: tuple[RandomRule, ...]
     inputs: tuple[str, ...]
@@ -74,14 +75,27 @@ class RandomSheet:
     def unknowns(self) -> tuple[str, ...]:
         return tuple(name for name in self.state if name not in self.inputs)
 
+    @property
+    def rows(self) -> list[set[str]]:
+        """The unknowns in each rule, for rules of one equation without a guard."""
+        sides = (f"{left} {right}" for rule in self.rules for _, left, right in rule.equations)
+        return [_names(side) & set(self.unknowns) for side in sides]
+
     def shuffled(self, draw: random.Random) -> RandomSheet:
         return replace(self, rules=tuple(draw.sample(self.rules, len(self.rules))))
 
     def without(self, place: int) -> RandomSheet:
         return replace(self, rules=self.rules[:place] + self.rules[place + 1 :])
 
+    def adding(self, rule: RandomRule) -> RandomSheet:
+        return replace(self, rules=(*self.rules, rule))
+
     def given(self, inputs: Sequence[str]) -> RandomSheet:
         return replace(self, inputs=tuple(inputs))
+
+
+def _names(text: str) -> set[str]:
+    return set(re.findall(r"[A-Za-z_]\w*", text))
 
 
 # --- the witness ------------------------------------------------------------------
@@ -90,7 +104,7 @@ class RandomSheet:
 def evaluated(expression: str, values: Mapping[str, Any]) -> Any:
     """An expression of the language at 50 digits."""
     source = expression.replace("^", "**").replace("<>", "!=")
-    return eval(source, {"__builtins__": {}}, {**FUNCTIONS, **values})  # noqa: S307
+    return eval(source, {"__builtins__": {}}, {**FUNCTIONS, **values})
 
 
 def exact(values: Mapping[str, float]) -> dict[str, Any]:
@@ -113,13 +127,14 @@ def backward_error(left: str, right: str, values: Mapping[str, float]) -> float:
         size = mpmath.mpf(0)
         for name, value in at.items():
             step = mpmath.mpf(10) ** -20 * (abs(value) or 1)
-            size += abs((miss({**at, name: value + step}) - miss({**at, name: value - step})) / (2 * step) * value)
+            change = miss({**at, name: value + step}) - miss({**at, name: value - step})
+            size += abs(change / (2 * step) * value)
         found = abs(miss(at))
         return float(found / size) if size else (0.0 if found == 0 else float("inf"))
 
 
 def jacobian(sheet: RandomSheet, values: Mapping[str, float]) -> Any:
-    """Partial derivatives of the active equations by the unknowns, scaled by the values: (equations, unknowns)."""
+    """Derivatives of the active equations by the unknowns times the values: (equations, unknowns)."""
     with mpmath.workdps(DIGITS):
         at = exact(values)
         rows = []
@@ -132,6 +147,46 @@ def jacobian(sheet: RandomSheet, values: Mapping[str, float]) -> Any:
                 row.append(float(change / (2 * step) * (abs(at[name]) or 1)))
             rows.append(row)
         return rows
+
+
+# --- structure, decided by alternating paths --------------------------------------
+
+
+def _match(rows: Sequence[Collection[str]]) -> dict[str, int]:
+    """A maximum matching, unknown to row (Berge's augmenting paths)."""
+    owner: dict[str, int] = {}
+
+    def augment(row: int, seen: set[str]) -> bool:
+        for name in rows[row]:
+            if name not in seen:
+                seen.add(name)
+                if name not in owner or augment(owner[name], seen):
+                    owner[name] = row
+                    return True
+        return False
+
+    for row in range(len(rows)):
+        augment(row, set())
+    return owner
+
+
+def is_square(rows: Sequence[Collection[str]], unknowns: Collection[str]) -> bool:
+    """Whether as many rows as unknowns match perfectly."""
+    return len(rows) == len(unknowns) == len(_match(rows))
+
+
+def undetermined(rows: Sequence[Collection[str]], unknowns: Collection[str]) -> set[str]:
+    """Unknowns that an alternating path reaches from one without a row (Dulmage & Mendelsohn 1958)."""
+    owner = _match(rows)
+    of_row = {row: name for name, row in owner.items()}
+    reached: set[str] = set()
+    waiting = [name for name in unknowns if name not in owner]
+    while waiting:
+        name = waiting.pop()
+        reached.add(name)
+        touched = (of_row[k] for k, row in enumerate(rows) if name in row and k in of_row)
+        waiting.extend(other for other in touched if other not in reached)
+    return reached
 
 
 # --- making rules -----------------------------------------------------------------
@@ -210,19 +265,18 @@ def guarded(draw: random.Random, names: Sequence[str], state: Mapping[str, float
 
 
 def called(draw: random.Random, names: Sequence[str], state: Mapping[str, float]) -> RandomRule:
-    """A call of a rule function of the library; where two results, one is given as a number."""
-    a, b = (draw.choice(names) for _ in range(2)) if len(names) == 1 else draw.sample(names, 2)
+    """A call of a rule function of the library with a number as its result: it runs backwards."""
+    a, b = draw.sample(names, 2) if len(names) > 1 else (names[0], names[0])
     parameter = next(iter(state))
-    kind = draw.choice(("hypotenuse", "affine", "polar"))
+    kind = draw.choice(("hypotenuse", "affine", "height"))
     if kind == "affine":
         value = f"3*({a} + {b}) + {parameter}"
         constant = _constant(value, state)
         return RandomRule(f"call affine({a} + {b}; {constant})", ((None, value, constant),))
-    if kind == "polar":
-        x, y = f"{a}*cosd({b})", f"{a}*sind({b})"
-        constant = _constant(f"{x} + {y}", state)
-        rule = RandomRule(f"{constant} = inner({a}, {b})", ((None, f"{x} + {y}", constant),))
-        return replace(rule, text=f"{a}*cosd({b}) + {a}*sind({b}) = {constant}")
+    if kind == "height":
+        value = f"{a}*sind({b})"
+        constant = _constant(value, state)
+        return RandomRule(f"call height({a}, {b}; {constant})", ((None, value, constant),))
     value = f"sqrt({a}^2 + {b}^2)"
     constant = _constant(value, state)
     return RandomRule(f"hypotenuse({a}, {b}) = {constant}", ((None, value, constant),))
@@ -242,7 +296,7 @@ FAMILIES: Mapping[str, tuple[Maker, ...]] = {
 
 
 def random_sheet(draw: random.Random, family: str, rules: int | None = None) -> RandomSheet:
-    """A structurally well-posed sheet: each rule contains one unknown of its own, and up to two other names."""
+    """A structurally well-posed sheet: each rule has one unknown of its own, and up to two other names."""
     count = rules or draw.randint(1, 5)
     known = draw.randint(1, 3)
     names = [f"x{i}" for i in range(count + known)]
