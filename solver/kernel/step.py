@@ -182,7 +182,7 @@ class _Step:
         """The principal preimage and its whole turns within the window of the unknown."""
         first, second = self._through(principal, rest), self._through(principal + period, rest)
         stride = second - first
-        window = self._window(stride)
+        window = self._window(stride, bare=not rest)
         if window is None or stride == 0 or not math.isfinite(stride):
             return [principal]
         low, high = window
@@ -195,8 +195,12 @@ class _Step:
         inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
         return [principal + k * period for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
 
-    def _window(self, stride: float) -> tuple[float, float] | None:
-        """Where to look for whole turns: the declared range, else one turn. None: the principal one only."""
+    def _window(self, stride: float, bare: bool) -> tuple[float, float] | None:
+        """Where to look for whole turns: the declared range, else one turn. None: the principal one only.
+
+        ``bare``: the unknown itself is the angle; then it is looked for in the turn around 0 even
+        where whole turns make a difference to other rules.
+        """
         low, high = self.variable.low, self.variable.high
         if low > -math.inf and high < math.inf:
             return low, high
@@ -207,7 +211,7 @@ class _Step:
             return low, low + span
         if high < math.inf:
             return high - span, high
-        return (-span / 2, span / 2) if turn else None
+        return (-span / 2, span / 2) if turn or bare else None
 
     def _through(self, target: float, rest: tuple[Stage, ...]) -> float:
         for stage in rest:
