@@ -11,6 +11,7 @@ from rulesheets.evaluate.number import number_text
 from rulesheets.model import Model, Value
 from solver.facts import (
     AsksNothing,
+    BeyondFloats,
     Conflict,
     DoubleRoot,
     Fact,
@@ -121,6 +122,14 @@ class _Explanation:
             case Conflict(equations, miss):
                 note = () if miss is None else (f"together they miss by {number_text(miss)}",)
                 return self._error("S520", "these rules contradict each other", equations, (), note)
+            case BeyondFloats(equation, unknown):
+                message = (
+                    f"the value that this rule asks of {unknown} can't be held by a floating point number"
+                )
+                notes = (
+                    "it is too large, too small, or too near another number: scale the rule, or its units",
+                )
+                return self._error("S551", message, (equation,), (unknown,), notes)
             case Truncated(what):
                 return self._note("S590", f"there are too many {what} to list them all", ())
             case _:

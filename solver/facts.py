@@ -11,7 +11,7 @@ from rulesheets.model import Value
 
 @dataclass(frozen=True, slots=True)
 class NoValue:
-    """Solving ``equation`` for ``unknown`` needs ``operation`` to be ``value`` (``cosd = 1.08``), which it can't.
+    """Solving ``equation`` for ``unknown`` needs what can't be: ``reading`` says it (``cosd = 1.08``).
 
     ``pole``: the unknown would have to be infinite (a product with 0 that is not 0).
     """
@@ -86,10 +86,20 @@ class DoubleRoot:
 
 
 @dataclass(frozen=True, slots=True)
+class BeyondFloats:
+    """``equation`` solved for ``unknown`` does not hold at any float: too large, too small, too near."""
+
+    equation: int
+    unknown: str
+
+
+@dataclass(frozen=True, slots=True)
 class Truncated:
     """A limit was met; there may be more answers."""
 
     what: str
 
 
-Fact: TypeAlias = NoValue | AsksNothing | OutOfRange | Conflict | NoRoot | RankLoss | DoubleRoot | Truncated
+Fact: TypeAlias = (
+    NoValue | AsksNothing | OutOfRange | Conflict | NoRoot | RankLoss | DoubleRoot | BeyondFloats | Truncated
+)

@@ -8,19 +8,33 @@ from dataclasses import dataclass, field, replace
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
-from solver.facts import AsksNothing, Conflict, Fact, RankLoss, Truncated
+from solver.facts import AsksNothing, Conflict, Fact, NoRoot, NoValue, OutOfRange, RankLoss, Truncated
 from solver.kernel.block import BlockKernel
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
 from solver.path.build import Planner, activity
-from solver.path.cases import compatible
+from solver.path.cases import (
+    DIFFERENT,
+    EQUAL,
+    GREATER,
+    LESS,
+    Pair,
+    assumed_outcome,
+    cases_of,
+    comparisons,
+    outcome,
+    possible,
+    value_of_equality,
+)
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.witness import testify
 
 MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
 MAX_CASES = 100
+MAX_SEARCHES = 150
+_MEANING = {LESS: "<", EQUAL: "=", GREATER: ">", DIFFERENT: "<>"}
 
 
 @dataclass
@@ -30,6 +44,7 @@ class Branch:
     values: dict[str, Value]
     decided: dict[int, bool]
     assumed: dict[int, bool] = field(default_factory=dict)
+    signs: dict[Pair, int] = field(default_factory=dict)
     void: dict[int, Fact] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
     settled: set[int] = field(default_factory=set)
@@ -43,6 +58,7 @@ class Branch:
             values=dict(self.values),
             decided=dict(self.decided),
             assumed=dict(self.assumed),
+            signs=dict(self.signs),
             void=dict(self.void),
             steps=list(self.steps),
             settled=set(self.settled),
@@ -56,7 +72,8 @@ class Leaf:
     """The end of a branch: all that could be computed along it, checked.
 
     ``conflicts`` are rules that do not hold there; ``missing`` the wanted names without a value.
-    ``worst`` is the largest scaled residual of the ``checked`` rules.
+    ``worst`` is the largest scaled residual of the ``checked`` rules. ``loose``: nothing contradicts
+    the cases that follow, and nothing determines them.
     """
 
     branch: Branch
@@ -65,9 +82,22 @@ class Leaf:
     worst: float
     checked: int
 
+    loose: bool = False
+
     @property
     def solved(self) -> bool:
         return not self.missing and not self.conflicts
+
+    @property
+    def on_edge(self) -> bool:
+        """Whether an equality between unknowns was assumed on the way."""
+        return EQUAL in self.branch.signs.values()
+
+
+def blocked(leaf: Leaf) -> bool:
+    """Whether something stands in the way of a leaf's missing values, other than freedom."""
+    facts = leaf.branch.void.values()
+    return any(isinstance(f, NoRoot | OutOfRange) or (isinstance(f, NoValue) and not f.pole) for f in facts)
 
 
 @dataclass(frozen=True)
@@ -90,7 +120,7 @@ def planner(model: Model) -> Planner:
     if found is None:
         found = Planner(model)
         model.__dict__["_planner"] = found
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def explore(
@@ -123,7 +153,6 @@ class _Explorer:
         self.complete = True
         self.cases = 0
         self.outcomes: dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome] = {}
-        self.denied = {p.condition for e in model.equations for p in e.guard if not p.holds}
 
     def run(self) -> Exploration:
         decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
@@ -137,12 +166,9 @@ class _Explorer:
     def _outcomes(self, conditions: Collection[int], values: Mapping[str, Value]) -> dict[int, bool]:
         found = {}
         for index in conditions:
-            try:
-                found[index] = holds(self.model.conditions[index], values, self.inputs)
-            except KeyError:
-                continue
-            except Undefined:
-                found[index] = False
+            known = self._settle(self.model.conditions[index], values)
+            if known is not None:
+                found[index] = known
         return found
 
     # --- following a path ---
@@ -278,6 +304,8 @@ class _Explorer:
         """The outcome of a block; cases that meet it again at the same values share it."""
         kernel = self._kernel(step)
         key = (step, tuple(values[name] for name in kernel.known))
+        if key not in self.outcomes and len(self.outcomes) >= MAX_SEARCHES and not kernel.linear:
+            return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
         if key not in self.outcomes:
             self.outcomes[key] = solve_block(kernel, values, self.guesses)
         return self.outcomes[key]
@@ -298,70 +326,98 @@ class _Explorer:
     # --- case by case ---
 
     def _assume(self, branch: Branch, step: Assume) -> bool:
-        """Both cases of a condition; a case is dropped once the condition is known to come out otherwise."""
-        open_conditions = range(len(self.model.conditions))
-        settled = self._outcomes(open_conditions, branch.values)
-        if settled.keys() - branch.decided.keys() - branch.assumed.keys():
-            branch.decided.update(settled)
+        """The cases of one comparison; each is dropped once it is known to come out otherwise."""
+        self._infer(branch)
+        pair = self._open_pair(branch, step.condition)
+        if pair is None:
             return True
         if any(name in branch.blank for name in self.judged):
             self._finish(branch)
             return False
         self.cases += 1
-        if len(branch.assumed) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
+        if len(branch.signs) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
             self._truncate(branch, "cases")
             self._finish(branch)
             return False
-        before = len(self.leaves)
-        for outcome in (True, False):
-            if not compatible(self.model.conditions, {**branch.assumed, step.condition: outcome}):
-                continue
-            case = branch.fork()
-            case.assumed[step.condition] = outcome
-            case.steps.append(step)
-            self._given_by_case(case, step.condition, outcome)
-            if not self._contradicted(case):
-                self._explore(case)
-        if not any(self._settled(leaf, step.condition) for leaf in self.leaves[before:]):
-            self._finish(branch)
+        leaves, adrift = len(self.leaves), len(self.adrift)
+        for sign in cases_of(pair, self.model.conditions):
+            if sign == EQUAL and self._loose(leaves, adrift):
+                self.complete = False
+            else:
+                self._case(branch, step, pair, sign)
+        if self._loose(leaves, adrift):
+            self._finish(branch, loose=True)
         return False
 
-    def _given_by_case(self, case: Branch, condition: int, outcome: bool) -> None:
-        """``if mode = 'open`` or ``if n = 3`` assumed true says what the variable is."""
-        match self.model.conditions[condition]:
-            case nodes.Comparison("=", nodes.Name(name), nodes.Symbol(symbol)) if outcome:
-                case.values.setdefault(name, symbol)
-            case nodes.Comparison("=", nodes.Name(name), nodes.Number(number)) if outcome:
-                case.values.setdefault(name, number)
-            case _:
-                pass
+    def _loose(self, leaves: int, adrift: int) -> bool:
+        """Whether the cases since then leave a continuum: none contradicts, and none determines.
+
+        An answer of a case of equality does not count: it is one point on the edge of that continuum.
+        """
+        free = any(not blocked(leaf) for leaf in self.adrift[adrift:])
+        return free and not any(leaf.solved and not leaf.on_edge for leaf in self.leaves[leaves:])
+
+    def _case(self, branch: Branch, step: Assume, pair: Pair, sign: int) -> None:
+        case = branch.fork()
+        case.signs[pair] = sign
+        case.steps.append(step)
+        said = value_of_equality(pair) if sign == EQUAL else None
+        if said is not None:
+            case.values.setdefault(*said)
+        self._infer(case)
+        if possible(case.signs) and not self._contradicted(case):
+            self._explore(case)
+
+    def _open_pair(self, branch: Branch, condition: int) -> Pair | None:
+        """The first comparison of a condition that is neither known nor assumed."""
+        for atom in comparisons(self.model.conditions[condition]):
+            if self._settle(atom, branch.values) is None and assumed_outcome(atom, branch.signs) is None:
+                return atom.left, atom.right
+        return None
+
+    def _infer(self, branch: Branch) -> None:
+        """What the values and the assumed signs tell about every condition."""
+
+        def settle(atom: nodes.Condition) -> bool | None:
+            known = self._settle(atom, branch.values)
+            if known is None and isinstance(atom, nodes.Comparison):
+                return assumed_outcome(atom, branch.signs)
+            return known
+
+        for index, condition in enumerate(self.model.conditions):
+            if index not in branch.decided:
+                found = outcome(condition, settle)
+                if found is not None:
+                    branch.assumed[index] = found
+
+    def _settle(self, condition: nodes.Condition, values: Mapping[str, Value]) -> bool | None:
+        """How a condition comes out at known values; None where they do not tell."""
+        try:
+            return holds(condition, values, self.inputs)
+        except KeyError:
+            return None
+        except Undefined:
+            return False
 
     def _contradicted(self, branch: Branch) -> bool:
-        """Whether a condition came out otherwise than assumed.
-
-        One assumed false may come out true where no rule rests on its being false: the rule that it
-        guards is one more that must hold at the end.
-        """
-        found = self._outcomes(branch.assumed, branch.values)
+        """Whether a comparison came out otherwise than assumed."""
         return any(
-            assumed is not found[index] and (assumed or index in self.denied)
-            for index, assumed in branch.assumed.items()
-            if index in found
+            self._settle(nodes.Comparison(_MEANING[sign], *pair), branch.values) is False
+            for pair, sign in branch.signs.items()
         )
 
-    def _settled(self, leaf: Leaf, condition: int) -> bool:
-        return condition in self._outcomes([condition], leaf.branch.values)
+    def _unverified(self, branch: Branch) -> bool:
+        return any(self._settle(nodes.Comparison("=", *pair), branch.values) is None for pair in branch.signs)
 
     # --- the end of a branch ---
 
-    def _finish(self, branch: Branch) -> None:
+    def _finish(self, branch: Branch, loose: bool = False) -> None:
         if self._contradicted(branch):
             return
         values = branch.values
         conflicts: list[Fact] = []
         worst, checked = 0.0, 0
-        verified = self._outcomes(range(len(self.model.conditions)), values)
-        decided = {**branch.assumed, **verified}
+        decided = {**branch.assumed, **self._outcomes(range(len(self.model.conditions)), values)}
         for equation in self.model.equations:
             if not activity(equation, decided) or not all(name in values for name in equation.names):
                 continue
@@ -371,10 +427,9 @@ class _Explorer:
                 worst = max(worst, testimony.scaled)
             else:
                 conflicts.append(Conflict((equation.index,), testimony.miss, values))
-        unverified = [c for c in branch.assumed if c not in verified]
         missing = tuple(name for name in self.judged if name not in values)
-        leaf = Leaf(branch, missing, tuple(conflicts), worst, checked)
+        leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)
         if conflicts:
             self.dead.append(leaf)
         else:
-            (self.adrift if unverified and missing else self.leaves).append(leaf)
+            (self.adrift if missing and self._unverified(branch) else self.leaves).append(leaf)

@@ -20,7 +20,7 @@ def sweep(
     given: Mapping[str, Value | None] | None = None,
     guesses: Mapping[str, float] | None = None,
 ) -> Table:
-    """Solve the model for every row of ``inputs``: arrays of one length, or, with ``grid``, every combination.
+    """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
     Raises RuleSheetError for unknown names and ValueError for arrays of different lengths.
     """

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rulesheets.model import Model, Value
 from solver.facts import (
     AsksNothing,
+    BeyondFloats,
     Conflict,
     DoubleRoot,
     Fact,
@@ -15,8 +16,9 @@ from solver.facts import (
     NoValue,
     OutOfRange,
     RankLoss,
+    Truncated,
 )
-from solver.path.steps import SolveBlock, equations_of
+from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
 from solver.solution import Exploration, Leaf, planner
 
@@ -44,6 +46,9 @@ def judge(
     guesses: Mapping[str, float],
 ) -> Verdict:
     """The status of a solve, by what its leaves reached."""
+    loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
+    if loose and all(leaf.on_edge for leaf in found.leaves if leaf.solved):
+        return _unfinished(model, loose, judged, inputs)
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
     if solved:
         doubles: tuple[Fact, ...] = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
@@ -74,6 +79,8 @@ def _unfinished(
     status = Status.PARTIAL
     if by_value or (facts and not structural):
         status = _worst(facts)
+    if status is Status.PARTIAL and any(isinstance(f, Truncated) for f in leaf.branch.facts):
+        status = Status.FAILED
     unknown = _unknown(model, leaf)
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
     return Verdict(status, kept, facts, unknown, tuple(n for n in leaf.missing if n in structural))
@@ -130,9 +137,22 @@ def _worst(facts: Sequence[Fact]) -> Status:
 def _contradicted(found: Exploration) -> Verdict:
     """Every way ended at a rule that does not hold."""
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
+    beyond = _beyond_floats(leaf)
+    if beyond is not None:
+        return Verdict(Status.FAILED, (leaf,), (beyond,))
     iterated = any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
     status = Status.FAILED if iterated and not found.complete else Status.INCONSISTENT
     return Verdict(status, (leaf,), leaf.conflicts)
+
+
+def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:
+    """A single rule that fails for the very unknown that it was solved for contradicts nothing."""
+    if len(leaf.conflicts) != 1 or not isinstance(leaf.conflicts[0], Conflict):
+        return None
+    for name, step in leaf.branch.origins.items():
+        if isinstance(step, Evaluate) and (step.equation,) == leaf.conflicts[0].equations:
+            return BeyondFloats(step.equation, name)
+    return None
 
 
 # --- which answer comes first -------------------------------------------------------

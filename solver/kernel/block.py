@@ -1,23 +1,25 @@
-"""A simultaneous block, compiled once for a path: residual, Jacobian, and the chains of its tearing."""
+"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled when used."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 from rulesheets import nodes
 from rulesheets.construct import subtract
-from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.model import Variable
+from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
+from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression
 from solver.kernel.chain import Chain, chains, compile_chain, exhaustive, jumps
 from solver.kernel.scalar import compile_expressions
 from solver.path.graph import ModelGraph
+from solver.path.linearity import is_linear
 from solver.path.steps import SolveBlock
 
 
 class BlockKernel:
-    """Residual, Jacobian and chains of a block, compiled once for a path."""
+    """Residual, Jacobian and chains of a block, each compiled once for a path, when it is first used."""
 
     def __init__(self, graph: ModelGraph, block: SolveBlock) -> None:
         self.graph, self.block = graph, block
@@ -26,21 +28,35 @@ class BlockKernel:
         names = dict.fromkeys(name for e in self.equations for name in e.names)
         self.known = tuple(name for name in names if name not in self.unknowns)
         self.forms = [subtract(e.left, e.right) for e in self.equations]
-        self.partials = [[_partial(form, unknown) for unknown in self.unknowns] for form in self.forms]
-        self.jumps = any(jumps(form) for form in self.forms)
-        self.linear = not self.jumps and all(self._free_of_unknowns(p) for row in self.partials for p in row)
-        arguments = (*self.unknowns, *self.known)
-        self._residual = compile_expressions(self.forms, arguments)
-        flat = [p or nodes.Number(0.0) for row in self.partials for p in row]
-        self._flat = compile_expressions(flat, arguments)
-        self.exact = all(p is not None for row in self.partials for p in row)
-        self.exhaustive = exhaustive(graph, block)
         self._chains: tuple[Chain, ...] | None = None
         self._others: tuple[BlockKernel, ...] | None = None
         self._compiled: dict[int, Callable[..., Any]] = {}
 
-    def _free_of_unknowns(self, expression: Expression | None) -> bool:
-        return expression is not None and not any(n in self.unknowns for n in nodes.names(expression))
+    @cached_property
+    def jumps(self) -> bool:
+        return any(jumps(form) for form in self.forms)
+
+    @cached_property
+    def exhaustive(self) -> bool:
+        return exhaustive(self.graph, self.block)
+
+    @cached_property
+    def linear(self) -> bool:
+        """Whether every equation, as it is written, is linear in the unknowns."""
+        return all(is_linear(form, self.unknowns) for form in self.forms)
+
+    @cached_property
+    def _partials(self) -> list[Expression | None]:
+        return [_partial(form, unknown) for form in self.forms for unknown in self.unknowns]
+
+    @cached_property
+    def _residual(self) -> Callable[..., Sequence[float]]:
+        return compile_expressions(self.forms, (*self.unknowns, *self.known))
+
+    @cached_property
+    def _flat(self) -> Callable[..., Sequence[float]]:
+        flat = [partial or nodes.Number(0.0) for partial in self._partials]
+        return compile_expressions(flat, (*self.unknowns, *self.known))
 
     @property
     def variables(self) -> list[Variable]:
@@ -75,9 +91,16 @@ class BlockKernel:
             flat = self._flat(*x, *known)
             return [flat[i : i + n] for i in range(0, n * n, n)]
 
-        if self.exact:
-            return rows
-        return _differences(self.residual(known), n)
+        return rows if all(self._partials) else _differences(self.residual(known), n)
+
+    def at_zero(self, values: Mapping[str, Value]) -> tuple[list[float], list[list[float]]]:
+        """Residual and Jacobian where every unknown is 0, by one sweep of each equation, uncompiled.
+
+        Raises ArithmeticError where they are undefined.
+        """
+        point = {**values, **dict.fromkeys(self.unknowns, 0.0)}
+        swept = [derivatives(form, point) for form in self.forms]
+        return [r for r, _ in swept], [[slopes.get(u, 0.0) for u in self.unknowns] for _, slopes in swept]
 
 
 def _partial(form: Expression, unknown: str) -> Expression | None:

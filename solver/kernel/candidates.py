@@ -89,14 +89,18 @@ class Candidates:
         """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""
         import numpy as np
 
-        everything = {**self.question.values, **point}
+        everything = {**self.question.here, **point}
         tolerance = [
             max(BACKWARD * size(equation, everything), EPSILON * gross(equation, everything))
             for equation in self.question.kernel.equations
         ]
         try:
-            inverse = np.linalg.inv(np.asarray(self.question.jacobian(list(point.values())), dtype=float))
-        except (np.linalg.LinAlgError, ArithmeticError, ValueError):
+            jacobian = np.asarray(self.question.jacobian(list(point.values())), dtype=float)
+        except (ArithmeticError, ValueError):
+            return [0.0] * len(point)  # a slope is infinite there: nothing speaks for a multiple root
+        try:
+            inverse = np.linalg.inv(jacobian)
+        except np.linalg.LinAlgError:
             return [math.inf] * len(point)
         with np.errstate(all="ignore"):
             errors: list[float] = (np.abs(inverse) @ np.array(tolerance)).tolist()
@@ -106,7 +110,10 @@ class Candidates:
         from solver.numerics.nullspace import null_direction
 
         numbers = list(point.values())
-        direction = null_direction(self.question.jacobian(numbers), numbers)
+        try:
+            direction = null_direction(self.question.jacobian(numbers), numbers)
+        except (ArithmeticError, ValueError):
+            direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.question.equations, tuple(moving), moving)
 

@@ -16,12 +16,11 @@ from solver.numerics.newton import newton
 
 def solve_linear_block(question: Question) -> BlockOutcome | None:
     """The outcome of a block that is linear in its unknowns; None where numbers are not finite."""
-    zero = [0.0] * len(question.unknowns)
     try:
-        rhs = [-r for r in question.residual(zero)]
-        matrix = question.jacobian(zero)
-    except (ArithmeticError, ValueError):
+        residual, matrix = question.kernel.at_zero(question.here)
+    except ArithmeticError:
         return None
+    rhs = [-r for r in residual]
     if not all(math.isfinite(v) for row in (*matrix, rhs) for v in row):
         return None
     facts = solve_linear(matrix, rhs)
@@ -41,17 +40,16 @@ def solve_linear_block(question: Question) -> BlockOutcome | None:
 
 
 def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None:
-    refined = newton(question.residual, question.jacobian, list(point.values()))
-    better = question.named(refined.x)
-    for trial in (better, point):
-        if not question.holds(trial):
-            continue
-        trial = question.wrapped(trial)
-        outside = question.outside(trial)
-        if outside is not None:
-            return BlockOutcome.out_of_range(question.equations, outside, trial[outside])
-        return BlockOutcome((Answer(trial),), complete=True)
-    return None
+    """The solution; refined where the right-hand side was rounded so much that it does not hold as it is."""
+    if not question.holds(point):
+        point = question.named(newton(question.residual, question.jacobian, list(point.values())).x)
+        if not question.holds(point):
+            return None
+    point = question.wrapped(point)
+    outside = question.outside(point)
+    if outside is not None:
+        return BlockOutcome.out_of_range(question.equations, outside, point[outside])
+    return BlockOutcome((Answer(point),), complete=True)
 
 
 def _dependent(

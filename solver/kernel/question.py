@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 from rulesheets.model import Value
 from solver.kernel.block import BlockKernel
@@ -18,14 +19,21 @@ class Question:
         self, kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]
     ) -> None:
         self.kernel, self.values, self.guesses = kernel, values, guesses
+        self.here = {name: values[name] for name in kernel.known}
         self.unknowns = kernel.unknowns
         self.graph = kernel.graph
         self.variables = kernel.variables
         self.equations = kernel.block.equations
         self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
         self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
-        self.residual = kernel.residual(self.known)
-        self.jacobian = kernel.jacobian(self.known)
+
+    @cached_property
+    def residual(self) -> Callable[[Sequence[float]], Sequence[float]]:
+        return self.kernel.residual(self.known)
+
+    @cached_property
+    def jacobian(self) -> Callable[[Sequence[float]], list[Sequence[float]]]:
+        return self.kernel.jacobian(self.known)
 
     def named(self, x: Sequence[float]) -> dict[str, float]:
         return dict(zip(self.unknowns, map(float, x), strict=True))
@@ -34,7 +42,7 @@ class Question:
         """Whether the witness accepts every equation of the block at the point."""
         if not all(math.isfinite(v) for v in point.values()):
             return False
-        everything = {**self.values, **point}
+        everything = {**self.here, **point}
         return all(testify(equation, everything).holds for equation in self.kernel.equations)
 
     def outside(self, point: Mapping[str, float]) -> str | None:

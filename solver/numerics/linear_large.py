@@ -31,9 +31,7 @@ def solve_large(matrix: Any, rhs: Any) -> LinearOutcome:
         return _contradiction(a, b, factor.rank)
     condition = factor.condition()
     if factor.rank == n:
-        return LinearOutcome(
-            Outcome.CONVERGED, n, tuple(map(float, x)), exact=False, condition=condition
-        )
+        return LinearOutcome(Outcome.CONVERGED, n, tuple(map(float, x)), exact=False, condition=condition)
     return _underdetermined(a, x, factor.rank, condition)
 
 

@@ -38,9 +38,7 @@ class Termination:
         """Quadratic contraction has ended at a step so small that only rounding explains it."""
         return step_norm <= self.stagnation and step_norm > 0.25 * previous_norm
 
-    def explains(
-        self, residual: Sequence[float], predicted: Sequence[float], sizes: Sequence[float]
-    ) -> bool:
+    def explains(self, residual: Sequence[float], predicted: Sequence[float], sizes: Sequence[float]) -> bool:
         """Whether the step accounts for the residual: F + J dx is small beside F, or beside ``sizes[i]``
         = Σ_j |J_ij| w_j. (``predicted`` is J dx. Where rank is lost at a minimum of |F| it does not.)"""
         return all(

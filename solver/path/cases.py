@@ -1,48 +1,118 @@
-"""Which assumptions about conditions can hold at once: the sign of a difference decides."""
+"""Cases of conditions that wait on unknowns: the sign of one difference at a time.
+
+To assume whole conditions one by one would multiply cases that exclude each other. Instead the sign
+of ``left - right`` of one comparison is assumed; it settles every comparison of the same two
+expressions, and ``and``, ``or`` and ``not`` follow by three-valued logic (S. C. Kleene, *Introduction to
+Metamathematics*, 1952, section 64).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TypeAlias
 
-from rulesheets.nodes import And, Comparison, Condition, Expression, Not, Or
+from rulesheets import nodes
+from rulesheets.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
 
-_SIGNS = {"=": {0}, "<>": {-1, 1}, "<": {-1}, "<=": {-1, 0}, ">": {1}, ">=": {0, 1}}
-_OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
-_SWAPPED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
+Pair: TypeAlias = tuple[Expression, Expression]
 
+LESS, EQUAL, GREATER, DIFFERENT = -1, 0, 1, 2
+"""What can be assumed of a pair; ``DIFFERENT`` serves pairs that are only asked whether they are equal."""
 
-def compatible(conditions: Sequence[Condition], assumed: Mapping[int, bool]) -> bool:
-    """Whether the assumed outcomes leave room.
-
-    False where two comparisons of the same expressions exclude each other, and where they meet in
-    nothing but equality without any of them asking for it (``a >= b`` and ``a <= b``): the neighbouring
-    case, in which one of the two is not assumed, covers that.
-    """
-    signs: dict[tuple[Expression, Expression], set[int]] = {}
-    equal: set[tuple[Expression, Expression]] = set()
-    for index, outcome in assumed.items():
-        for operator, left, right in _comparisons(conditions[index], outcome):
-            key = (left, right)
-            if (right, left) in signs:
-                key, operator = (right, left), _SWAPPED[operator]
-            signs[key] = signs.get(key, {-1, 0, 1}) & _SIGNS[operator]
-            if operator == "=":
-                equal.add(key)
-    return all(left and (left != {0} or key in equal) for key, left in signs.items())
+_TRUE_FOR = {
+    "=": {EQUAL},
+    "<>": {LESS, GREATER, DIFFERENT},
+    "<": {LESS},
+    "<=": {LESS, EQUAL},
+    ">": {GREATER},
+    ">=": {GREATER, EQUAL},
+}
+_MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
-def _comparisons(condition: Condition, outcome: bool) -> Iterator[tuple[str, Expression, Expression]]:
-    """Comparisons that all hold if the condition comes out so; of an alternative, none."""
+def comparisons(condition: Condition) -> Iterator[Comparison]:
+    """The comparisons that a condition is made of, left to right."""
+    if isinstance(condition, Comparison):
+        yield condition
+    elif isinstance(condition, And | Or | Not):
+        for part in nodes.children(condition):
+            yield from comparisons(part)  # type: ignore[arg-type]
+
+
+def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, int]) -> bool | None:
+    """How a comparison comes out under the assumed signs; None where they don't tell."""
+    left, right, operator = comparison.left, comparison.right, comparison.operator
+    sign = signs.get((left, right))
+    if sign is None:
+        sign, operator = signs.get((right, left)), _MIRRORED[operator]
+    return None if sign is None else sign in _TRUE_FOR[operator]
+
+
+def outcome(condition: Condition, settle: Callable[[Condition], bool | None]) -> bool | None:
+    """Three-valued value of a condition; ``settle`` answers for its comparisons."""
     match condition:
-        case Comparison(operator, left, right):
-            yield (operator if outcome else _OPPOSITE[operator]), left, right
         case Not(term):
-            yield from _comparisons(term, not outcome)
-        case And(terms) if outcome:
-            for term in terms:
-                yield from _comparisons(term, True)
-        case Or(terms) if not outcome:
-            for term in terms:
-                yield from _comparisons(term, False)
+            inner = outcome(term, settle)
+            return None if inner is None else not inner
+        case And(terms):
+            return _all([outcome(term, settle) for term in terms], wanted=True)
+        case Or(terms):
+            return _all([outcome(term, settle) for term in terms], wanted=False)
         case _:
-            return
+            return settle(condition)
+
+
+def _all(outcomes: list[bool | None], wanted: bool) -> bool | None:
+    """``wanted`` if all are; its opposite if one is that; else unknown."""
+    if any(found is not None and found is not wanted for found in outcomes):
+        return not wanted
+    return None if None in outcomes else wanted
+
+
+def cases_of(pair: Pair, conditions: Iterable[Condition]) -> tuple[int, ...]:
+    """The cases of a pair, the likely ones first; equality last, where a single point is meant."""
+    if any(isinstance(side, Symbol) for side in pair):
+        return (EQUAL, DIFFERENT)
+    operators = {
+        atom.operator
+        for condition in conditions
+        for atom in comparisons(condition)
+        if pair in ((atom.left, atom.right), (atom.right, atom.left))
+    }
+    return (DIFFERENT, EQUAL) if operators <= {"=", "<>"} else (GREATER, LESS, EQUAL)
+
+
+def possible(signs: Mapping[Pair, int]) -> bool:
+    """Whether the assumed signs leave room for the variables that are compared with numbers."""
+    ranges: dict[str, tuple[float, float]] = {}
+    points: dict[str, float] = {}
+    for (left, right), sign in signs.items():
+        match left, right:
+            case Name(name), Number(number):
+                pass
+            case Number(number), Name(name):
+                sign = -sign if sign in (LESS, GREATER) else sign
+            case _:
+                continue
+        low, high = ranges.get(name, (-math.inf, math.inf))
+        if sign == EQUAL and points.setdefault(name, number) != number:
+            return False
+        if sign == GREATER:
+            low = max(low, number)
+        elif sign == LESS:
+            high = min(high, number)
+        ranges[name] = (low, high)
+    inside = all(low < high for low, high in ranges.values())
+    return inside and all(ranges[name][0] < point < ranges[name][1] for name, point in points.items())
+
+
+def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:
+    """What an assumed equality says of a variable: ``branch = 'open``, ``n = 3``."""
+    match pair:
+        case (Name(name), Symbol(symbol)) | (Symbol(symbol), Name(name)):
+            return name, symbol
+        case (Name(name), Number(number)) | (Number(number), Name(name)):
+            return name, number
+        case _:
+            return None
