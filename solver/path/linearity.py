@@ -10,7 +10,7 @@ from rulesheets.nodes import Expression, Name, Negative, Number, Product, Quotie
 
 
 def is_linear(expression: Expression, unknowns: Collection[str]) -> bool:
-    """Whether the expression, as it is written, is linear in the unknowns; its coefficients may be anything."""
+    """Whether the expression, as it is written, is linear in the unknowns, with any coefficients."""
     stack = [expression]
     while stack:
         match stack.pop():
