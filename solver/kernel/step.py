@@ -50,8 +50,9 @@ class _Step:
     def __init__(
         self, graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
     ) -> None:
-        self.graph, self.index, self.isolation, self.values = graph, equation, isolation, values
+        self.graph, self.index, self.isolation = graph, equation, isolation
         self.equation = graph.model.equations[equation]
+        self.values = {name: values[name] for name in self.equation.names if name in values}
         self.variable: Variable = graph.model.variables[isolation.unknown]
         self.complete = True
         self.clamped = False

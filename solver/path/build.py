@@ -270,9 +270,9 @@ class _Building:
             for variable in self.frontier.unknowns(equation):
                 number = unknowns.setdefault(variable, len(unknowns))
                 row.append(number)
-                isolation = self.graph.isolation(equation, variable)
-                if isolation is not None:
-                    local[number] = isolation.cost
+                cost = self.graph.cost(equation, variable)
+                if cost is not None:
+                    local[number] = cost
             occurs.append(tuple(sorted(row)))
             resolvable.append(local)
         return Incidence(tuple(occurs), tuple(resolvable), len(unknowns)), remaining, list(unknowns)

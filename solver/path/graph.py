@@ -9,6 +9,7 @@ from rulesheets import nodes
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Name, Negative, Number, Product, Sum
 from solver.path.isolate import Isolation, isolate
+from solver.path.linearity import plainly_resolvable
 
 TURN = {
     **dict.fromkeys(("sind", "cosd", "tand"), 360.0),
@@ -35,6 +36,7 @@ class ModelGraph:
         )
         self._users: dict[str, tuple[int, ...]] = {}
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
+        self._plain: dict[int, frozenset[str]] = {}
         self._turns: dict[str, float | None] | None = None
         self.kernels: dict[Any, Any] = {}
 
@@ -58,6 +60,16 @@ class ModelGraph:
             body = self.model.equations[equation]
             self._isolations[key] = isolate(body.left, body.right, self.names[variable])
         return self._isolations[key]
+
+    def cost(self, equation: int, variable: int) -> int | None:
+        """The cost of an isolation, told without isolating where that is plain; None where there is none."""
+        if equation not in self._plain:
+            body = self.model.equations[equation]
+            self._plain[equation] = plainly_resolvable(body.left, body.right)
+        if self.names[variable] in self._plain[equation]:
+            return 0
+        isolation = self.isolation(equation, variable)
+        return None if isolation is None else isolation.cost
 
     def turn(self, name: str) -> float | None:
         """The period of a variable that is nothing but an angle: 360, 2π, or None."""
