@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TypeAlias
 
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
@@ -114,6 +116,10 @@ class Exploration:
     adrift: tuple[Leaf, ...] = ()
 
 
+Rest: TypeAlias = Callable[[Branch], bool]
+"""The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
+
+
 def planner(model: Model) -> Planner:
     """The planner of a model, with every path that it has found so far."""
     found = model.__dict__.get("_planner")
@@ -189,16 +195,18 @@ class _Explorer:
         self.complete = False
         branch.facts = (*branch.facts, Truncated(what))
 
-    def _follow(self, branch: Branch, steps: Sequence[Step]) -> bool:
-        """Run the steps; True where the branch must be planned anew, False where it has ended."""
-        for place, step in enumerate(steps):
+    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
+        """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
+        for place in range(start, len(steps)):
+            step = steps[place]
+            rest = partial(self._follow, steps=steps, start=place + 1)
             match step:
                 case Evaluate(equation=equation, unknown=unknown):
-                    again = self._evaluate(branch, step, equation, unknown, steps[place + 1 :])
+                    again = self._evaluate(branch, step, equation, unknown, rest)
                 case Select():
-                    again = self._select(branch, step, steps[place + 1 :])
+                    again = self._select(branch, step, rest)
                 case SolveBlock():
-                    again = self._block(branch, step, steps[place + 1 :])
+                    again = self._block(branch, step, rest)
                 case Check(equation=equation):
                     again = self._check(branch, step, equation)
                 case Decide(conditions=conditions):
@@ -222,9 +230,7 @@ class _Explorer:
             case SolveBlock(equations=equations):
                 branch.settled.update(equations)
 
-    def _evaluate(
-        self, branch: Branch, step: Step, equation: int, unknown: str, rest: Sequence[Step]
-    ) -> bool | None:
+    def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str, rest: Rest) -> bool | None:
         """None: go on; True: plan anew; False: ended (each fork has gone its own way)."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
@@ -245,7 +251,7 @@ class _Explorer:
         step: Step,
         found: Sequence[Mapping[str, Value]],
         facts: Sequence[tuple[Fact, ...]],
-        rest: Sequence[Step],
+        rest: Rest,
     ) -> bool | None:
         """Go on with the one value there is (None), or send a fork on its way with each (False)."""
         if len(found) == 1:
@@ -259,14 +265,14 @@ class _Explorer:
             fork = branch.fork()
             fork.facts = (*fork.facts, *known)
             self._learn(fork, step, values)
-            if self._follow(fork, rest):
+            if rest(fork):
                 self._explore(fork)
         return False
 
     def _full(self) -> bool:
         return len(self.leaves) + len(self.dead) + len(self.adrift) >= MAX_LEAVES
 
-    def _select(self, branch: Branch, step: Select, rest: Sequence[Step]) -> bool | None:
+    def _select(self, branch: Branch, step: Select, rest: Rest) -> bool | None:
         equations = self.model.equations
         for equation in step.equations:
             conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
@@ -286,7 +292,7 @@ class _Explorer:
         self._finish(branch)
         return False
 
-    def _block(self, branch: Branch, step: SolveBlock, rest: Sequence[Step]) -> bool | None:
+    def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch.values)
         self.complete = self.complete and outcome.complete
         if outcome.free:

@@ -251,11 +251,12 @@ class _Building:
         if not remaining:
             return False
         incidence, equations, unknowns = self._incidence(remaining)
-        parts = dulmage_mendelsohn(incidence)
+        matching = maximum_matching(incidence)
+        parts = dulmage_mendelsohn(incidence, matching)
         if parts.over.unknowns:
             blocks = self._first_of(incidence, parts.over)
         else:
-            blocks = block_triangular(incidence, parts.square)
+            blocks = block_triangular(incidence, parts.square, matching)
         for block in blocks:
             self._block(block, incidence, equations, unknowns)
         return bool(blocks)

@@ -12,23 +12,27 @@ from heapq import heapify, heappop, heappush
 from solver.structure import csgraph
 from solver.structure.components import strong_components
 from solver.structure.incidence import Block, Incidence
-from solver.structure.matching import maximum_matching
+from solver.structure.matching import Matching, maximum_matching
 
 SMALL = 100_000
 """Up to so many nodes plain Python is faster than importing scipy."""
 
 
-def block_triangular(incidence: Incidence, square: Block | None = None) -> tuple[Block, ...]:
+def block_triangular(
+    incidence: Incidence, square: Block | None = None, matching: Matching | None = None
+) -> tuple[Block, ...]:
     """The blocks to solve one after another, each simultaneous in itself.
 
     The blocks are unique, whatever the matching that they are found with; among orders in which
     every block comes after those that it needs, it is the one that keeps closest to the source.
+    ``matching`` may be any maximum matching of the whole, where that is known already.
     Raises ValueError where the part can't be matched completely.
     """
     part = incidence if square is None else incidence.restrict(square)
     equations = part.block.equations
-    matching = maximum_matching(part)
-    if matching.size != len(equations) or matching.size != len(part.block.unknowns):
+    matching = matching or maximum_matching(part)
+    matched = {matching.unknown_of[e] for e in equations}
+    if len(equations) != len(part.block.unknowns) or matched != set(part.block.unknowns):
         raise ValueError("a block triangular form needs as many independent equations as unknowns")
     number = {matching.unknown_of[e]: i for i, e in enumerate(equations)}
     needs = [[number[u] for u in part.occurs[e]] for e in equations]
