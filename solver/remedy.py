@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from time import monotonic
 
 from rulesheets import nodes
 from rulesheets.model import Model, Value
@@ -15,6 +16,19 @@ MAX_CANDIDATES = 200
 MAX_SETS = 400
 MAX_FILTER = 60
 MAX_TRIALS = 26
+PATIENCE = 2.0
+"""Seconds that the search for one remedy may take: it is advice, and the verdict stands without it."""
+
+
+class Patience:
+    """Runs out ``PATIENCE`` seconds after it was made."""
+
+    def __init__(self) -> None:
+        self._end = monotonic() + PATIENCE
+
+    @property
+    def lost(self) -> bool:
+        return monotonic() > self._end
 
 
 # --- under-determined: what to give ------------------------------------------------------
@@ -81,7 +95,10 @@ def clash(model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequ
     rules, given = derivation(model, inputs, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return Clash(tuple(rules), tuple(given))
+    patience = Patience()
     for item in (*reversed(rules), *reversed(given)):
+        if patience.lost:
+            break
         fewer = [e for e in rules if e != item], [n for n in given if n != item]
         if _contradictory(model, inputs, *fewer):
             rules, given = fewer
@@ -152,7 +169,10 @@ def cures(
 ) -> tuple[tuple[str, Value], ...]:
     """Inputs that make the rest solvable when left out, each with the value that it would take then."""
     found: list[tuple[str, Value]] = []
+    patience = Patience()
     for name in names:
+        if patience.lost:
+            break
         rest = {n: v for n, v in inputs.items() if n != name}
         leaves = [leaf for leaf in explore(model, rest, None, {}, judged).leaves if leaf.solved]
         values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
@@ -182,17 +202,20 @@ def bounds(
 ) -> tuple[Bound, ...]:
     """How far each single input would have to move for a solution to exist, found by bisection."""
     found = []
+    patience = Patience()
     for name in names:
         given = inputs[name]
-        if not isinstance(given, float):
+        if not isinstance(given, float) or patience.lost:
             continue
 
         def feasible(value: float, name: str = name) -> bool:
+            if patience.lost:
+                return False
             leaves = explore(model, {**inputs, name: value}, judged, {}, judged).leaves
             return any(leaf.solved for leaf in leaves)
 
         edge = _edge(feasible, given)
-        if edge is not None:
+        if edge is not None and not patience.lost:
             found.append(Bound(name, edge, upper=edge < given))
     return tuple(found)
 
@@ -200,7 +223,7 @@ def bounds(
 def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
     """The feasible value nearest to the given one along the line, as far as a short search tells."""
     size = abs(given) or 1.0
-    for share in (0.02, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5, 5.0):
+    for share in (0.02, 0.1, 0.3, 0.6, 1.0, 2.5):
         for trial in (given - share * size, given + share * size):
             if feasible(trial):
                 return _bisected(feasible, given, trial)

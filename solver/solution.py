@@ -345,23 +345,22 @@ class _Explorer:
             self._truncate(branch, "cases")
             self._finish(branch)
             return False
-        leaves, adrift = len(self.leaves), len(self.adrift)
+        adrift = len(self.adrift)
         for sign in cases_of(pair, self.model.conditions):
-            if sign == EQUAL and self._loose(leaves, adrift):
+            if sign == EQUAL and self._loose(adrift):
                 self.complete = False
             else:
                 self._case(branch, step, pair, sign)
-        if self._loose(leaves, adrift):
+        if self._loose(adrift):
             self._finish(branch, loose=True)
         return False
 
-    def _loose(self, leaves: int, adrift: int) -> bool:
-        """Whether the cases since then leave a continuum: none contradicts, and none determines.
+    def _loose(self, adrift: int) -> bool:
+        """Whether the cases since then leave a continuum that nothing contradicts.
 
-        An answer of a case of equality does not count: it is one point on the edge of that continuum.
+        Answers of other cases do not make it a solved one; a case of equality is but its edge.
         """
-        free = any(not blocked(leaf) for leaf in self.adrift[adrift:])
-        return free and not any(leaf.solved and not leaf.on_edge for leaf in self.leaves[leaves:])
+        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
 
     def _case(self, branch: Branch, step: Assume, pair: Pair, sign: int) -> None:
         case = branch.fork()

@@ -18,7 +18,7 @@ from solver.facts import (
     RankLoss,
     Truncated,
 )
-from solver.path.steps import Evaluate, SolveBlock, equations_of
+from solver.path.steps import Evaluate, equations_of
 from solver.result import Status
 from solver.solution import Exploration, Leaf, planner
 
@@ -47,7 +47,7 @@ def judge(
 ) -> Verdict:
     """The status of a solve, by what its leaves reached."""
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
-    if loose and all(leaf.on_edge for leaf in found.leaves if leaf.solved):
+    if loose:
         return _unfinished(model, loose, judged, inputs)
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
     if solved:
@@ -140,8 +140,7 @@ def _contradicted(found: Exploration) -> Verdict:
     beyond = _beyond_floats(leaf)
     if beyond is not None:
         return Verdict(Status.FAILED, (leaf,), (beyond,))
-    iterated = any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
-    status = Status.FAILED if iterated and not found.complete else Status.INCONSISTENT
+    status = Status.INCONSISTENT if found.complete else Status.FAILED
     return Verdict(status, (leaf,), leaf.conflicts)
 
 

@@ -43,7 +43,7 @@ class IsolationLimits:
     alive: int = 8_000
     levels: int = 220
     presplit: int = 5
-    candidates: int = 200
+    candidates: int = 24
     remote_levels: int = 6
 
 

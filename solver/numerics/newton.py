@@ -158,9 +158,9 @@ class _Search:
             return 1.0
         simplified, weight, previous = self.last
         change = scaled_norm([b - d for b, d in zip(simplified, step, strict=True)], weight)
-        if change == 0.0:
+        if change == 0.0 or norm == 0.0:
             return 1.0
-        predicted = previous * scaled_norm(simplified, weight) / (change * norm) * self.damping
+        predicted = (previous / norm) * (scaled_norm(simplified, weight) / change) * self.damping
         return min(1.0, max(predicted, 10 * self.limits.shortest))
 
     def _accept(

@@ -24,7 +24,7 @@ from solver.structure.tearing import tearings
 from solver.structure.triangular import block_triangular
 
 ANY_COST = 1 << 30
-TEARINGS = 3
+TEARINGS = 2
 
 
 class Planner:
