@@ -203,6 +203,13 @@ def _plain(expression: str, state: Mapping[str, float]) -> RandomRule:
     return RandomRule(f"{expression} = {constant}", ((None, expression, constant),))
 
 
+def off_by_one(rule: RandomRule) -> RandomRule:
+    """A plain rule that asks for 1 more than holds at the state."""
+    (_, left, right), *_ = rule.equations
+    constant = repr(float(right) + 1.0)
+    return RandomRule(f"{left} = {constant}", ((None, left, constant),))
+
+
 def _coefficient(draw: random.Random) -> int:
     return draw.choice((-5, -4, -3, -2, 2, 3, 4, 5, 7))
 
