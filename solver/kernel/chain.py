@@ -119,7 +119,7 @@ def _through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[
                 )
                 target = Name(name)
             expression = substitute(form, {TARGET.name: target})
-            if stage.divisor is not None and not isinstance(stage.divisor, Number):
+            if isinstance(form, Quotient) and not isinstance(stage.divisor, Number):
                 name = f"{prefix}.{place}q"
                 steps.append(Assignment(name, expression, relational=True))
                 expression = Name(name)
@@ -179,8 +179,6 @@ class Enclosure:
         empty = np.zeros(low.shape, dtype=bool)
         for item in self.chain.assignments:
             lo, hi = _enclosed(item, boxes)
-            if item.relational:
-                doubtful |= np.isinf(lo) | np.isinf(hi)
             if item.low == -inf and item.high == inf:
                 boxes[item.name] = (lo, hi)
                 empty |= np.isnan(lo)

@@ -135,8 +135,10 @@ _EXTRANEOUS = frozenset({"atan2", "atan2d", "power"})
 
 
 def _may_fail(stage: Stage) -> bool:
+    """Whether the target may leave the image, or the form divide by something that may vanish."""
     bounded = stage.low > -inf or stage.high < inf
-    return bounded or (stage.divisor is not None and not isinstance(stage.divisor, Number))
+    divides = any(not isinstance(form, Product) for form in stage.forms)
+    return bounded or (divides and stage.divisor is not None and not isinstance(stage.divisor, Number))
 
 
 def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:

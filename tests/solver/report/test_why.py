@@ -16,7 +16,7 @@ from solver.report.why import why_latex, why_markdown, why_text
 LENS = """\
 variables
   f = 50   [mm]  " focal length
-  u = -200 [mm]
+  u = 200 [mm]
   v        [mm]
   m
 rules
