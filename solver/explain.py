@@ -210,7 +210,9 @@ class _Explanation:
             numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
         else:
             _, numeric = derivation(self.model, self.inputs, self.leaf, equations)
-        found = bounds(self.model, self.inputs, numeric[:MAX_INPUTS], unknowns)
+        own = {name: variable.value for name, variable in self.model.variables.items()}
+        changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
+        found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns)
         sides = [f"{b.name} {'≤' if b.upper else '≥'} {number_text(_rounded(b.value))}" for b in found]
         return (
             (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()

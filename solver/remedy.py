@@ -16,7 +16,7 @@ MAX_CANDIDATES = 200
 MAX_SETS = 400
 MAX_FILTER = 60
 MAX_TRIALS = 26
-PATIENCE = 2.0
+PATIENCE = 4.0
 """Seconds that the search for one remedy may take: it is advice, and the verdict stands without it."""
 
 
@@ -223,7 +223,7 @@ def bounds(
 def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
     """The feasible value nearest to the given one along the line, as far as a short search tells."""
     size = abs(given) or 1.0
-    for share in (0.02, 0.1, 0.3, 0.6, 1.0, 2.5):
+    for share in (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0):
         for trial in (given - share * size, given + share * size):
             if feasible(trial):
                 return _bisected(feasible, given, trial)

@@ -30,6 +30,7 @@ from solver.path.cases import (
     value_of_equality,
 )
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.turns import settled
 from solver.witness import testify
 
 MAX_LEAVES = 256
@@ -419,7 +420,7 @@ class _Explorer:
     def _finish(self, branch: Branch, loose: bool = False) -> None:
         if self._contradicted(branch):
             return
-        values = branch.values
+        branch.values = values = settled(self.graph, branch.values, self.inputs)
         conflicts: list[Fact] = []
         worst, checked = 0.0, 0
         decided = {**branch.assumed, **self._outcomes(range(len(self.model.conditions)), values)}

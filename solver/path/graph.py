@@ -96,7 +96,7 @@ def _angle_relation(equation: Equation, turns: dict[str, float | None]) -> bool:
         if isinstance(one, Name) and isinstance(other, Call) and other.function in _DIRECTIONS:
             turns.setdefault(one.name, _DIRECTIONS[other.function])
             return not any(True for _ in nodes.names(other)) or _collect_into(other, turns)
-    return _angle_sum(left) and _angle_sum(right)
+    return is_angle_sum(left) and is_angle_sum(right)
 
 
 def _collect_into(call: Call, turns: dict[str, float | None]) -> bool:
@@ -107,15 +107,15 @@ def _collect_into(call: Call, turns: dict[str, float | None]) -> bool:
     return True
 
 
-def _angle_sum(side: nodes.Expression) -> bool:
+def is_angle_sum(side: nodes.Expression) -> bool:
     """Names and numbers added up: harmless for angles, and no evidence that they are any."""
     match side:
         case Name() | Number():
             return True
         case Negative(operand):
-            return _angle_sum(operand)
+            return is_angle_sum(operand)
         case Sum(terms):
-            return all(isinstance(t, Name | Number | Negative) and _angle_sum(t) for t in terms)
+            return all(isinstance(t, Name | Number | Negative) and is_angle_sum(t) for t in terms)
         case _:
             return False
 

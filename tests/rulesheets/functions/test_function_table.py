@@ -28,7 +28,10 @@ SAMPLES: dict[str, tuple[tuple[float, ...], ...]] = {
         )
     },
     **{name: tuple((x,) for x in UNIT) for name in ("asin", "acos", "atanh", "asind", "acosd")},
-    **{name: tuple((x,) for x in POSITIVE) for name in ("sqrt", "ln", "log", "log10", "y0", "y1", "k0", "bessel_k1")},
+    **{
+        name: tuple((x,) for x in POSITIVE)
+        for name in ("sqrt", "ln", "log", "log10", "y0", "y1", "k0", "bessel_k1")
+    },
     "acosh": ((1.2,), (7.0,)),
     **{
         name: tuple((x, y) for x in ANYWHERE for y in (-1.9, 0.6, 5.2))

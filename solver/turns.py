@@ -1,0 +1,52 @@
+"""Whole turns of an answer: the angles of the variable sheet in (-180, 180], their relatives with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+
+from rulesheets.model import Value
+from solver.path.graph import ModelGraph, is_angle_sum
+from solver.witness import testify
+
+
+def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:
+    """The values with every posted angle that lies outside one turn moved into it.
+
+    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that some rule does not
+    admit is not made.
+    """
+    moved = dict(values)
+    for name, variable in graph.model.variables.items():
+        turn, number = graph.turn(name), moved.get(name)
+        bounded = variable.low > -math.inf or variable.high < math.inf
+        if not variable.posted or turn is None or bounded or not isinstance(number, float) or name in inputs:
+            continue
+        if not -turn / 2 < number <= turn / 2:
+            shift = -turn * math.ceil(number / turn - 0.5)
+            moved = _moved(graph, moved, _tied(graph, name, inputs), shift)
+    return moved
+
+
+def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
+    """The angle and those that sums tie it to, inputs left out."""
+    group, waiting = {name}, [name]
+    while waiting:
+        for index in graph.users(waiting.pop()):
+            equation = graph.model.equations[index]
+            if is_angle_sum(equation.left) and is_angle_sum(equation.right):
+                new = {n for n in equation.names if n not in inputs} - group
+                group |= new
+                waiting += sorted(new)
+    return group
+
+
+def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: float) -> dict[str, Value]:
+    trial = {n: v + shift if n in names and isinstance(v, float) else v for n, v in values.items()}
+    touched = {index for name in names for index in graph.users(name)}
+    for index in touched:
+        equation = graph.model.equations[index]
+        known = all(name in values for name in equation.names)
+        if known and testify(equation, values).holds and not testify(equation, trial).holds:
+            return values
+    return trial
