@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import cache
-from typing import assert_never
+from typing import Any, NamedTuple
 
 from rulesheets.evaluate.number import Undefined, Values, value
 from rulesheets.functions import TABLE
@@ -29,13 +29,16 @@ _POWER_BY_BASE = Product(_SECOND, Power(_FIRST, Sum((_SECOND, Number(-1.0)))))
 _POWER_BY_EXPONENT = Product(_POWER, Call("ln", (_FIRST,)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Trace:
-    """A part of an expression at a point: its value, and the slope in each part below it."""
+class _Trace(NamedTuple):
+    """A part of an expression at a point: its value, and the slope in each part below it that varies."""
 
     value: float
     name: str = ""
     slopes: tuple[tuple[float, _Trace], ...] = ()
+
+    @property
+    def constant(self) -> bool:
+        return not (self.name or self.slopes)
 
 
 def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str, float]]:
@@ -50,39 +53,48 @@ def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str
     gradient: dict[str, float] = {}
     pending = [(1.0, trace)]
     while pending:
-        slope, part = pending.pop()
-        if part.name:
-            gradient[part.name] = gradient.get(part.name, 0.0) + slope
-        pending.extend((slope * inner, below) for inner, below in reversed(part.slopes))
+        slope, (_, name, slopes) = pending.pop()
+        if name:
+            gradient[name] = gradient.get(name, 0.0) + slope
+        for inner, below in slopes[::-1]:
+            pending.append((slope * inner, below))
     return trace.value, gradient
 
 
 def _trace(expression: Expression, values: Values) -> _Trace:
-    match expression:
-        case Name(name):
-            return _Trace(value(expression, values), name)
-        case Number() | Symbol():
-            return _Trace(value(expression, values))
-        case Negative(operand):
-            part = _trace(operand, values)
-            return _Trace(-part.value, slopes=((-1.0, part),))
-        case Sum(terms):
-            parts = [_trace(term, values) for term in terms]
-            total = 0.0
-            for part in parts:
-                total += part.value
-            return _Trace(total, slopes=tuple((1.0, part) for part in parts))
-        case Product(left, right):
-            first, second = _trace(left, values), _trace(right, values)
-            return _Trace(first.value * second.value, slopes=((second.value, first), (first.value, second)))
-        case Quotient(left, right):
-            return _quotient(expression, _trace(left, values), _trace(right, values))
-        case Power(base, exponent):
-            return _power(expression, _trace(base, values), _trace(exponent, values))
-        case Call(_, arguments):
-            return _call(expression, tuple(_trace(argument, values) for argument in arguments))
-        case _:
-            assert_never(expression)
+    return _TRACERS[type(expression)](expression, values)
+
+
+def _name(expression: Name, values: Values) -> _Trace:
+    return _Trace(value(expression, values), expression.name)
+
+
+def _constant(expression: Number | Symbol, values: Values) -> _Trace:
+    return _Trace(value(expression, values))
+
+
+def _negative(expression: Negative, values: Values) -> _Trace:
+    part = _trace(expression.operand, values)
+    return _Trace(-part.value, "", ((-1.0, part),))
+
+
+def _sum(expression: Sum, values: Values) -> _Trace:
+    total = 0.0
+    slopes: list[tuple[float, _Trace]] = []
+    for term in expression.terms:
+        part = _TRACERS[type(term)](term, values)
+        total += part.value
+        slopes.append((1.0, part))
+    return _Trace(total, "", tuple(slopes))
+
+
+def _product(expression: Product, values: Values) -> _Trace:
+    left, right = expression.left, expression.right
+    if type(left) is Number:  # the usual case, a coefficient
+        part = _trace(right, values)
+        return _Trace(left.value * part.value, "", ((left.value, part),))
+    first, second = _trace(left, values), _trace(right, values)
+    return _Trace(first.value * second.value, "", ((second.value, first), (first.value, second)))
 
 
 def _applied(expression: Expression, template: Expression, parts: tuple[_Trace, ...]) -> float:
@@ -108,30 +120,43 @@ def _places(count: int) -> tuple[Expression, ...]:
     return tuple(Name(str(place)) for place in range(count))
 
 
-def _quotient(expression: Quotient, first: _Trace, second: _Trace) -> _Trace:
-    result = _applied(expression, _QUOTIENT, (first, second))
-    return _Trace(result, slopes=((1.0 / second.value, first), (-result / second.value, second)))
+def _quotient(expression: Quotient, values: Values) -> _Trace:
+    first, second = parts = _trace(expression.left, values), _trace(expression.right, values)
+    result = _applied(expression, _QUOTIENT, parts)
+    return _Trace(result, "", ((1.0 / second.value, first), (-result / second.value, second)))
 
 
-def _power(expression: Power, base: _Trace, exponent: _Trace) -> _Trace:
-    parts = (base, exponent)
+def _power(expression: Power, values: Values) -> _Trace:
+    base, exponent = parts = _trace(expression.base, values), _trace(expression.exponent, values)
     result = _applied(expression, _POWER, parts)
     by_base = 0.0 if exponent.value == 0.0 else _slope(_POWER_BY_BASE, parts)
-    slopes = [(by_base, base)]
-    if exponent.name or exponent.slopes:
-        slopes.append((_slope(_POWER_BY_EXPONENT, parts), exponent))
-    return _Trace(result, slopes=tuple(slopes))
+    if exponent.constant:
+        return _Trace(result, "", ((by_base, base),))
+    return _Trace(result, "", ((by_base, base), (_slope(_POWER_BY_EXPONENT, parts), exponent)))
 
 
-def _call(expression: Call, parts: tuple[_Trace, ...]) -> _Trace:
-    places = _places(len(parts))
-    result = _applied(expression, Call(expression.function, places), parts)
+def _call(expression: Call, values: Values) -> _Trace:
+    parts = tuple(_trace(argument, values) for argument in expression.arguments)
+    result = _applied(expression, Call(expression.function, _places(len(parts))), parts)
     slopes = _partials(expression.function, len(parts))
     return _Trace(
-        result, slopes=tuple((_slope(slope, parts), part) for slope, part in zip(slopes, parts, strict=True))
+        result, "", tuple((_slope(slope, parts), part) for slope, part in zip(slopes, parts, strict=True))
     )
 
 
 @cache
 def _partials(function: str, count: int) -> tuple[Expression | None, ...]:
     return TABLE[function].derivatives(_places(count))
+
+
+_TRACERS: dict[type, Callable[[Any, Values], _Trace]] = {
+    Number: _constant,
+    Symbol: _constant,
+    Name: _name,
+    Negative: _negative,
+    Sum: _sum,
+    Product: _product,
+    Quotient: _quotient,
+    Power: _power,
+    Call: _call,
+}
