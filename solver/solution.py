@@ -160,6 +160,7 @@ class _Explorer:
         self.complete = True
         self.cases = 0
         self.outcomes: dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome] = {}
+        self.searched: set[SolveBlock] = set()
 
     def run(self) -> Exploration:
         decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
@@ -311,9 +312,11 @@ class _Explorer:
         """The outcome of a block; cases that meet it again at the same values share it."""
         kernel = self._kernel(step)
         key = (step, tuple(values[name] for name in kernel.known))
-        if key not in self.outcomes and len(self.outcomes) >= MAX_SEARCHES and not kernel.linear:
-            return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
         if key not in self.outcomes:
+            again = len(self.outcomes) - len(self.searched)
+            if step in self.searched and again >= MAX_SEARCHES and not kernel.linear:
+                return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
+            self.searched.add(step)
             self.outcomes[key] = solve_block(kernel, values, self.guesses)
         return self.outcomes[key]
 

@@ -46,7 +46,7 @@ class BlockKernel:
         return all(is_linear(form, self.unknowns) for form in self.forms)
 
     @cached_property
-    def _partials(self) -> list[Expression | None]:
+    def partials(self) -> list[Expression | None]:
         return [_partial(form, unknown) for form in self.forms for unknown in self.unknowns]
 
     @cached_property
@@ -55,7 +55,7 @@ class BlockKernel:
 
     @cached_property
     def _flat(self) -> Callable[..., Sequence[float]]:
-        flat = [partial or nodes.Number(0.0) for partial in self._partials]
+        flat = [partial or nodes.Number(0.0) for partial in self.partials]
         return compile_expressions(flat, (*self.unknowns, *self.known))
 
     @property
@@ -91,7 +91,7 @@ class BlockKernel:
             flat = self._flat(*x, *known)
             return [flat[i : i + n] for i in range(0, n * n, n)]
 
-        return rows if all(self._partials) else _differences(self.residual(known), n)
+        return rows if all(self.partials) else _differences(self.residual(known), n)
 
     def at_zero(self, values: Mapping[str, Value]) -> tuple[list[float], list[list[float]]]:
         """Residual and Jacobian where every unknown is 0, by one sweep of each equation, uncompiled.

@@ -68,6 +68,13 @@ class Question:
             return low, low + turn
         return (high - turn, high) if high < math.inf else (-turn / 2, turn / 2)
 
+    @property
+    def finite(self) -> bool:
+        """Whether boxes can be searched: finite ranges, and equations that are smooth by formula."""
+        ends = (end for name in self.unknowns for end in self.domain(name))
+        smooth = not self.kernel.jumps and all(self.kernel.partials)
+        return smooth and all(map(math.isfinite, ends))
+
     def wrapped(self, point: Mapping[str, float]) -> dict[str, float]:
         """Angles without a declared range in (-180, 180], where the rules allow it."""
         moved = {name: self._wrapped(name, number) for name, number in point.items()}

@@ -1,7 +1,7 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
 The ways are tried in this order: elimination where the block is linear; the whole range of the tear
-where there is one; Newton from many starts.
+where there is one, or boxes where all ranges are finite; Newton from many starts.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ STARTS = 24
 FEW_STARTS = 6
 START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_ANSWERS = 64
+MAX_BOX_UNKNOWNS = 6
 
 
 def solve_block(
@@ -46,6 +47,10 @@ def solve_block(
         )
         if not candidates.answers and (freedom := search.flat_stretch()) is not None:
             return freedom
+    elif question.finite and len(block.unknowns) <= MAX_BOX_UNKNOWNS:
+        from solver.kernel.box_search import search_boxes
+
+        complete = search_boxes(question, candidates)
     if not complete:
         _from_starts(question, candidates)
     return _outcome(question, candidates, complete)
