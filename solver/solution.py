@@ -37,6 +37,7 @@ MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
 MAX_CASES = 100
 MAX_SEARCHES = 150
+"""Searches of nonlinear blocks at other values, after the first search of each block."""
 _MEANING = {LESS: "<", EQUAL: "=", GREATER: ">", DIFFERENT: "<>"}
 
 

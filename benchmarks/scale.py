@@ -1,0 +1,80 @@
+"""How loading, planning and solving grow with the number of rules.
+
+    python benchmarks/scale.py [RULES…]
+
+prints seconds (wall clock) and peak memory, each size in a process of its own. ``growth`` is the total
+time over that of the smallest size, divided by the growth of n log n: 1 or less is as good as n log n.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from benchmarks.sheets import SHAPES
+
+SIZES = (1_000, 4_000, 16_000, 32_000)
+LARGEST = {"cubic blocks": 1_000}
+"""Shapes that take too long beyond a size: each nonlinear block is searched over its whole range."""
+
+HEAD = f"{'shape':<16}{'rules':>8}{'load':>8}{'path':>8}{'solve':>8}{'total':>8}{'MB':>7}{'growth':>8}"
+
+
+def measure(shape: str, rules: int) -> dict[str, float]:
+    """Seconds of each stage of a first solve, and the peak memory of this process in MB."""
+    text, expected = SHAPES[shape](rules)
+    started = time.perf_counter()
+    import rulesheets
+    import solver
+    from solver.solution import planner
+
+    model = rulesheets.loads(text)
+    loaded = time.perf_counter()
+    planner(model).path(frozenset(n for n, v in model.variables.items() if v.value is not None), {})
+    planned = time.perf_counter()
+    result = solver.solve(model)
+    solved = time.perf_counter()
+    if str(result.status) != "solved" or not all(_close(result[n], v) for n, v in expected.items()):
+        raise SystemExit(f"{shape} of {rules} rules: {result.status}, or a wrong value")
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return {"load": loaded - started, "path": planned - loaded, "solve": solved - planned, "MB": memory}
+
+
+def _close(found: object, expected: float) -> bool:
+    return isinstance(found, float) and math.isclose(found, expected, rel_tol=1e-6, abs_tol=1e-6)
+
+
+def _in_its_own_process(shape: str, rules: int) -> dict[str, float]:
+    command = [sys.executable, __file__, "--one", shape, str(rules)]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    if answer.returncode:
+        raise SystemExit(answer.stderr)
+    found: dict[str, float] = json.loads(answer.stdout)
+    return found
+
+
+def table(sizes: list[int]) -> None:
+    print(HEAD)
+    for shape in SHAPES:
+        first: tuple[int, float] | None = None
+        for rules in (n for n in sizes if n <= LARGEST.get(shape, n)):
+            found = _in_its_own_process(shape, rules)
+            total = found["load"] + found["path"] + found["solve"]
+            first = first or (rules, total)
+            growth = (total / first[1]) / (rules * math.log(rules) / (first[0] * math.log(first[0])))
+            times = "".join(f"{seconds:8.2f}" for seconds in (*list(found.values())[:3], total))
+            print(f"{shape:<16}{rules:>8}{times}{found['MB']:7.0f}{growth:8.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--one"]:
+        print(json.dumps(measure(sys.argv[2], int(sys.argv[3]))))
+    else:
+        table([int(argument) for argument in sys.argv[1:]] or list(SIZES))
