@@ -160,9 +160,17 @@ class _Explanation:
         return self._error("S550", message, fact.equations, fact.unknowns, tuple(notes))
 
     def _no_case(self) -> Diagnosis:
+        if self.verdict.status is Status.FAILED:
+            return self._not_exhausted()
         conditional = tuple(e.index for e in self.model.equations if e.guard)
         message = "no case of the conditional rules fits the inputs"
         return self._error("S533", message, conditional[:MAX_NAMED], (), self._bounds((), self.judged))
+
+    def _not_exhausted(self) -> Diagnosis:
+        message = "no answer was found, and the search did not cover every case"
+        unknown = self.leaf.missing if self.leaf else tuple(self.judged)
+        notes = (f"give a guess for {listed(unknown, 'or')}, or a range: name in [a, b]",) if unknown else ()
+        return self._error("S552", message, (), unknown, notes)
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None

@@ -18,7 +18,7 @@ from solver.facts import (
     RankLoss,
     Truncated,
 )
-from solver.path.steps import Evaluate, equations_of
+from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
 from solver.solution import Exploration, Leaf, planner
 
@@ -57,7 +57,10 @@ def judge(
     if found.leaves:
         fewest = min(len(leaf.missing) for leaf in found.leaves)
         leaves = [leaf for leaf in found.leaves if len(leaf.missing) == fewest]
-        return _unfinished(model, _ordered(model, leaves, guesses), judged, inputs)
+        verdict = _unfinished(model, _ordered(model, leaves, guesses), judged, inputs)
+        if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
+            return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
+        return verdict
     if found.dead:
         return _contradicted(found)
     status = Status.INFEASIBLE if found.complete else Status.FAILED
@@ -140,8 +143,20 @@ def _contradicted(found: Exploration) -> Verdict:
     beyond = _beyond_floats(leaf)
     if beyond is not None:
         return Verdict(Status.FAILED, (leaf,), (beyond,))
-    status = Status.INCONSISTENT if found.complete else Status.FAILED
+    if not _conclusive(found):
+        return Verdict(Status.FAILED, (leaf,))
+    status = Status.INCONSISTENT
     return Verdict(status, (leaf,), leaf.conflicts)
+
+
+def _conclusive(found: Exploration) -> bool:
+    """Whether refusals on every way prove that there is no answer.
+
+    They do if every way was followed to its end; or if there was one way only, of direct steps.
+    """
+    ends = (*found.leaves, *found.dead, *found.adrift)
+    direct = not any(isinstance(step, SolveBlock) for leaf in ends for step in leaf.branch.steps)
+    return found.complete or (len(ends) == 1 and not ends[0].branch.signs and direct)
 
 
 def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:

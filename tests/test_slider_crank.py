@@ -262,7 +262,9 @@ def test_slider_at_dead_centre_leaves_the_crank_free(name: str, vB: float) -> No
     inputs = {"AB": 5.0, "offset": 0.0, "xB": 8.0, "vB": vB, "aB": -1.0}
     cleared = {"thetaAO": None, "omegaAO": None, "alphaAO": None}
     result = solver.solve(model(name), {**inputs, **cleared})
-    assert str(result.status) in ({"singular"} if vB == 0.0 else {"infeasible", "inconsistent"})
+    # The double root of the angle keeps the search from proving that it saw all: then it says ``failed``.
+    assert str(result.status) in ({"singular"} if vB == 0.0 else {"infeasible", "inconsistent", "failed"})
+    assert vB == 0.0 or not result.solutions
 
 
 # --- the variable sheets -----------------------------------------------------------
