@@ -255,16 +255,24 @@ def test_slider_out_of_reach_is_infeasible(name: str, xB: float) -> None:
     assert str(result.status) == "infeasible"
 
 
-@pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
-@pytest.mark.parametrize("vB", [0.0, 5.0])
+UNPROVEN = pytest.mark.xfail(strict=True, reason="the angle's double root leaves the search unproven: failed")
+
+
+@pytest.mark.parametrize(
+    ("name", "vB"),
+    [
+        (AS_PRINTED, 0.0),
+        (AS_PRINTED, 5.0),
+        (SLOPE_FREE, 0.0),
+        pytest.param(SLOPE_FREE, 5.0, marks=UNPROVEN),
+    ],
+)
 def test_slider_at_dead_centre_leaves_the_crank_free(name: str, vB: float) -> None:
     """Crank and rod in line: the slider can only stand still, and the crank may turn anyhow."""
     inputs = {"AB": 5.0, "offset": 0.0, "xB": 8.0, "vB": vB, "aB": -1.0}
     cleared = {"thetaAO": None, "omegaAO": None, "alphaAO": None}
     result = solver.solve(model(name), {**inputs, **cleared})
-    # The double root of the angle keeps the search from proving that it saw all: then it says ``failed``.
-    assert str(result.status) in ({"singular"} if vB == 0.0 else {"infeasible", "inconsistent", "failed"})
-    assert vB == 0.0 or not result.solutions
+    assert str(result.status) in ({"singular"} if vB == 0.0 else {"infeasible", "inconsistent"})
 
 
 # --- the variable sheets -----------------------------------------------------------
