@@ -152,9 +152,19 @@ CATALOGUE: dict[str, Entry] = {
         "if, then, else, call, and, or, not are words of the language in any case.",
         "Give the variable another name.",
     ),
+    "E130": Entry(
+        "this is not a line of a figure",
+        "A figure holds points, links, joints and vectors, each a word with parentheses.",
+        "Write it as point A = (x, y), line (O, A) or slider (B, 0), or put rules under `rules`.",
+    ),
+    "E131": Entry(
+        "a line of a figure is not complete",
+        "A mark lacks its name, or has more or fewer parts than its kind takes, or others.",
+        "Write it as the help line shows.",
+    ),
     "E190": Entry(
         "this is not there yet",
-        "Lists, list functions, procedures, tolerances and figures are planned.",
+        "Lists, list functions, procedures and tolerances are planned.",
         "See the help line for what can be written today.",
     ),
     "E201": Entry(
@@ -241,6 +251,26 @@ CATALOGUE: dict[str, Entry] = {
         "an expression nests too deep",
         "What works on expressions takes one level after the other, and they are limited.",
         "Split it over several rules.",
+    ),
+    "E230": Entry(
+        "a figure names an unknown variable",
+        "The coordinates of a figure are those of variables of the sheet, locals by their full names.",
+        "Take the suggestion; a local is named as in position.yB.",
+    ),
+    "E231": Entry(
+        "a figure names an unknown point",
+        "Links, joints and vectors stand between points of the same figure.",
+        "Take the suggestion, or add the point.",
+    ),
+    "E232": Entry(
+        "a point or a figure has its name twice",
+        "Points are told apart by their names, and so are the figures of a sheet.",
+        "Rename one of them.",
+    ),
+    "E233": Entry(
+        "a coordinate is no number",
+        "A coordinate or a direction of a figure is a symbol, or a variable that holds one.",
+        "Name a variable that holds a number.",
     ),
     "E301": Entry(
         "there is no such file",

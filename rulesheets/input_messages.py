@@ -9,7 +9,7 @@ from rulesheets.checks.messages import labels
 from rulesheets.diagnosis import Diagnosis, error
 from rulesheets.model import Model, Variable
 from rulesheets.source import Span
-from rulesheets.spelling import suggestion
+from rulesheets.spelling import meant, suggestion
 
 
 def names_variable(name: str, place: Span | None) -> Diagnosis:
@@ -80,12 +80,7 @@ def not_a_symbol(text: str, variable: Variable) -> Diagnosis:
 
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
     """The complaint about a name that the model does not have, with the name that may be meant."""
-    locals_ = [full for full in model.variables if full.endswith(f".{name}")]
-    if locals_:
-        also = f" (also {', '.join(locals_[1:])})" if len(locals_) > 1 else ""
-        notes: tuple[str, ...] = (f"its full name is {locals_[0]}{also}",)
-    else:
-        notes = suggestion(name, model.variables)
+    notes = meant(name, model.variables)
     return error("E407", f"{model.name} has no variable {name}", *labels((place, "")), notes=notes)
 
 

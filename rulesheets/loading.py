@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from rulesheets.checks import check
+from rulesheets.checks import check, check_figures
 from rulesheets.declarations import declared
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.expand import Expansion, expand
@@ -41,12 +41,17 @@ def build(program: Program, name: str) -> Model:
     check(program)
     variables = declared(program.rows)
     expansion = expand(program)
-    return Model(
+    model = Model(
         name=name,
         variables=_variables(program, variables, expansion),
         equations=expansion.equations,
         conditions=expansion.conditions,
+        figures=program.sheet.figures,
     )
+    complaints = tuple(check_figures(program, model.variables))
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return model
 
 
 def _variables(

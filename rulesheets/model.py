@@ -71,10 +71,12 @@ class Model:
     """Variables (in the order of the sheet, then locals in order of appearance) and equations.
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
-    its condition with the ``then`` arm. All names are full names.
+    its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
+    drawn of an answer.
     """
 
     name: str
     variables: Mapping[str, Variable]
     equations: tuple[Equation, ...]
     conditions: tuple[nodes.Condition, ...]
+    figures: tuple[nodes.Figure, ...] = ()

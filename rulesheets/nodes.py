@@ -255,6 +255,33 @@ class Function:
 
 
 @dataclass(frozen=True, slots=True)
+class Mark:
+    """One line of a figure: ``point A = (x, y)``, ``line (O, A)``. ``kind`` is a row of ``marks.KINDS``."""
+
+    kind: str
+    name: str | None
+    arguments: tuple[Expression, ...]
+    comment: str = ""
+    span: Span | None = _place()
+    gap: bool = field(default=False, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """``figure name [unit]`` with what is drawn in it; the comment beside the head is its caption.
+
+    ``unit`` is that of its coordinates, ``above`` are the comment lines right above its head.
+    """
+
+    name: str
+    unit: str | None
+    marks: tuple[Mark | CommentLine, ...]
+    comment: str = ""
+    span: Span | None = _place()
+    above: tuple[CommentLine, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class RuleSheet:
     """A whole file. ``variables`` is None where the sheet has no such section."""
 
@@ -264,6 +291,7 @@ class RuleSheet:
     functions: tuple[Function, ...] = ()
     comments: tuple[CommentLine, ...] = ()
     span: Span | None = _place()
+    figures: tuple[Figure, ...] = ()
 
 
 _PARTS: dict[type, Callable[[Any], tuple[Any, ...]]] = {

@@ -28,6 +28,16 @@ def suggestion(word: str, known: Iterable[str]) -> tuple[str, ...]:
     return (f"did you mean {near}?",) if near else ()
 
 
+def meant(name: str, variables: Iterable[str]) -> tuple[str, ...]:
+    """The note on a name that no variable has: the full name of a local, or what is spelt alike."""
+    known = list(variables)
+    locals_ = [full for full in known if full.endswith(f".{name}")]
+    if locals_:
+        also = f" (also {', '.join(locals_[1:])})" if len(locals_) > 1 else ""
+        return (f"its full name is {locals_[0]}{also}",)
+    return suggestion(name, known)
+
+
 def plural(count: int, noun: str) -> str:
     """``1 argument``, ``2 arguments``, ``no argument``."""
     if count == 0:

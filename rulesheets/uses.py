@@ -140,12 +140,18 @@ def _circle(shown: list[str], place: Span | None) -> Diagnosis:
 
 def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
     rule = next(rules_of(file.sheet), None)
-    found = "rules" if rule is not None else "a variables section"
-    if rule is None and file.sheet.variables is None:
+    figure = next(iter(file.sheet.figures), None)
+    if rule is not None:
+        found, where, label = "rules", rule.span, "a rule outside any function"
+    elif figure is not None:
+        found, where, label = "figures", figure.span, "a figure"
+    elif file.sheet.variables is not None:
+        found, where, label = "a variables section", None, ""
+    else:
         return
     yield error(
         "E308",
         f"{path} cannot be used: it has {found} of its own",
-        *messages.labels((place, "used here"), (rule.span if rule else None, "a rule outside any function")),
+        *messages.labels((place, "used here"), (where, label)),
         notes=("a used file may hold functions only; move them into a file of their own",),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rulesheets.checks.calls import check_calls
+from rulesheets.checks.figures import check_figures
 from rulesheets.checks.heads import check_head
 from rulesheets.checks.names import (
     check_declared,
@@ -20,7 +21,7 @@ from rulesheets.checks.size import check_nesting, check_size
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.program import Program
 
-__all__ = ["check"]
+__all__ = ["check", "check_figures"]
 
 
 def check(program: Program) -> None:

@@ -1,13 +1,13 @@
-"""A whole sheet as text: use, variables in columns, rules, functions."""
+"""A whole sheet as text: use, variables in columns, rules, figures, functions."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from rulesheets.format.expressions import format_expression, format_number
+from rulesheets.format.expressions import format_expression, format_list, format_number
 from rulesheets.format.rules import rule_lines
-from rulesheets.nodes import CommentLine, Function, Range, Rule, RuleSheet, Use, VariableRow
+from rulesheets.nodes import CommentLine, Figure, Function, Mark, Range, Rule, RuleSheet, Use, VariableRow
 
 _INDENT = "  "
 _WIDE = 60
@@ -23,6 +23,7 @@ def format_sheet(sheet: RuleSheet) -> str:
         [*_top(sheet)],
         [] if sheet.variables is None else ["variables", *_variables(sheet.variables)],
         ["rules", *_rules(sheet.rules)] if sheet.rules else [],
+        *(list(_figure(figure)) for figure in sheet.figures),
         *(list(_function(function)) for function in sheet.functions),
     ]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + ("\n" if any(sections) else "")
@@ -108,19 +109,35 @@ def _range(limits: Range | None) -> str:
 # --- rules and functions --------------------------------------------------------
 
 
-def _rules(rules: Iterable[Rule | CommentLine]) -> Iterator[str]:
+def _rules(rules: Iterable[Rule | Mark | CommentLine]) -> Iterator[str]:
     lines = [(rule, _rule(rule)) for rule in rules]
-    ends = [len(text[-1]) for rule, text in lines if isinstance(rule, Rule) and rule.comment]
+    ends = [len(text[-1]) for rule, text in lines if not isinstance(rule, CommentLine) and rule.comment]
     column = max((end for end in ends if end <= _WIDE), default=0)
     for index, (rule, text) in enumerate(lines):
         if rule.gap and index:
             yield ""
-        yield from _commented(text, rule.comment, column) if isinstance(rule, Rule) else text
+        yield from text if isinstance(rule, CommentLine) else _commented(text, rule.comment, column)
 
 
-def _rule(rule: Rule | CommentLine) -> list[str]:
-    lines = [_comment(rule.text)] if isinstance(rule, CommentLine) else rule_lines(rule.body)
+def _rule(rule: Rule | Mark | CommentLine) -> list[str]:
+    if isinstance(rule, CommentLine):
+        lines = [_comment(rule.text)]
+    else:
+        lines = [_mark(rule)] if isinstance(rule, Mark) else rule_lines(rule.body)
     return [_INDENT + line for line in lines]
+
+
+def _mark(mark: Mark) -> str:
+    name = "" if mark.name is None else f"{mark.name} = "
+    return f"{mark.kind} {name}({format_list(mark.arguments)})"
+
+
+def _figure(figure: Figure) -> Iterator[str]:
+    for line in figure.above:
+        yield _comment(line.text)
+    unit = "" if figure.unit is None else f" [{figure.unit}]"
+    yield from _commented([f"figure {figure.name}{unit}"], figure.comment, 0)
+    yield from _rules(figure.marks)
 
 
 def _function(function: Function) -> Iterator[str]:

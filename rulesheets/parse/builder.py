@@ -204,6 +204,15 @@ class Builder:
     def use(self, children: Children) -> tuple[str, ...]:
         return tuple(str(child)[1:-1] for child in children)
 
+    def figure(self, children: Children) -> tuple[str, str | None]:
+        _, name, unit = children
+        return str(name), None if unit is None else _unit(unit)[0]
+
+    def mark(self, children: Children) -> nodes.Mark:
+        kind, name, arguments, closing = children
+        span = self._span(self._start(kind), self._end(closing))
+        return nodes.Mark(str(kind).lower(), None if name is None else str(name), arguments, span=span)
+
     def head(self, children: Children) -> Head:
         name, arguments, results = children
         return Head(str(name), arguments, results or ())

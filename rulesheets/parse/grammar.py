@@ -19,7 +19,10 @@ from rulesheets.parse.layout import Line
 from rulesheets.parse.words import Scanner, Word
 from rulesheets.source import Source
 
-_KINDS = ["rule", "row", "use", "head", "parameters"]
+_KINDS = ["rule", "row", "use", "head", "parameters", "figure", "mark"]
+_LOCAL = "LOCAL"
+"""The terminal of dotted names, which are words in marks alone: a rule sees no locals of its calls."""
+
 _DERIVATIONS = 1024
 _GRAMMAR = Path(__file__).parent.parent / "rules.lark"
 
@@ -69,16 +72,22 @@ class Grammar(threading.local):
             transformer=self.recorder,
             maybe_placeholders=True,
         )
-        self.scanner = scanner(self.lark.terminals, self.lark.ignore_tokens)
+        ignored = {*self.lark.ignore_tokens}
+        self.plain = scanner(self.lark.terminals, ignored | {_LOCAL})
+        self.dotted = scanner(self.lark.terminals, ignored)
         self.derivation = lru_cache(maxsize=_DERIVATIONS)(self._derivation)
 
+    def words(self, line: Line, kind: str) -> tuple[Word, ...]:
+        """The words of a line of this kind."""
+        return tuple((self.dotted if kind == "mark" else self.plain).words(line.code))
+
     def read(self, source: Source, line: Line, kind: str) -> Any:
-        """The node that a line stands for as a ``rule``, ``row``, ``use``, ``head`` or ``parameters``.
+        """The node that a line of this kind (a start rule of the grammar) stands for.
 
         Raises Unparsed where the grammar rejects it, RuleSheetError for what it accepts but the
         builder does not (a number out of range).
         """
-        words = tuple(self.scanner.words(line.code))
+        words = self.words(line, kind)
         derivation = self.derivation(" ".join([word.type for word in words]), kind)
         if isinstance(derivation, int):
             raise Unparsed(words[derivation].start_pos if derivation < len(words) else len(line.code))

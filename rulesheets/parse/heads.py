@@ -10,7 +10,8 @@ _HEAD = re.compile(
       | (?P<use>use)\b\s*(?:["\w]|\Z)
       | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
       | (?P<function>function)\b\s*(?:[\w(:]|\Z)
-      | (?P<planned>list(?=\s+function\b)|procedure(?=\s+\w|\s*\Z)|figure(?=\s+\w|\s*\Z))
+      | (?P<figure>figure)\b\s*(?:\s(?!in\s*\[)\w|\Z)
+      | (?P<planned>list(?=\s+function\b)|procedure(?=\s+\w|\s*\Z))
     )""",
     re.IGNORECASE | re.VERBOSE,
 )

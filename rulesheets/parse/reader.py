@@ -13,7 +13,7 @@ from rulesheets.source import Source
 
 
 def read_line(source: Source, line: Line, kind: str) -> Any:
-    """The node of a ``rule``, ``row``, ``use``, ``head`` or ``parameters`` line.
+    """The node of a line of this kind, a start rule of the grammar.
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
@@ -30,7 +30,7 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 
 def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
-    words = tuple(grammar().scanner.words(line.code))
+    words = grammar().words(line, kind)
     index = next((i for i, word in enumerate(words) if word.start_pos >= place), len(words))
     stop = mistakes.Stop(source, line, words, index)
     match kind:
@@ -38,6 +38,8 @@ def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
             return mistakes.explain_rule(stop)
         case "row":
             return mistakes.explain_row(stop)
+        case "mark":
+            return mistakes.explain_mark(stop)
         case _:
             return mistakes.explain_head(stop, kind)
 
@@ -53,4 +55,8 @@ def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
             return deep
     if kind == "row" and node.value is not None and line.end - line.start > mistakes.DEEPEST:
         return mistakes.too_deep(node.value)
+    if kind == "mark" and line.end - line.start > mistakes.DEEPEST:
+        return next(filter(None, map(mistakes.too_deep, node.arguments)), mistakes.wrong_mark(node))
+    if kind == "mark":
+        return mistakes.wrong_mark(node)
     return mistakes.without_variable(node) if type(node) is Equality else None

@@ -9,6 +9,7 @@ from typing import Any
 from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.parse import mistakes
+from rulesheets.parse.figure import FigureDraft
 from rulesheets.parse.function import FunctionDraft, Head
 from rulesheets.parse.heads import head_word, misspelt_head, nearest_section
 from rulesheets.parse.layout import Line, logical_lines
@@ -41,6 +42,7 @@ class _Reading:
     rows: list[nodes.VariableRow | nodes.CommentLine] | None = None
     rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
     functions: list[FunctionDraft] = field(default_factory=list)
+    figures: list[FigureDraft] = field(default_factory=list)
     comments: list[nodes.CommentLine] = field(default_factory=list)
     waiting: list[nodes.CommentLine] = field(default_factory=list)
     complaints: list[Diagnosis] = field(default_factory=list)
@@ -75,6 +77,8 @@ class _Reading:
             raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))
         if self.section == "variables":
             self._add_row(line)
+        elif self.section == "figure":
+            self._add_mark(line)
         else:
             self._add_rule(line)
 
@@ -92,6 +96,13 @@ class _Reading:
         if self.section == "function":
             self.functions[-1].end = line.end
             self.functions[-1].begun = True
+
+    def _add_mark(self, line: Line) -> None:
+        self._place_comments()
+        mark: nodes.Mark = read_line(self.source, line, "mark")
+        figure = self.figures[-1]
+        figure.marks.append(replace(mark, comment=line.comment or "", gap=line.gap))
+        figure.end = line.end
 
     def _rows(self) -> list[nodes.VariableRow | nodes.CommentLine]:
         if self.rows is None:
@@ -113,6 +124,8 @@ class _Reading:
             self.comments.extend(self._settled())
         elif self.section == "variables":
             self._rows().extend(self._settled())
+        elif self.section == "figure":
+            self.figures[-1].marks.extend(self._settled())
         else:
             self._current_rules().extend(self._settled())
 
@@ -137,7 +150,7 @@ class _Reading:
         match word:
             case "parameters":
                 self._parameters(line)
-            case "list" | "procedure" | "figure":
+            case "list" | "procedure":
                 self._place_comments()
                 self.section = _SKIPPED
                 raise RuleSheetError(mistakes.not_there_yet(word, self._span(line)))
@@ -153,9 +166,11 @@ class _Reading:
     def _open(self, word: str, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
         if word == "function":
             self._function(line, above)
+        elif word == "figure":
+            self._figure(line, above)
         elif word == "use":
             self.comments.extend(above)
-            self.section = "rules" if self.section == "function" else self.section
+            self.section = "rules" if self.section in ("function", "figure") else self.section
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line)))
         elif word == "rules" and self.section == "function":
@@ -179,6 +194,12 @@ class _Reading:
             FunctionDraft(Head("", (), ()), span.start, span.end, line.comment or "", above)
         )
         self.functions[-1].head = read_line(self.source, line, "head")
+
+    def _figure(self, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
+        span = self._span(line)
+        self.section = "figure"
+        self.figures.append(FigureDraft("", None, span.start, span.end, line.comment or "", above))
+        self.figures[-1].name, self.figures[-1].unit = read_line(self.source, line, "figure")
 
     def _parameters(self, line: Line) -> None:
         if self.section == _SKIPPED:
@@ -207,6 +228,7 @@ class _Reading:
             functions=tuple(function.node(self.source) for function in self.functions),
             comments=tuple(self.comments),
             span=Span(self.source, 0, len(self.source.text)),
+            figures=tuple(figure.node(self.source) for figure in self.figures),
         )
 
     def _emptiness(self) -> Iterable[Diagnosis]:
@@ -216,6 +238,9 @@ class _Reading:
             if not _any_rule(function.rules):
                 span = Span(self.source, function.start, function.start + 8)
                 yield mistakes.function_without_rules(function.head.name, span)
+        for figure in self.figures:
+            if not any(isinstance(line, nodes.Mark) for line in figure.marks):
+                yield mistakes.empty_figure(figure.name, Span(self.source, figure.start, figure.start + 6))
 
 
 def _any_rule(lines: Iterable[Any]) -> bool:

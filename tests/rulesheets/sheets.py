@@ -6,6 +6,7 @@ import string
 
 from hypothesis import strategies as st
 
+from rulesheets.marks import KINDS, Kind, Shape
 from rulesheets.nodes import (
     And,
     Call,
@@ -13,9 +14,11 @@ from rulesheets.nodes import (
     CommentLine,
     Comparison,
     Equality,
+    Figure,
     Function,
     Given,
     IfRule,
+    Mark,
     Name,
     Negative,
     Not,
@@ -138,6 +141,35 @@ functions = st.builds(
     comment=comments,
     above=tuples(comment_lines, 0, 2),
 )
+full_names = st.builds(
+    lambda calls, name: Name(".".join((*calls, name))),
+    tuples(st.builds(lambda f, n: f + n, identifiers, st.sampled_from(["", "#2", "#13"])), 0, 2),
+    identifiers,
+)
+coordinates = st.one_of(expressions, full_names, st.builds(Sum, tuples(expressions | full_names, 2)))
+
+
+def marks_of_kind(kind: str, row: Kind):
+    points = identifiers.map(Name)
+    arguments = {
+        Shape.COORDINATES: st.tuples(coordinates, coordinates),
+        Shape.POINTS: tuples(points, row.least, row.most or row.least + 2),
+        Shape.DIRECTED: st.tuples(points, coordinates),
+    }[row.shape]
+    unnamed = st.none() if not row.named else st.nothing()
+    named = identifiers if row.shape is not Shape.DIRECTED else st.nothing()
+    return st.builds(Mark, st.just(kind), unnamed | named, arguments, comments)
+
+
+marks = st.one_of([marks_of_kind(kind, row) for kind, row in KINDS.items()])
+figures = st.builds(
+    Figure,
+    identifiers,
+    st.none() | units,
+    tuples(marks | comment_lines, 1, 4).filter(lambda lines: any(isinstance(line, Mark) for line in lines)),
+    comments,
+    above=tuples(comment_lines, 0, 2),
+)
 paths = st.from_regex(r"[a-zü./ ;,-]{1,8}\.tk", fullmatch=True)
 uses = st.builds(Use, tuples(paths), comments)
 sheets = st.builds(
@@ -147,4 +179,5 @@ sheets = st.builds(
     rule_lists | st.just(()),
     tuples(functions, 0, 2),
     tuples(comment_lines, 0, 2),
+    figures=tuples(figures, 0, 2),
 ).filter(lambda sheet: sheet.functions or with_a_rule(sheet.rules))

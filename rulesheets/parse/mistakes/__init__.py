@@ -1,6 +1,7 @@
 """What is wrong with a line: from the place where reading stops to a diagnosis that helps."""
 
 from rulesheets.parse.mistakes.characters import strange_characters
+from rulesheets.parse.mistakes.figure import empty_figure, explain_mark, wrong_mark
 from rulesheets.parse.mistakes.heads import (
     explain_head,
     function_without_rules,
@@ -18,7 +19,9 @@ from rulesheets.parse.mistakes.stop import Stop
 __all__ = [
     "DEEPEST",
     "Stop",
+    "empty_figure",
     "explain_head",
+    "explain_mark",
     "explain_row",
     "explain_rule",
     "function_without_rules",
@@ -30,5 +33,6 @@ __all__ = [
     "too_deep",
     "unknown_section",
     "without_variable",
+    "wrong_mark",
     "wrong_shape",
 ]

@@ -7,22 +7,22 @@ from rulesheets.parse.mistakes.stop import Stop
 from rulesheets.source import Source, Span
 from rulesheets.spelling import closest
 
-SECTIONS = ("variables", "rules", "function", "parameters", "use")
+SECTIONS = ("variables", "rules", "function", "parameters", "use", "figure")
 
 _SHAPES = {
     "use": 'write use "position.tk"',
     "head": "write function f(a, b; x, y): arguments, a semicolon, results",
     "parameters": "write parameters AB, AO",
+    "figure": "write figure velocity [m/s]: a name, and the unit of its scale if there is one",
 }
 _PLANNED = {
     "list": ("list functions are", "write the formula, or a chain of if … then … else if …"),
     "procedure": ("procedure functions are", "write its formulas as the rules of a function"),
-    "figure": ("figures are", "remove the section; its rules can stay"),
 }
 
 
 def explain_head(stop: Stop, kind: str) -> Diagnosis:
-    """What is wrong with a ``use``, ``function`` or ``parameters`` line."""
+    """What is wrong with a ``use``, ``function``, ``parameters`` or ``figure`` line."""
     note = _SHAPES[kind]
     if kind == "use" and (stop.line.comment is not None or '"' in stop.line.code):
         start = max(stop.source.text.rfind('"', stop.line.start, stop.line.end + 2), stop.line.start)
@@ -48,7 +48,7 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
             "E116",
             f"`{word}` alone is neither a rule nor the head of a section",
             Label(span),
-            notes=(plain, "sections are variables, rules and function"),
+            notes=(plain, "sections are variables, rules, function and figure"),
         )
     if near == word.lower():
         return error(

@@ -1,0 +1,110 @@
+"""Checks of figures: every name in them is that of a variable, or of a point beside it.
+
+They come last, since a figure may name the locals of calls, which stand only once these are expanded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from rulesheets.checks import messages
+from rulesheets.checks.calls import check_builtin
+from rulesheets.diagnosis import Diagnosis, error
+from rulesheets.marks import KINDS, PLACES, Shape
+from rulesheets.nodes import Call, Expression, Figure, Mark, Name, Symbol
+from rulesheets.program import Program, walk
+from rulesheets.source import Span
+from rulesheets.spelling import meant, suggestion
+
+
+def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:
+    """``variables`` are all of the model by their full names."""
+    first: dict[str, Figure] = {}
+    for figure in program.sheet.figures:
+        earlier = first.setdefault(figure.name, figure)
+        if earlier is not figure:
+            yield _twice("figure", figure.name, _head(figure), _head(earlier))
+        yield from _check_figure(figure, variables, program.functions)
+
+
+def marks_of(figure: Figure) -> tuple[Mark, ...]:
+    """The marks of a figure, without the comment lines between them."""
+    return tuple(mark for mark in figure.marks if isinstance(mark, Mark))
+
+
+def _check_figure(
+    figure: Figure, variables: Collection[str], functions: Collection[str]
+) -> Iterator[Diagnosis]:
+    points: dict[str, Mark] = {}
+    for mark in marks_of(figure):
+        if mark.kind in PLACES and mark.name is not None:
+            earlier = points.setdefault(mark.name, mark)
+            if earlier is not mark:
+                yield _twice("point", mark.name, mark.span, earlier.span)
+    for mark in marks_of(figure):
+        named, reckoned = parts(mark)
+        for name in named:
+            if name.name not in points:
+                yield _unknown_point(name, figure, points)
+        for expression in reckoned:
+            yield from _check_expression(expression, variables, functions)
+
+
+def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
+    """The points that a mark names, and the expressions that it evaluates."""
+    named = {Shape.COORDINATES: 0, Shape.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
+    points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
+    return points, mark.arguments[named:]
+
+
+def _check_expression(
+    expression: Expression, variables: Collection[str], functions: Collection[str]
+) -> Iterator[Diagnosis]:
+    for node in walk(expression):
+        if isinstance(node, Name) and node.name not in variables:
+            yield _unknown_variable(node, variables)
+        elif isinstance(node, Call) and node.function in functions:
+            yield _own_function(node)
+        elif isinstance(node, Call):
+            yield from check_builtin(node, (), variables)
+        elif isinstance(node, Symbol):
+            yield error(
+                "E233",
+                f"the symbol '{node.name} is no coordinate",
+                *messages.labels((node.span, "")),
+                notes=("a figure is drawn from numbers",),
+            )
+
+
+def _head(figure: Figure) -> Span | None:
+    span = figure.span
+    return span and Span(span.source, span.start, span.start + len("figure"))
+
+
+def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:
+    return error(
+        "E232",
+        f"the {what} {name} is there twice",
+        *messages.labels((again, "again"), (first, "first here")),
+        notes=("give one of the two another name",),
+    )
+
+
+def _own_function(call: Call) -> Diagnosis:
+    return error(
+        "E201",
+        f"a figure cannot call {call.function}, which is a function of rules",
+        *messages.labels((messages.name_in(call), "")),
+        notes=("call it in a rule, and name its results here",),
+    )
+
+
+def _unknown_variable(name: Name, variables: Collection[str]) -> Diagnosis:
+    notes = meant(name.name, variables) or ("a figure names variables of the rules",)
+    return error("E230", f"there is no variable {name.name}", *messages.labels((name.span, "")), notes=notes)
+
+
+def _unknown_point(name: Name, figure: Figure, points: Collection[str]) -> Diagnosis:
+    notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
+    message = f"the figure {figure.name} has no point {name.name}"
+    return error("E231", message, *messages.labels((name.span, "")), notes=notes)
