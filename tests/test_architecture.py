@@ -19,7 +19,7 @@ FLOORS = (
     ("solver.structure", "solver.numerics", "solver.facts"),
     ("solver.path",),
     ("solver.witness",),
-    ("solver.kernel", "solver.turns"),
+    ("solver.kernel", "solver.turns", "solver.linearization"),
     ("solver.result", "solver.table", "solver.solution"),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),

@@ -1,0 +1,248 @@
+"""The active rules of a model at a point, linearized: rows of exact slopes, and a regular square part.
+
+At an answer the rules whose guards hold are F(u, p) = 0, u the unknowns and p the inputs. What follows
+from their Jacobian (sensitivities, error estimates, the tangent of a curve of answers) needs as many
+independent rows as there are unknowns, taken apart into blocks that are solved one after another.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Name, Symbol
+from solver.numerics.factor import factorise
+from solver.path.build import activity
+from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
+from solver.structure.incidence import Incidence
+from solver.structure.matching import maximum_matching
+from solver.structure.triangular import block_triangular
+
+DENSE = 1500
+"""Unknowns up to which redundant rows may stand in for dependent ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class SquareBlock:
+    """As many rules as unknowns, independent at the point."""
+
+    equations: tuple[int, ...]
+    unknowns: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """Slopes of the active rules at a point, in the user's own units.
+
+    ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike.
+    ``blocks`` are a regular square part in block lower triangular order: each needs only the blocks
+    before it. ``redundant`` are the active equations beside it, ``rough`` those with a slope that does
+    not exist there. ``free`` are the unknowns that the rules do not determine to first order; those of
+    them that are ``held`` stand in no block: with them held where they are the rest is regular.
+    """
+
+    rows: Mapping[int, Mapping[str, float]]
+    blocks: tuple[SquareBlock, ...]
+    parameters: tuple[str, ...]
+    redundant: tuple[int, ...]
+    free: tuple[str, ...]
+    held: tuple[str, ...]
+    rough: tuple[int, ...]
+
+    @property
+    def equations(self) -> tuple[int, ...]:
+        """The square part, in order of the blocks."""
+        return tuple(e for block in self.blocks for e in block.equations)
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The unknowns of the square part, in order of the blocks."""
+        return tuple(name for block in self.blocks for name in block.unknowns)
+
+
+def active_equations(
+    model: Model,
+    values: Mapping[str, Value],
+    inputs: Collection[str],
+    decided: Mapping[int, bool] | None = None,
+) -> tuple[Equation, ...]:
+    """Equations of numbers whose guards hold at ``values`` and all of whose variables have one.
+
+    ``decided`` says how conditions come out where that is not to be read off the values.
+    """
+    outcomes = {**_outcomes(model, values, inputs), **(decided or {})}
+    return tuple(
+        equation
+        for equation in model.equations
+        if activity(equation, outcomes)
+        and all(name in values for name in equation.names)
+        and not _symbolic(equation, values)
+    )
+
+
+def _outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
+    found = {}
+    for index, condition in enumerate(model.conditions):
+        try:
+            found[index] = holds(condition, values, inputs)
+        except KeyError:
+            continue
+        except Undefined:
+            found[index] = False
+    return found
+
+
+def _symbolic(equation: Equation, values: Mapping[str, Value]) -> bool:
+    sides = (equation.left, equation.right)
+    return any(
+        isinstance(side, Symbol) or (isinstance(side, Name) and isinstance(values[side.name], str))
+        for side in sides
+    )
+
+
+def linearize(
+    model: Model,
+    values: Mapping[str, Value],
+    inputs: Collection[str],
+    prefer: Iterable[int] = (),
+    decided: Mapping[int, bool] | None = None,
+) -> Linearization:
+    """Linearize the active rules at ``values``, an answer for ``inputs`` (names).
+
+    Where rules repeat one another, those of ``prefer`` (the rules that a path solved with, say) are
+    taken first. Never raises for a point that is singular: see ``free`` and ``rough``.
+    """
+    rows: dict[int, dict[str, float]] = {}
+    rough: list[int] = []
+    for equation in active_equations(model, values, inputs, decided):
+        row = slopes(equation, values)
+        if row is None:
+            rough.append(equation.index)
+        else:
+            rows[equation.index] = row
+    names = dict.fromkeys(name for row in rows.values() for name in row)
+    parameters = tuple(name for name in model.variables if name in names and name in inputs)
+    unknowns = tuple(name for name in model.variables if name in names and name not in inputs)
+    first = [e for e in dict.fromkeys(prefer) if e in rows]
+    order = [*first, *(e for e in rows if e not in set(first))]
+    square = _square(rows, order, unknowns, values)
+    used = {e for block in square.blocks for e in block.equations}
+    return Linearization(
+        rows=rows,
+        blocks=square.blocks,
+        parameters=parameters,
+        redundant=tuple(e for e in rows if e not in used),
+        free=tuple(name for name in unknowns if name in square.free),
+        held=tuple(name for name in unknowns if name in square.held),
+        rough=tuple(rough),
+    )
+
+
+def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
+    """∂(left − right)/∂v by variable; None where one of them does not exist."""
+    try:
+        row = derivatives(equation.left, values)[1]
+        for name, slope in derivatives(equation.right, values)[1].items():
+            row[name] = row.get(name, 0.0) - slope
+    except Undefined:
+        return None
+    return row if all(map(math.isfinite, row.values())) else None
+
+
+# --- the regular square part ----------------------------------------------------------
+
+
+class _Square(NamedTuple):
+    blocks: tuple[SquareBlock, ...]
+    free: frozenset[str]
+    held: frozenset[str]
+
+
+def _square(
+    rows: Mapping[int, Mapping[str, float]],
+    order: Sequence[int],
+    unknowns: Sequence[str],
+    values: Mapping[str, Value],
+) -> _Square:
+    """Blocks of the first independent rows of ``order``; unknowns are held until what is left is regular."""
+    free: set[str] = set()
+    held: set[str] = set()
+    while True:
+        kept = [name for name in unknowns if name not in held]
+        incidence = _incidence(rows, order, kept, moving=True)
+        matching = maximum_matching(incidence)
+        if matching.single_unknowns:
+            free.update(kept[u] for u in dulmage_mendelsohn(incidence, matching).under.unknowns)
+            held.update(kept[u] for u in matching.single_unknowns)
+            continue
+        taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
+        blocks = _blocks(rows, taken, kept)
+        singular = [block for block in blocks if not _regular(rows, block, values)]
+        if not singular:
+            return _Square(blocks, frozenset(free), frozenset(held))
+        if len(kept) > DENSE:
+            lost = {name for block in singular for name in block.unknowns}
+            return _without(rows, blocks, free | lost, held | lost)
+        from solver.numerics.independence import independent_rows
+
+        found = independent_rows([[rows[e].get(n, 0.0) for n in kept] for e in order], _sizes(kept, values))
+        if not found.held and len(order) == len(kept):  # regular as a whole, by a hair
+            return _Square(blocks, frozenset(free), frozenset(held))
+        order = [order[i] for i in found.rows]
+        free.update(kept[j] for j in found.free)
+        held.update(kept[j] for j in found.held)
+
+
+def _without(
+    rows: Mapping[int, Mapping[str, float]], blocks: Iterable[SquareBlock], free: set[str], held: set[str]
+) -> _Square:
+    """The blocks without held unknowns; whatever needs a free unknown is taken for free."""
+    rest = tuple(block for block in blocks if not held.intersection(block.unknowns))
+    for block in rest:
+        if any(free.intersection(rows[e]) for e in block.equations):
+            free.update(block.unknowns)
+    return _Square(rest, frozenset(free), frozenset(held))
+
+
+def _incidence(
+    rows: Mapping[int, Mapping[str, float]], order: Sequence[int], unknowns: Sequence[str], *, moving: bool
+) -> Incidence:
+    """Equations by place in ``order``; ``moving`` leaves out variables whose slope is 0."""
+    number = {name: i for i, name in enumerate(unknowns)}
+    occurs = tuple(
+        tuple(sorted(number[n] for n, slope in rows[e].items() if n in number and (slope or not moving)))
+        for e in order
+    )
+    return Incidence(occurs, tuple({} for _ in occurs), len(unknowns))
+
+
+def _blocks(
+    rows: Mapping[int, Mapping[str, float]], taken: Sequence[int], unknowns: Sequence[str]
+) -> tuple[SquareBlock, ...]:
+    """Block lower triangular form of as many rows as unknowns, by everything that occurs in them."""
+    return tuple(
+        SquareBlock(tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns))
+        for block in block_triangular(_incidence(rows, taken, unknowns, moving=False))
+    )
+
+
+def _regular(
+    rows: Mapping[int, Mapping[str, float]], block: SquareBlock, values: Mapping[str, Value]
+) -> bool:
+    if len(block.unknowns) == 1:
+        return rows[block.equations[0]].get(block.unknowns[0], 0.0) != 0.0
+    factor = factorise(matrix_of(rows, block), _sizes(block.unknowns, values))
+    return factor.rank == factor.columns
+
+
+def matrix_of(rows: Mapping[int, Mapping[str, float]], block: SquareBlock) -> list[list[float]]:
+    """The slopes of a block by its own unknowns, equation by equation."""
+    return [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations]
+
+
+def _sizes(unknowns: Iterable[str], values: Mapping[str, Value]) -> list[float]:
+    return [abs(v) if isinstance(v := values[name], float) and v else 1.0 for name in unknowns]
