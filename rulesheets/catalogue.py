@@ -6,7 +6,7 @@ A code never changes its meaning; one that is not used any more is not given awa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from rulesheets.record import dataclass
 
 
 @dataclass(frozen=True, slots=True)

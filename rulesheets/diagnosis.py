@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 from rulesheets.catalogue import CATALOGUE
+from rulesheets.record import dataclass
 from rulesheets.source import Span
 
 _WIDTH = 100

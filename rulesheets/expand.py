@@ -15,7 +15,6 @@ calls. Bodies of calls are worked off a stack, so that only the nesting of one r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 
 from rulesheets.model import Equation, Premise
 from rulesheets.nodes import (
@@ -39,6 +38,7 @@ from rulesheets.nodes import (
     rebuilt,
 )
 from rulesheets.program import Program, components, operands, rules_of
+from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)

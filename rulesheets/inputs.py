@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import SupportsFloat
 
 from rulesheets.declarations import constant, in_range
@@ -22,6 +21,7 @@ from rulesheets.input_messages import (
 from rulesheets.model import Model, Value, Variable
 from rulesheets.nodes import Equality
 from rulesheets.program import rules_of
+from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
 from rulesheets import nodes
+from rulesheets.record import dataclass, field
 from rulesheets.source import Span
 
 Value: TypeAlias = float | str

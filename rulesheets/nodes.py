@@ -8,13 +8,12 @@ once names are bound, as the mathematics that the solver works on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from rulesheets.record import dataclass, field
 from rulesheets.source import Span
 
 
-# ruff: noqa: RUF009 (the default of a span is made once for each class, as it should be)
 def _place() -> Span | None:
     return field(default=None, compare=False, repr=False)
 

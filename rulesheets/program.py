@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from rulesheets.nodes import (
     Call,
@@ -19,6 +18,7 @@ from rulesheets.nodes import (
     VariableRow,
     children,
 )
+from rulesheets.record import dataclass
 from rulesheets.source import Span
 
 

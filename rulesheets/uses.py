@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
@@ -12,6 +11,7 @@ from rulesheets.nodes import Function, RuleSheet, Use
 from rulesheets.parse import parse
 from rulesheets.program import Program, rules_of
 from rulesheets.reading import read_source
+from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
 from rulesheets.spelling import suggestion
 

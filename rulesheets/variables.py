@@ -18,7 +18,6 @@ import csv
 import io
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.input_messages import (
@@ -36,6 +35,7 @@ from rulesheets.input_messages import (
 from rulesheets.inputs import Inputs, override, parse_value, variable_named
 from rulesheets.model import Model, Value
 from rulesheets.reading import read_source
+from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
 
 __all__ = [

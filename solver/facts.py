@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from rulesheets.model import Value
+from rulesheets.record import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)

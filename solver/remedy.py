@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from time import monotonic
 
 from rulesheets import nodes
 from rulesheets.model import Model, Value
+from rulesheets.record import dataclass, replace
 from solver.path.steps import equations_of
 from solver.solution import Leaf, explore, planner
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
+from rulesheets.record import dataclass, field
 from solver.path.steps import Path, Step
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
 
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
+from rulesheets.record import dataclass, field, replace
 from solver.facts import AsksNothing, Conflict, Fact, NoRoot, NoValue, OutOfRange, RankLoss, Truncated
 from solver.kernel.block import BlockKernel
 from solver.kernel.outcome import BlockOutcome

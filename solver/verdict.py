@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from rulesheets.model import Model, Value
+from rulesheets.record import dataclass
 from solver.facts import (
     AsksNothing,
     BeyondFloats,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import Expression, Name, Sum, Symbol
+from rulesheets.record import dataclass
 
 BACKWARD = 64 * 2.0**-52
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from sympy import Mul, Pow
@@ -15,6 +14,7 @@ from rulesheets.algebra.convert import AS_WRITTEN
 from rulesheets.algebra.names import latex_name
 from rulesheets.model import Equation, Model, Premise
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Not, Or
+from rulesheets.record import dataclass
 
 _LATEX_FUNCTIONS = {
     **{

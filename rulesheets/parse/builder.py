@@ -7,13 +7,13 @@ nodes, tuples of nodes, and tokens (strings that know ``start_pos`` and ``end_po
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.parse.function import Head
 from rulesheets.parse.ranges import Bound, bounded, constant
+from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
 Children: TypeAlias = Sequence[Any]

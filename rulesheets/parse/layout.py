@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+
+from rulesheets.record import dataclass, field
 
 NESTING = 100
 """Parentheses that may be open at a time."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Expression, Range, names
+from rulesheets.record import dataclass
 from rulesheets.source import Span
 
 

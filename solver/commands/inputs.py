@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.record import dataclass
 from solver.commands.option import Option
 
 if TYPE_CHECKING:

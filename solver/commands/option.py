@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from rulesheets.diagnosis import Diagnosis, Label, error
+from rulesheets.record import dataclass
 from rulesheets.source import Source, Span
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -17,6 +16,7 @@ from rulesheets.construct import add, is_number, multiply, substitute, subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient
+from rulesheets.record import dataclass, replace
 from solver.kernel.scalar import Emitter
 from solver.path import rational
 from solver.path.graph import ModelGraph

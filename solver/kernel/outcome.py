@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from rulesheets.record import dataclass
 from solver.facts import Fact, OutOfRange
 from solver.kernel.candidates import Answer
 

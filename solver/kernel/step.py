@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Quotient, Symbol
+from rulesheets.record import dataclass
 from solver.facts import AsksNothing, DoubleRoot, Fact, NoValue, OutOfRange
 from solver.kernel.exponents import exponents
 from solver.path.graph import ModelGraph

@@ -9,10 +9,10 @@ tearing), and only what is left then is solved case by case.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
 
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Comparison, Name, Number, Symbol
+from rulesheets.record import replace
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of

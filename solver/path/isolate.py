@@ -8,7 +8,6 @@ rule, the operation and the value: ``cosd = 1.08``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 from rulesheets import nodes
@@ -25,6 +24,7 @@ from rulesheets.nodes import (
     Quotient,
     Sum,
 )
+from rulesheets.record import dataclass
 from solver.path import rational
 
 TARGET = Name("#")

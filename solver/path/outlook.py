@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Premise, Value
+from rulesheets.record import dataclass
 from solver.path.build import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
 

@@ -6,7 +6,6 @@ ones are solved by formula. Coefficients are expressions free of the unknown.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from rulesheets.construct import ONE, ZERO, add, divide, is_number, multiply, negative
@@ -21,6 +20,7 @@ from rulesheets.nodes import (
     Sum,
     names,
 )
+from rulesheets.record import dataclass
 
 Polynomial: TypeAlias = tuple[Expression, ...]
 """Coefficients, lowest degree first."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from rulesheets.model import Value, Variable
+from rulesheets.record import dataclass
 from solver.result import Result
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
