@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
+from functools import cached_property
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field
+from solver.forward_error import ForwardErrors
 from solver.path.steps import Path, Step
 
 
@@ -34,11 +36,22 @@ class Solution(Mapping[str, Value]):
     """One answer: values by full name, inputs included. Names without a value are absent.
 
     ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules checked.
+    ``accuracy`` holds the error bars and the conditions of the blocks, ``error`` the error bars alone:
+    estimates of the absolute error of every number, 0 for inputs.
     """
 
     by_name: Mapping[str, Value]
     worst_residual: float = 0.0
     checked: int = 0
+    measure: Callable[[], ForwardErrors] = field(default=lambda: ForwardErrors({}), repr=False, compare=False)
+
+    @cached_property
+    def accuracy(self) -> ForwardErrors:
+        return self.measure()
+
+    @property
+    def error(self) -> Mapping[str, float]:
+        return self.accuracy.error
 
     def __getitem__(self, name: str) -> Value:
         return self.by_name[name]

@@ -11,6 +11,7 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field, replace
 from solver.facts import AsksNothing, Conflict, Fact, NoRoot, NoValue, OutOfRange, RankLoss, Truncated
+from solver.forward_error import ForwardErrors, forward_errors
 from solver.kernel.block import BlockKernel
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.solve_block import solve_block
@@ -96,6 +97,13 @@ class Leaf:
     def on_edge(self) -> bool:
         """Whether an equality between unknowns was assumed on the way."""
         return EQUAL in self.branch.signs.values()
+
+
+def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
+    """The error bars of the values of a leaf."""
+    branch = leaf.branch
+    decided = {**branch.decided, **branch.assumed}
+    return forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided))
 
 
 def blocked(leaf: Leaf) -> bool:

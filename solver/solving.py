@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value
 from solver.explain import explain
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
-from solver.solution import Leaf, explore, planner
+from solver.solution import Leaf, explore, leaf_errors, planner
 from solver.verdict import Verdict, judge
 
 
@@ -52,7 +53,7 @@ def _result(
     judged: tuple[str, ...],
 ) -> Result:
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
-    solutions = tuple(_solution(leaf) for leaf in verdict.leaves) if answered else ()
+    solutions = tuple(_solution(model, leaf) for leaf in verdict.leaves) if answered else ()
     primary = verdict.leaves[0] if verdict.leaves else None
     undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
     return Result(
@@ -71,8 +72,8 @@ def _result(
     )
 
 
-def _solution(leaf: Leaf) -> Solution:
-    return Solution(leaf.branch.values, leaf.worst, leaf.checked)
+def _solution(model: Model, leaf: Leaf) -> Solution:
+    return Solution(leaf.branch.values, leaf.worst, leaf.checked, partial(leaf_errors, model, leaf))
 
 
 def _unreached(model: Model, verdict: Verdict, inputs: Mapping[str, Value]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent
 FLOORS = (
     ("solver.structure", "solver.numerics", "solver.facts"),
     ("solver.path",),
-    ("solver.witness",),
+    ("solver.witness", "solver.forward_error"),
     ("solver.kernel", "solver.turns", "solver.linearization"),
     ("solver.result", "solver.table", "solver.solution"),
     ("solver.verdict", "solver.remedy"),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
 from rulesheets.evaluate.conditions import holds
-from rulesheets.evaluate.gradient import derivatives
+from rulesheets.evaluate.gradient import derivatives, rounded_derivatives
 from rulesheets.evaluate.number import Undefined, value
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ __all__ = [
     "enclose",
     "extended",
     "holds",
+    "rounded_derivatives",
     "simplify",
     "value",
 ]

@@ -16,6 +16,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     parser.add_argument("--all", action="store_true", help="show every answer, side by side")
     parser.add_argument("--explain", action="store_true", help="show locals, path, and rules used")
+    parser.add_argument(
+        "--digits", action="store_true", help="print each number with the digits that are right"
+    )
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--json", action="store_true", help="print one JSON object")
     forms.add_argument("--csv", action="store_true", help="print the variable sheet as CSV")
@@ -45,13 +48,14 @@ def _print(result: Result, arguments: Namespace) -> None:
     if arguments.json:
         from solver.report.json import result_json
 
-        print(result_json(result, explain=arguments.explain))
+        print(result_json(result, explain=arguments.explain, digits=arguments.digits))
     elif arguments.csv:
         _print_csv(result, every=arguments.all)
     else:
         from solver.report.text import result_text
 
-        print(result_text(result, every=arguments.all, explain=arguments.explain, color=_color()))
+        shown = {"every": arguments.all, "explain": arguments.explain, "digits": arguments.digits}
+        print(result_text(result, **shown, color=_color()))
 
 
 def _print_csv(result: Result, *, every: bool) -> None:

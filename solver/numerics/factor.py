@@ -6,7 +6,7 @@ neither the units of the unknowns nor the size of a rule changes it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from solver.numerics.termination import EPS
@@ -37,6 +37,14 @@ def as_matrix(matrix: Any, columns: int) -> Any:
     import numpy as np
 
     return np.asarray(matrix, dtype=float).reshape(len(matrix), columns)
+
+
+def sparse_matrix(entries: Iterable[tuple[int, int, float]], rows: int, columns: int) -> Any:
+    """The sparse matrix of (row, column, number) entries."""
+    from scipy.sparse import csr_array
+
+    i, j, numbers = zip(*entries, strict=True)
+    return csr_array((numbers, (i, j)), shape=(rows, columns))
 
 
 def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:

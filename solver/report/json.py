@@ -12,17 +12,19 @@ from rulesheets.source import Span
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.report.path import told
 from solver.report.places import rule_text
-from solver.result import Result
+from solver.result import Result, Solution
 
 Json = dict[str, object]
 
 
-def result_json(result: Result, *, explain: bool = False) -> str:
-    """The object of a solve; ``explain`` adds the locals under their dotted names."""
+def result_json(result: Result, *, explain: bool = False, digits: bool = False) -> str:
+    """The object of a solve; ``explain`` adds the locals under their dotted names, ``digits`` the errors."""
+    solutions = [_solution(result, answer, explain) for answer in result.solutions]
     return _dump(
         {
             "status": str(result.status),
-            "solutions": [_solution(result, answer, explain) for answer in result.solutions],
+            "solutions": solutions,
+            **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
             "complete": result.complete,
             "undetermined": list(result.undetermined),
             "diagnoses": [_diagnosis(diagnosis) for diagnosis in result.diagnoses],
@@ -47,6 +49,12 @@ def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Jso
         for name, variable in result.model.variables.items()
         if name in answer and (explain or variable.posted or name in asked) and _finite(answer[name])
     }
+
+
+def _errors(answer: Solution, shown: Json) -> Json:
+    """The error bars of the numbers shown, null where nothing can be said."""
+    bars = {name: answer.error.get(name) for name in shown}
+    return {name: bar if isfinite(bar) else None for name, bar in bars.items() if bar is not None}
 
 
 def _finite(value: Value) -> bool:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import inf
 
 from rulesheets.model import Value, Variable
 from rulesheets.record import dataclass
-from solver.result import Result
+from solver.result import Result, Solution
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 
@@ -15,7 +16,10 @@ GUESS = "G"
 
 @dataclass(frozen=True, slots=True)
 class SheetRow:
-    """A variable with its input or its guess (then ``status`` is ``G``) and one output an answer."""
+    """A variable with its input or its guess (then ``status`` is ``G``) and one output an answer.
+
+    ``errors``: the error bar of every output, where they are asked for.
+    """
 
     status: str
     input: Value | None
@@ -23,6 +27,7 @@ class SheetRow:
     outputs: tuple[Value | None, ...]
     unit: str
     comment: str
+    errors: tuple[float, ...] = ()
 
 
 def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
@@ -32,15 +37,15 @@ def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
     return result.solutions if every else result.solutions[:1]
 
 
-def sheet_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
+def sheet_rows(result: Result, *, every: bool = False, digits: bool = False) -> tuple[SheetRow, ...]:
     """Rows in the order of the sheet, locals only where they are given or wanted.
 
-    A variable that was not asked for and has no value is left out.
+    A variable that was not asked for and has no value is left out. ``digits`` adds the error bars.
     """
     shown = answers(result, every=every)
     asked = {*result.inputs, *result.wanted}
     return tuple(
-        _row(result, variable, shown)
+        _row(result, variable, shown, digits)
         for variable in result.model.variables.values()
         if variable.name in asked or (variable.posted and any(variable.name in a for a in shown))
     )
@@ -51,7 +56,7 @@ def pruned(result: Result) -> bool:
     return any(v.posted and v.name not in result.wanted for v in result.model.variables.values())
 
 
-def local_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
+def local_rows(result: Result, *, every: bool = False, digits: bool = False) -> tuple[SheetRow, ...]:
     """Rows of the variables that :func:`sheet_rows` leaves out; of a pruned solve those that have a value."""
     shown = answers(result, every=every)
     there = {row.name for row in sheet_rows(result, every=every)}
@@ -61,10 +66,12 @@ def local_rows(result: Result, *, every: bool = False) -> tuple[SheetRow, ...]:
         for name, variable in result.model.variables.items()
         if name not in there and (whole or any(name in answer for answer in shown))
     )
-    return tuple(_row(result, variable, shown) for variable in rest)
+    return tuple(_row(result, variable, shown, digits) for variable in rest)
 
 
-def _row(result: Result, variable: Variable, shown: tuple[Mapping[str, Value], ...]) -> SheetRow:
+def _row(
+    result: Result, variable: Variable, shown: tuple[Mapping[str, Value], ...], digits: bool
+) -> SheetRow:
     name = variable.name
     given = result.inputs.get(name)
     guess = None if given is not None else result.guesses.get(name)
@@ -76,7 +83,13 @@ def _row(result: Result, variable: Variable, shown: tuple[Mapping[str, Value], .
         outputs=outputs,
         unit=variable.unit or "",
         comment=variable.comment,
+        errors=tuple(_error(answer, name) for answer in shown) if digits else (),
     )
+
+
+def _error(answer: Mapping[str, Value], name: str) -> float:
+    """The error bar of a value; that of a part of an answer is not known."""
+    return answer.error.get(name, 0.0) if isinstance(answer, Solution) else inf
 
 
 def output_heads(count: int) -> Iterator[str]:

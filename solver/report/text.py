@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from rulesheets.diagnosis import render
 from rulesheets.spelling import plural
-from solver.report.numbers import readable
+from solver.report.conditions import conditions_text
+from solver.report.numbers import certain, readable
 from solver.report.path import path_text
 from solver.report.rule_status import rule_status_table
 from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, pruned, sheet_rows
@@ -31,15 +32,17 @@ MEANINGS = {
 }
 
 
-def result_text(result: Result, *, every: bool = False, explain: bool = False, color: bool = False) -> str:
+def result_text(
+    result: Result, *, every: bool = False, explain: bool = False, digits: bool = False, color: bool = False
+) -> str:
     """Everything that ``backsolve solve`` prints, without the last line end.
 
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and how
-    many rules were needed.
+    many rules were needed; ``digits`` prints every number with the digits that are right.
     """
-    parts = [sheet_table(sheet_rows(result, every=every))]
+    parts = [sheet_table(sheet_rows(result, every=every, digits=digits))]
     if explain:
-        parts.extend(_explanation(result, every))
+        parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
     parts.append(rule_status_table(result))
     parts.extend(render(diagnosis, color=color) for diagnosis in result.diagnoses)
@@ -58,15 +61,18 @@ def sheet_table(rows: Iterable[SheetRow]) -> str:
 
 
 def _cells(row: SheetRow) -> tuple[str, ...]:
-    outputs = (readable(value) for value in row.outputs)
+    outputs: Iterable[str] = map(readable, row.outputs)
+    if row.errors:
+        outputs = map(certain, row.outputs, row.errors)
     return (row.status, readable(row.input), row.name, *outputs, row.unit, row.comment)
 
 
-def _explanation(result: Result, every: bool) -> Iterator[str]:
-    rows = local_rows(result, every=every)
+def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
+    rows = local_rows(result, every=every, digits=digits)
     if rows:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)
+    yield from conditions_text(result)
     yield _used(result)
 
 

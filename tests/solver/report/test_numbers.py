@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from decimal import Decimal
+from fractions import Fraction
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.report.numbers import exact, magnitude, readable
+from solver.report.numbers import certain, exact, magnitude, readable
 
 
 @pytest.mark.parametrize(
@@ -39,3 +43,40 @@ def test_what_people_read_is_right_to_ten_digits(value: float) -> None:
 def test_magnitudes() -> None:
     assert magnitude(0.0) == "0"
     assert magnitude(1.4e-16) == "1e-16"
+
+
+numbers = st.floats(min_value=-1e200, max_value=1e200, allow_subnormal=False).filter(
+    lambda x: abs(x) > 1e-200
+)
+
+
+@given(value=numbers, relative=st.floats(1e-17, 0.4), share=st.floats(-1.0, 1.0))
+def test_certain_digits_are_off_by_one_at_most(value: float, relative: float, share: float) -> None:
+    """Whatever the true value is within the error, the last digit printed is off by one at most."""
+    error = abs(value) * relative
+    text = certain(value, error)
+    if text.startswith("±"):
+        assert error > 0.04 * abs(value)
+        return
+    true = Fraction(value) + Fraction(error) * Fraction(share)
+    printed = Decimal(text)
+    unit = Fraction(10) ** printed.as_tuple().exponent  # type: ignore[operator]
+    assert abs(Fraction(printed) - true) <= unit
+    assert unit <= 21 * Fraction(error)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (4.0, 0.0, "4"),
+        (2.0 / 3.0, 1e-4, "0.667"),
+        (9.7918, 0.0, "9.7918"),
+        (120345.0, 300.0, "1.20e5"),
+        (1e-17, 1e-16, "±1e-16"),
+        (1.0, math.inf, "±?"),
+        ("open", 0.0, "'open"),
+        (None, 0.0, ""),
+    ],
+)
+def test_certain(value: float | str | None, error: float, text: str) -> None:
+    assert certain(value, error) == text

@@ -1,0 +1,181 @@
+"""Error bars: how far the values of an answer may be from those that satisfy the rules exactly.
+
+The inputs are taken as the exact numbers that they are. At the answer every rule that was solved with is
+off by the rounding of its own operations; the Jacobian of these rules, followed in the order of the path,
+turns that into errors of the unknowns: conditioning × rounding. Rounding errors have signs, and what
+cancels must not be added up: the errors are followed for a few choices of signs at once, and the largest
+counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sci. Comput. 15 (1994) 36–61).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from rulesheets.evaluate import Undefined, rounded_derivatives
+from rulesheets.model import Equation, Model, Value
+from rulesheets.record import dataclass, field
+from solver.numerics.factor import as_matrix, factorise, sparse_matrix
+from solver.path.steps import Evaluate, Select, SolveBlock, Step
+
+SAMPLES = 16
+UNIT = 2.0**-53
+DENSE = 400
+"""Unknowns from which on a block is factored as a sparse matrix."""
+
+Errors = list[float]
+"""One error a choice of signs."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockCondition:
+    """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if deficient).
+
+    Unknowns count in units of their values, rules in units of their largest term.
+    """
+
+    unknowns: tuple[str, ...]
+    rank: int
+    condition: float
+
+
+@dataclass(frozen=True)
+class ForwardErrors:
+    """``error``: an estimate of the absolute error of every variable that has a number, infinite where
+    nothing can be said. ``blocks``: the conditions of the blocks, by their unknowns."""
+
+    error: Mapping[str, float]
+    blocks: Mapping[tuple[str, ...], BlockCondition] = field(default_factory=dict)
+
+
+def forward_errors(
+    model: Model,
+    values: Mapping[str, Value],
+    steps: Sequence[Step],
+    active: Callable[[Equation], bool | None],
+) -> ForwardErrors:
+    """The errors of the ``values`` that ``steps`` have led to; ``active`` tells which guarded rules apply."""
+    return _Propagation(model, values, active).run(steps)
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
+
+    slopes: Mapping[str, float]
+    off: Errors
+
+
+class _Propagation:
+    def __init__(
+        self, model: Model, values: Mapping[str, Value], active: Callable[[Equation], bool | None]
+    ) -> None:
+        self.model, self.values, self.active = model, values, active
+        self.errors: dict[str, Errors] = {}
+        self.blocks: dict[tuple[str, ...], BlockCondition] = {}
+
+    def run(self, steps: Sequence[Step]) -> ForwardErrors:
+        for step in dict.fromkeys(steps):
+            match step:
+                case Evaluate(equation=equation, unknown=unknown):
+                    self._direct(self.model.equations[equation], unknown)
+                case Select(equations=equations, unknown=unknown):
+                    chosen = [e for i in equations if self.active(e := self.model.equations[i])]
+                    if chosen:
+                        self._direct(chosen[0], unknown)
+                case SolveBlock(equations=equations, unknowns=unknowns):
+                    self._block([self.model.equations[i] for i in equations], unknowns)
+        return ForwardErrors(dict(self._largest()), self.blocks)
+
+    def _largest(self) -> Iterator[tuple[str, float]]:
+        """The largest error over the signs, and what rounding the value itself adds."""
+        for name, number in self.values.items():
+            if isinstance(number, str):
+                continue
+            errors = self.errors.get(name)
+            if errors is None:
+                yield name, 0.0
+            else:
+                worst = max(map(abs, errors))
+                yield name, worst + UNIT * abs(number) if worst else 0.0
+
+    def _direct(self, equation: Equation, unknown: str) -> None:
+        if not isinstance(self.values.get(unknown), float):
+            return
+        row = self._row(equation, (unknown,))
+        slope = 0.0 if row is None else row.slopes.get(unknown, 0.0)
+        if row is None or not any(row.off):
+            self.errors[unknown] = [0.0 if row else math.inf] * SAMPLES
+        elif slope == 0.0 or math.isnan(slope):
+            self.errors[unknown] = [math.inf] * SAMPLES
+        else:
+            self.errors[unknown] = [_finite(-off / slope) for off in row.off]
+
+    def _row(self, equation: Equation, unknowns: Sequence[str]) -> _Row | None:
+        """None where the rule cannot be evaluated."""
+        try:
+            left, slopes, noise = rounded_derivatives(equation.left, self.values)
+            right, others, more = rounded_derivatives(equation.right, self.values)
+        except (Undefined, KeyError):
+            return None
+        for name, slope in others.items():
+            slopes[name] = slopes.get(name, 0.0) - slope
+        size = noise + more + abs(left - right)
+        off = [size * sign for sign in _signs(equation.index)] if size else [0.0] * SAMPLES
+        for name, slope in slopes.items():
+            known = self.errors.get(name)
+            if known is not None and name not in unknowns and any(known):
+                off = [a + slope * b for a, b in zip(off, known, strict=True)]
+        return _Row(slopes, [_finite(number) for number in off])
+
+    def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
+        present = [name for name in unknowns if name in self.values]
+        rows = (
+            [self._row(equation, unknowns) for equation in equations] if len(present) == len(unknowns) else []
+        )
+        solved = self._solved([row for row in rows if row], unknowns) if rows and all(rows) else None
+        for place, name in enumerate(unknowns):
+            self.errors[name] = [math.inf] * SAMPLES if solved is None else [s[place] for s in solved]
+
+    def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
+        """The errors of the unknowns for every choice of signs; None where they are not determined."""
+        if not all(math.isfinite(row.slopes.get(name, 0.0)) for row in rows for name in row.slopes):
+            return None
+        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
+        factor = factorise(_matrix(rows, unknowns), weights)
+        key = tuple(unknowns)
+        if factor.rank < len(unknowns):
+            self.blocks[key] = BlockCondition(key, factor.rank, math.inf)
+            return None
+        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition())
+        columns = ([-row.off[k] for row in rows] for k in range(SAMPLES))
+        if not all(math.isfinite(off) for row in rows for off in row.off):
+            return None
+        return [[_finite(e) for e in factor.solve(column)] for column in columns]
+
+
+def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
+    """Rows for a small block, an array for a larger one, a sparse matrix for a large one."""
+    if len(unknowns) <= DENSE:
+        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
+        return as_matrix(matrix, len(unknowns))
+    column = {name: place for place, name in enumerate(unknowns)}
+    entries = (
+        (i, column[name], slope)
+        for i, row in enumerate(rows)
+        for name, slope in row.slopes.items()
+        if name in column
+    )
+    return sparse_matrix(entries, len(rows), len(unknowns))
+
+
+def _signs(index: int) -> Iterator[float]:
+    """Sixteen signs that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
+    bits = (index + 1) * 0x9E3779B97F4A7C15
+    bits = ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
+    return (1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES))
+
+
+def _finite(number: float) -> float:
+    return number if not math.isnan(number) else math.inf
