@@ -86,7 +86,7 @@ def _is_asked(function: IntervalFunction, cluster: Cluster) -> bool:
     if not cluster.low <= 0.0 <= cluster.high or max(-cluster.low, cluster.high) > 1 / HORIZON:
         return True
     below, above, defined = function.range_on(np.zeros(1), np.zeros(1))
-    return bool(defined[0] and -np.inf < below[0] <= 0.0 <= above[0] < np.inf)
+    return bool(defined[0] and below[0] <= 0.0 <= above[0])
 
 
 def _width(box: Cluster, last: Cluster) -> float:
