@@ -125,12 +125,14 @@ def watson(n: int = 2) -> Problem:
         return f"{t}^{k - 1}*({slope} - ({total})^2 - 1)*({k} - 2*{t}*({total}))"
 
     tails = {0: " + 3*x1 - 2*x1*x2 + 2*x1^3", 1: " + x2 - x1^2 - 1"}
-    rules = tuple(
-        " + ".join(share(i, k) for i in range(1, 30)) + tails.get(k, "") + " = 0" for k in range(n)
-    )
+    rules = tuple(" + ".join(share(i, k) for i in range(1, 30)) + tails.get(k, "") + " = 0" for k in range(n))
 
     def residuals(x: Sequence[Any], m: Any) -> list[Any]:
-        found: list[Any] = [3 * x[0] - 2 * x[0] * x[1] + 2 * x[0] ** 3, x[1] - x[0] ** 2 - 1, *[0.0] * (n - 2)]
+        found: list[Any] = [
+            3 * x[0] - 2 * x[0] * x[1] + 2 * x[0] ** 3,
+            x[1] - x[0] ** 2 - 1,
+            *[0.0] * (n - 2),
+        ]
         for t in (i / 29.0 for i in range(1, 30)):
             slope = sum(j * t ** (j - 1) * x[j] for j in range(1, n))
             total = sum(t**j * x[j] for j in range(n))

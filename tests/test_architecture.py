@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 FLOORS = (
-    ("solver.structure", "solver.numerics", "solver.facts"),
+    ("solver.structure", "solver.numerics", "solver.facts", "solver.attempts"),
     ("solver.path",),
     ("solver.witness", "solver.forward_error"),
     ("solver.kernel", "solver.turns", "solver.linearization"),

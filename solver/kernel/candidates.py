@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rulesheets.record import dataclass
+from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
 from solver.kernel.question import Question
 from solver.numerics.newton import newton
@@ -14,6 +15,8 @@ from solver.witness import BACKWARD, gross, size
 
 EPSILON = 2.0**-52
 
+TINY = 1e-8
+"""An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
 BLUR = 3e-3
@@ -37,12 +40,22 @@ class Candidates:
         self.outside: Fact | None = None
         self.miss = math.inf
         self.nearest: dict[str, float] = {}
+        self.attempts: list[Attempt] = []
+
+    def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
+        """Note what a method has added to the answers."""
+        before = sum(attempt.found for attempt in self.attempts)
+        self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
 
     def refine(self, start: Sequence[float]) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
         question = self.question
-        result = newton(question.residual, question.jacobian, start)
-        trials = [result.x, tuple(start)] if result.outcome.found else [tuple(start)]
+        sizes = [max(abs(v), TINY * s) for v, s in zip(start, question.scale(), strict=True)]
+        result = newton(question.residual, question.jacobian, start, sizes)
+        trials = [tuple(start)]
+        if result.outcome.found:
+            rounded = tuple(0.0 if abs(v) <= EPSILON * s else v for v, s in zip(result.x, sizes, strict=True))
+            trials = [result.x, rounded, *trials]
         for x in trials:
             point = question.named(x)
             self.note(point)

@@ -1,14 +1,17 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
 The ways are tried in this order: elimination where the block is linear; the whole range of the tear
-where there is one, or boxes where all ranges are finite; Newton from many starts.
+where there is one, or boxes where all ranges are finite; Newton from many starts; and where all of that
+found nothing, the methods of ``fallback.py``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from rulesheets.model import Value
+from solver.attempts import Attempt, Method
 from solver.facts import NoRoot
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
@@ -35,7 +38,8 @@ def solve_block(
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
     linear = solve_linear_block(question) if kernel.linear else None
     if linear is not None:
-        return linear
+        attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
+        return replace(linear, attempts=(attempt,))
     candidates = Candidates(question)
     complete = False
     if len(block.tears) == 1:
@@ -45,14 +49,21 @@ def solve_block(
         complete = search.run() or any(
             TearSearch(question, candidates, other).run() for other in kernel.others()
         )
+        candidates.tried(Method.RANGE, complete)
         if not candidates.answers and (freedom := search.flat_stretch()) is not None:
             return freedom
     elif question.finite and len(block.unknowns) <= MAX_BOX_UNKNOWNS:
         from solver.kernel.box_search import search_boxes
 
         complete = search_boxes(question, candidates)
+        candidates.tried(Method.BOXES, complete)
     if not complete:
         _from_starts(question, candidates)
+        candidates.tried(Method.STARTS)
+        if not candidates.answers:
+            from solver.kernel.fallback import fall_back
+
+            fall_back(question, candidates)
     return _outcome(question, candidates, complete)
 
 
@@ -75,13 +86,14 @@ def _from_starts(question: Question, candidates: Candidates) -> None:
 
 
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
-    block = question.kernel.block
+    block, attempts = question.kernel.block, tuple(candidates.attempts)
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:
-        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), complete and len(answers) <= MAX_ANSWERS)
+        all_of_them = complete and len(answers) <= MAX_ANSWERS
+        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), all_of_them, attempts=attempts)
     if candidates.outside is not None:
-        return BlockOutcome(complete=complete, facts=(candidates.outside,))
+        return BlockOutcome(complete=complete, facts=(candidates.outside,), attempts=attempts)
     best = candidates.nearest
     misses = tuple(question.residual(list(best.values()))) if best else ()
     fact = NoRoot(block.equations, block.unknowns, complete, best, misses)
-    return BlockOutcome(complete=complete, facts=(fact,))
+    return BlockOutcome(complete=complete, facts=(fact,), attempts=attempts)

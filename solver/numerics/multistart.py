@@ -57,7 +57,7 @@ def multistart(
     roots: list[NewtonResult] = []
     best: NewtonResult | None = None
     starts = 0
-    for start in _starts(guess, within, size, count, offset):
+    for start in starting_points(guess, within, size, count, offset):
         starts += 1
         result = newton(residual, jacobian, start, size, limits)
         if not result.outcome.found:
@@ -102,9 +102,10 @@ def _inside(x: Sequence[float], ranges: Sequence[Range], scale: Sequence[float])
 # -- where to start ---------------------------------------------------------------------------------------
 
 
-def _starts(
-    guess: Sequence[float], ranges: Sequence[Range], scale: Sequence[float], count: int, offset: int
+def starting_points(
+    guess: Sequence[float], ranges: Sequence[Range], scale: Sequence[float], count: int, offset: int = 0
 ) -> Iterator[list[float]]:
+    """The guess, moved into the ranges, and ``count`` points that fill them; those alone after an offset."""
     if offset == 0:
         yield [min(max(g, low), high) for g, (low, high) in zip(guess, ranges, strict=True)]
     ratios = _ratios(len(guess))
