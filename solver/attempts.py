@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from rulesheets.record import dataclass
 
 
 class Method(Enum):

@@ -9,8 +9,9 @@ from functools import cached_property
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field
+from solver.attempts import Attempt
 from solver.forward_error import ForwardErrors
-from solver.path.steps import Path, Step
+from solver.path.steps import Path, SolveBlock, Step
 
 
 class Status(Enum):
@@ -70,7 +71,8 @@ class Result:
     ``inputs`` are the values that were given (after overrides and clearing), ``guesses`` likewise.
     ``wanted`` are the names by which the status was judged, ``undetermined`` those that stay unknown.
     Where the status is not ``solved``, ``partial`` holds what the inputs do determine. ``origins`` are
-    the steps of the path that the values of the primary answer (or of ``partial``) came from.
+    the steps of the path that the values of the primary answer (or of ``partial``) came from;
+    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order.
     """
 
     model: Model
@@ -85,6 +87,7 @@ class Result:
     path: Path
     partial: Mapping[str, Value] = field(default_factory=dict)
     origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
+    attempts: Mapping[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, name: str) -> Value | None:
         """Value of the primary answer (or what is determined of it); None where it has none.

@@ -10,6 +10,7 @@ from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field, replace
+from solver.attempts import Attempt
 from solver.facts import AsksNothing, Conflict, Fact, NoRoot, NoValue, OutOfRange, RankLoss, Truncated
 from solver.forward_error import ForwardErrors, forward_errors
 from solver.kernel.block import BlockKernel
@@ -56,6 +57,7 @@ class Branch:
     blank: set[str] = field(default_factory=set)
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
+    attempts: dict[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict)
 
     def fork(self) -> Branch:
         return replace(
@@ -69,6 +71,7 @@ class Branch:
             settled=set(self.settled),
             blank=set(self.blank),
             origins=dict(self.origins),
+            attempts=dict(self.attempts),
         )
 
 
@@ -306,6 +309,7 @@ class _Explorer:
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch.values)
         self.complete = self.complete and outcome.complete
+        branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
             branch.void.update(dict.fromkeys(step.equations, lost))

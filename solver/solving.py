@@ -69,6 +69,7 @@ def _result(
         path=_path(model, primary, inputs),
         partial=_determined(verdict, inputs),
         origins={} if primary is None else primary.branch.origins,
+        attempts={} if primary is None else primary.branch.attempts,
     )
 
 

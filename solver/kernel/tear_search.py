@@ -20,6 +20,8 @@ SEARCH_ALIVE = 2_000
 HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 MIN_SAMPLES = 3
+MOST_CHAINS = 64
+"""Combinations of preimages beyond which a search of the whole range takes longer than it is worth."""
 
 
 class TearSearch:
@@ -35,6 +37,8 @@ class TearSearch:
         """Find the roots along every chain. True where they are proven to be all."""
         from solver.numerics.isolation import IsolationLimits, isolate_roots
 
+        if len(self.kernel.chains()) > MOST_CHAINS:
+            return False
         limits = IsolationLimits(boxes=SEARCH_BOXES, alive=SEARCH_ALIVE)
         low, high = self._within(*self.question.domain(self.tear))
         complete = True

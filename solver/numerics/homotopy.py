@@ -60,7 +60,10 @@ def follow_homotopy(
     first = system.point([float(v) for v in start])
     if first is None:
         return NewtonResult(tuple(start), tuple(system.residual_at(list(start)) or ()), Outcome.DOMAIN, 0)
-    return _Curve(system, first, limits).run(residual, jacobian)
+    import numpy as np
+
+    with np.errstate(all="ignore"):  # what overflows is refused as not finite
+        return _Curve(system, first, limits).run(residual, jacobian)
 
 
 class _Curve:
@@ -154,8 +157,7 @@ class _Curve:
         miss = np.asarray(point.residual) / self.rows - (1.0 - t) * self.target
         if not (np.isfinite(matrix).all() and np.isfinite(miss).all()):
             return None
-        with np.errstate(all="ignore"):
-            change: NDArray[Any] = -np.linalg.lstsq(matrix, miss, rcond=None)[0]
+        change: NDArray[Any] = -np.linalg.lstsq(matrix, miss, rcond=None)[0]
         return change if np.isfinite(change).all() else None
 
     def _astray(self, point: Point, t: float) -> bool:

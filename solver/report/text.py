@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from rulesheets.diagnosis import render
 from rulesheets.spelling import plural
+from solver.report.attempts import attempts_text
 from solver.report.conditions import conditions_text
 from solver.report.numbers import certain, readable
 from solver.report.path import path_text
@@ -72,6 +73,7 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
     if rows:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)
+    yield attempts_text(result)
     yield from conditions_text(result)
     yield _used(result)
 

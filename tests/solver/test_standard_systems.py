@@ -1,0 +1,109 @@
+"""The standard nonlinear systems, from their standard starts and from ten and a hundred times that."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import mpmath
+import pytest
+
+import rulesheets
+import solver
+from benchmarks.standard import PROBLEMS, Problem
+from rulesheets.model import Model
+from solver import Result, Status
+from solver.attempts import Method
+
+MULTIPLE = (2, 18, 19)
+"""Problems whose only roots are multiple ones, or not isolated."""
+QUICK = (2, 3, 5, 8, 11, 12, 15, 16, 17, 19, 20, 21, 22, 23)
+FARTHER = [
+    pytest.param(
+        problem, factor, id=f"{problem.number} from {factor}", marks=() if quick else pytest.mark.slow
+    )
+    for factor in (10.0, 100.0)
+    for problem in PROBLEMS
+    for quick in [problem.number in QUICK]
+]
+
+
+class Digits:
+    """The functions that the problems are made of, at 50 digits."""
+
+    exp, sin, cos, atan, sqrt = mpmath.exp, mpmath.sin, mpmath.cos, mpmath.atan, mpmath.sqrt
+    pi = mpmath.pi
+
+    @staticmethod
+    def where(v: Any, positive: float, negative: float) -> float:
+        return positive if v > 0 else negative
+
+    @staticmethod
+    def expm1_over(v: Any) -> Any:
+        return -mpmath.expm1(-(v**2)) / v if v else mpmath.mpf(0)
+
+
+@cache
+def model(number: int) -> Model:
+    return rulesheets.loads(PROBLEMS[number - 1].sheet)
+
+
+def solved(problem: Problem, factor: float) -> Result:
+    return solver.solve(model(problem.number), guesses=problem.guesses(factor))
+
+
+def check(problem: Problem, result: Result) -> None:
+    """Every answer is a root to rounding; a simple one is where 50 digits see it."""
+    assert result.status in (Status.SOLVED, Status.SINGULAR)
+    with mpmath.workdps(50):
+        for solution in result.solutions:
+            x = [mpmath.mpf(solution[name]) for name in problem.names]
+            assert max(abs(v) for v in problem.residuals(x, Digits)) <= 1e-10
+    if result.status is Status.SOLVED and problem.number not in MULTIPLE:
+        values = [result.solutions[0][name] for name in problem.names]
+        assert values == pytest.approx(refined(problem, values), rel=1e-9, abs=1e-13)
+
+
+def refined(problem: Problem, values: list[Any]) -> list[float]:
+    with mpmath.workdps(50):
+        x = mpmath.matrix(values)
+        for _ in range(8):
+            jacobian = mpmath.matrix(len(values))
+            here = problem.residuals(list(x), Digits)
+            for j in range(len(values)):
+                ahead = x.copy()
+                ahead[j] += mpmath.mpf(10) ** -30
+                for i, (b, a) in enumerate(zip(problem.residuals(list(ahead), Digits), here, strict=True)):
+                    jacobian[i, j] = (b - a) * mpmath.mpf(10) ** 30
+            x -= mpmath.lu_solve(jacobian, mpmath.matrix(here))
+        return [float(v) for v in x]
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: problem.title)
+def test_from_the_standard_start(problem: Problem) -> None:
+    check(problem, solved(problem, 1.0))
+
+
+@pytest.mark.parametrize(("problem", "factor"), FARTHER)
+def test_from_farther_starts(problem: Problem, factor: float) -> None:
+    check(problem, solved(problem, factor))
+
+
+@pytest.mark.parametrize("number", [2, 19])
+def test_a_multiple_root_is_not_passed_off_as_a_simple_one(number: int) -> None:
+    assert solved(PROBLEMS[number - 1], 1.0).status is Status.SINGULAR
+
+
+def test_the_methods_tried_are_told() -> None:
+    """Descent from the standard start of the trigonometric function ends in a minimum that is no root."""
+    (attempts,) = solved(PROBLEMS[10], 1.0).attempts.values()
+    assert [attempt.method for attempt in attempts] == [Method.STARTS, Method.FULL]
+    assert [attempt.found for attempt in attempts] == [0, 1]
+
+
+def test_no_finite_root_is_said() -> None:
+    """x y = 1 and x y = 2 at infinity only; the second pair meets at no real point."""
+    for sheet in ("x*y = 1\nx*y = 2", "x^2 + y^2 = 1\nx + y = 2"):
+        result = solver.solve(rulesheets.loads(sheet))
+        assert result.status in (Status.INFEASIBLE, Status.INCONSISTENT)
+        assert not result.solutions
