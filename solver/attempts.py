@@ -11,6 +11,7 @@ class Method(Enum):
     """The ways to solve a simultaneous block, in the order in which they are tried."""
 
     LINEAR = "elimination of linear equations"
+    FORMULA = "elimination to a formula"
     RANGE = "search of the whole range of {tear}"
     BOXES = "subdivision of the ranges"
     STARTS = "damped Newton from the guess and many starts"

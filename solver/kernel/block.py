@@ -13,6 +13,7 @@ from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression
 from solver.kernel.chain import Chain, chains, compile_chain, exhaustive, jumps
 from solver.kernel.scalar import compile_expressions
+from solver.path.closed_form import ClosedForm, closed_form
 from solver.path.graph import ModelGraph
 from solver.path.linearity import is_linear
 from solver.path.steps import SolveBlock
@@ -44,6 +45,12 @@ class BlockKernel:
     def linear(self) -> bool:
         """Whether every equation, as it is written, is linear in the unknowns."""
         return all(is_linear(form, self.unknowns) for form in self.forms)
+
+    @cached_property
+    def closed(self) -> ClosedForm | None:
+        """Formulas for the unknowns, where elimination leads to them."""
+        turning = [name for name in self.unknowns if self.graph.turn(name)]
+        return closed_form(self.equations, self.unknowns, turning)
 
     @cached_property
     def partials(self) -> list[Expression | None]:

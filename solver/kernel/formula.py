@@ -1,20 +1,80 @@
-"""A closed form at given numbers: every candidate for the unknowns of a block."""
+"""A block with a closed form at given numbers: every answer, without a search."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
-from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate import value
 from rulesheets.model import Value
-from solver.path.closed_form import Circle, ClosedForm, Formula, Let, Parabola
+from rulesheets.record import dataclass
+from solver.kernel.candidates import Candidates
+from solver.kernel.question import Question
+from solver.path.closed_form import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
+from solver.witness import gross
 
 CLEAR = 1e-9
 """What is nearer to zero than this, relative to its terms, is left to a search."""
 
+ROUNDING = 1e-13
+"""The same, relative to the terms before anything cancelled."""
+STRANGE = 1e-6
+"""A candidate that misses an equation by more than this, relative to its terms, is none."""
+
 
 class Unclear(Exception):
     """A divisor or a discriminant too near to zero for the formulas to cover every solution."""
+
+
+def solve_by_formula(question: Question, candidates: Candidates, form: ClosedForm) -> bool:
+    """Find the answers by the closed form; False where it does not settle which they are."""
+    try:
+        found = evaluate(form, question.values)
+    except (Unclear, ArithmeticError):
+        return False
+    points = [point for one in found for point in _turned(question, one)]
+    trial = Candidates(question)
+    if not all(_settled(question, trial, point) for point in points):
+        return False
+    candidates.answers += trial.answers
+    candidates.outside = candidates.outside or trial.outside
+    for point in points:
+        candidates.note(point)
+    return True
+
+
+def _turned(question: Question, values: Mapping[str, float]) -> list[dict[str, float]]:
+    """The candidate, with every whole turn of its angles that a declared range has room for."""
+    points = [{name: values[name] for name in question.unknowns}]
+    for variable in question.variables:
+        turn = question.turn(variable.name)
+        if turn is None or (variable.low == -math.inf and variable.high == math.inf):
+            continue
+        low, high = question.domain(variable.name)
+        number = values[variable.name]
+        turns = range(math.ceil((low - number) / turn), math.floor((high - number) / turn) + 1)
+        points = [{**p, variable.name: number + k * turn} for p in points for k in turns or (0,)]
+    return points
+
+
+def _settled(question: Question, candidates: Candidates, point: dict[str, float]) -> bool:
+    """Whether it is plain that a candidate is an answer, or that it is none."""
+    count = len(candidates.answers)
+    candidates.refine(list(point.values()))
+    if len(candidates.answers) > count or candidates.outside is not None:
+        return True
+    here = {**question.here, **point}
+    return any(
+        abs(miss) > STRANGE * gross(equation, here)
+        for miss, equation in zip(_misses(question, point), question.kernel.equations, strict=True)
+    )
+
+
+def _misses(question: Question, point: Mapping[str, float]) -> Sequence[float]:
+    try:
+        return question.residual(list(point.values()))
+    except (ArithmeticError, ValueError):
+        return [0.0] * len(point)
 
 
 def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:
@@ -22,11 +82,7 @@ def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, fl
     found: list[dict[str, float]] = [{}]
     for formula in form.formulas:
         found = [{**one, **more} for one in found for more in _values(formula, {**values, **one})]
-    return [one for one in found if all(one[name] >= -CLEAR * _largest(one) for name in form.roots)]
-
-
-def _largest(values: Mapping[str, float]) -> float:
-    return max(map(abs, values.values()))
+    return found
 
 
 def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str, float]]:
@@ -37,43 +93,64 @@ def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str,
                 raise Unclear
             yield {name: number}
         case Parabola(name, a, b, c):
-            for root in roots(value(a, values), value(b, values), value(c, values)):
+            for root in roots(*(_number(part, values) for part in (a, b, c))):
                 yield {name: root}
-        case Circle(x, y):
-            parts = (value(part, values) for part in (formula.a, formula.b, formula.k, formula.square))
-            for point in meets(*parts):
+        case Circle(x, y, a, b, k, square):
+            for point in meets(*(_number(part, values) for part in (a, b, k, square))):
                 yield dict(zip((x, y), point, strict=True))
 
 
-def roots(a: float, b: float, c: float) -> tuple[float, ...]:
-    """The real roots of ``a x² + b x + c``, both or none. Raises Unclear between the two."""
-    if a == 0.0:
-        if b == 0.0:
+@dataclass(frozen=True, slots=True)
+class Rounded:
+    """A number and the size of the terms that it was added up from."""
+
+    value: float
+    size: float
+
+
+def _number(coefficient: Coefficient, values: Mapping[str, Value]) -> Rounded:
+    return Rounded(value(coefficient.expression, values), value(coefficient.size, values))
+
+
+def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
+    """The real roots of ``a x² + b x + c``. Raises Unclear where rounding may hide or make some."""
+    if a.size == 0.0:
+        if b.value == 0.0 or abs(b.value) <= CLEAR * b.size:
             raise Unclear
-        return (-c / b,)
-    discriminant = b * b - 4.0 * a * c
-    if not _clear(discriminant, b * b + abs(4.0 * a * c)):
+        return (-c.value / b.value,)
+    discriminant = b.value * b.value - 4.0 * a.value * c.value
+    if abs(a.value) <= CLEAR * a.size:
         raise Unclear
+    _clear(discriminant, b.value**2 + abs(4.0 * a.value * c.value), b.size**2 + 4.0 * a.size * c.size)
     if discriminant < 0.0:
         return ()
-    q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
-    return q / a, c / q
+    q = -0.5 * (b.value + math.copysign(math.sqrt(discriminant), b.value))
+    return q / a.value, c.value / q
 
 
-def meets(a: float, b: float, k: float, square: float) -> tuple[tuple[float, float], ...]:
+def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[float, float], ...]:
     """Where ``a x + b y = k`` meets ``x² + y² = square``: two points or none. Raises Unclear between."""
-    size = a * a + b * b
-    discriminant = size * square - k * k
-    if size == 0.0 or not _clear(discriminant, size * abs(square) + k * k):
-        raise Unclear
+    length = a.value**2 + b.value**2
+    _clear(length, length, a.size**2 + b.size**2)
+    discriminant = length * square.value - k.value**2
+    _clear(
+        discriminant,
+        length * abs(square.value) + k.value**2,
+        (a.size**2 + b.size**2) * square.size + k.size**2,
+    )
     if discriminant < 0.0:
         return ()
     root = math.sqrt(discriminant)
-    return tuple(((a * k - sign * b * root) / size, (b * k + sign * a * root) / size) for sign in (1.0, -1.0))
+    return tuple(
+        (
+            (a.value * k.value - sign * b.value * root) / length,
+            (b.value * k.value + sign * a.value * root) / length,
+        )
+        for sign in (1.0, -1.0)
+    )
 
 
-def _clear(number: float, size: float) -> bool:
-    return math.isfinite(size) and abs(number) > CLEAR * size
-
-
-__all__ = ["Unclear", "Undefined", "evaluate"]
+def _clear(number: float, terms: float, size: float) -> None:
+    """Raise Unclear unless a number is known to be no zero: by what it came from, and by rounding."""
+    if not (math.isfinite(size) and abs(number) > max(CLEAR * terms, ROUNDING * size)):
+        raise Unclear

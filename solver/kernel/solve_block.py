@@ -1,8 +1,8 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
-The ways are tried in this order: elimination where the block is linear; the whole range of the tear
-where there is one, or boxes where all ranges are finite; Newton from many starts; and where all of that
-found nothing, the methods of ``fallback.py``.
+The ways are tried in this order: elimination where the block is linear or leads to formulas; the whole
+range of the tear where there is one, or boxes where all ranges are finite; Newton from many starts; and
+where all of that found nothing, the methods of ``fallback.py``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from solver.attempts import Attempt, Method
 from solver.facts import NoRoot
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
+from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
@@ -41,6 +42,9 @@ def solve_block(
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
         return replace(linear, attempts=(attempt,))
     candidates = Candidates(question)
+    if kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed):
+        candidates.tried(Method.FORMULA, complete=True)
+        return _outcome(question, candidates, complete=True)
     complete = False
     if len(block.tears) == 1:
         search = TearSearch(question, candidates, kernel)

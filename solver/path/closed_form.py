@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from rulesheets.construct import add, call, divide, multiply, negative
 from rulesheets.model import Equation
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, names
+from rulesheets.record import dataclass
 from solver.path.polynomial import (
     UNIT,
     Polynomial,
@@ -55,13 +55,21 @@ class Let:
 
 
 @dataclass(frozen=True, slots=True)
+class Coefficient:
+    """A known number; ``size`` is the sum of its terms' sizes, which its rounding goes by."""
+
+    expression: Expression
+    size: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class Parabola:
     """``name`` is a root of ``a x² + b x + c``: two values, one, or none."""
 
     name: str
-    a: Expression
-    b: Expression
-    c: Expression
+    a: Coefficient
+    b: Coefficient
+    c: Coefficient
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +78,10 @@ class Circle:
 
     x: str
     y: str
-    a: Expression
-    b: Expression
-    k: Expression
-    square: Expression
+    a: Coefficient
+    b: Coefficient
+    k: Coefficient
+    square: Coefficient
 
 
 Formula = Let | Parabola | Circle
@@ -228,8 +236,8 @@ class _Letters:
         for _ in range(quarters % 4):
             c, s = scaled(s, Fraction(-1)), c
         if rest is not None:
-            cosine, sine = map(letter, self._pair(rest, unit))
-            c, s = minus(times(c, cosine), times(s, sine)), plus(times(s, cosine), times(c, sine))
+            cos, sin = map(letter, self._pair(rest, unit))
+            c, s = minus(times(c, cos), times(s, sin)), plus(times(s, cos), times(c, sin))
         return self._reduced(c if function.startswith("cos") else s)
 
     def _angle(self, argument: Expression, unit: str) -> tuple[str | None, int, int, Expression | None]:
@@ -280,9 +288,7 @@ class _Elimination:
     ) -> None:
         self.unknowns = tuple(unknowns)
         self.letters = _Letters(unknowns, turning)
-        forms = [
-            minus(self.letters.polynomial(e.left), self.letters.polynomial(e.right)) for e in equations
-        ]
+        forms = [minus(self.letters.polynomial(e.left), self.letters.polynomial(e.right)) for e in equations]
         self.equations = [reduced(form, self.letters.pairs) for form in (*forms, *self.letters.extra)]
         self.open = self.letters.open
         self.forward: list[Formula] = []
@@ -330,6 +336,9 @@ class _Elimination:
     def _size(self, polynomial: Polynomial) -> Expression:
         terms = [expression({m: c}, self.letters.meaning) for m, c in polynomial.items()]
         return add(*(call("abs", term) for term in terms))
+
+    def _coefficient(self, polynomial: Polynomial) -> Coefficient:
+        return Coefficient(self._expression(polynomial), self._size(polynomial))
 
     def _plain(self, name: str) -> bool:
         """Neither a cosine nor a sine of an unknown angle."""
@@ -404,7 +413,7 @@ class _Elimination:
             elif len(unknown) == 2 and self._is_pair(*unknown) and self._linear(equation):
                 cosine, sine = unknown
                 a, b, k = self._line(equation, cosine, sine)
-                self.forward.append(Circle(cosine, sine, a, b, k, Number(1.0)))
+                self.forward.append(Circle(cosine, sine, a, b, k, self._coefficient(constant(1.0))))
                 self._found(cosine, sine)
             else:
                 continue
@@ -424,7 +433,7 @@ class _Elimination:
             value = negative(multiply(self._expression(c), Name(inverse)))
             self.forward.append(Let(name, value))
         else:
-            self.forward.append(Parabola(name, self._expression(a), self._expression(b), self._expression(c)))
+            self.forward.append(Parabola(name, *map(self._coefficient, (a, b, c))))
         self._found(name)
 
     def _is_pair(self, cosine: str, sine: str) -> bool:
@@ -436,9 +445,9 @@ class _Elimination:
     def _degree(self, monomial: tuple[tuple[str, int], ...]) -> int:
         return sum(exponent for name, exponent in monomial if name in self.open)
 
-    def _line(self, equation: Polynomial, x: str, y: str) -> tuple[Expression, Expression, Expression]:
+    def _line(self, equation: Polynomial, x: str, y: str) -> tuple[Coefficient, Coefficient, Coefficient]:
         a, b, k = self._sides(equation, x, y)
-        return self._expression(a), self._expression(b), self._expression(k)
+        return self._coefficient(a), self._coefficient(b), self._coefficient(k)
 
     def _sides(self, equation: Polynomial, x: str, y: str) -> tuple[Polynomial, Polynomial, Polynomial]:
         """``a x + b y = k``."""
@@ -561,7 +570,7 @@ class _Elimination:
         for name, part in zip((x, y), centre, strict=True):
             shifted = substituted(shifted, name, plus(letter(moved[name]), part))
         a, b, k = self._line(shifted, moved[x], moved[y])
-        self.forward.append(Circle(moved[x], moved[y], a, b, k, self._expression(square)))
+        self.forward.append(Circle(moved[x], moved[y], a, b, k, self._coefficient(square)))
         for name, part in zip((x, y), centre, strict=True):
             self.forward.append(Let(name, add(Name(moved[name]), self._expression(part))))
         self._found(x, y)

@@ -64,7 +64,9 @@ def letters(polynomial: Polynomial) -> set[str]:
 
 
 def degree(polynomial: Polynomial, name: str) -> int:
-    return max((exponent for monomial in polynomial for other, exponent in monomial if other == name), default=0)
+    return max(
+        (exponent for monomial in polynomial for other, exponent in monomial if other == name), default=0
+    )
 
 
 def coefficients(polynomial: Polynomial, name: str) -> dict[int, Polynomial]:
