@@ -412,4 +412,9 @@ CATALOGUE: dict[str, Entry] = {
         "--over takes NAME=START:STOP:STEP, with a step that leads from the start to the stop.",
         "Write --over x=0:1:0.1.",
     ),
+    "E425": Entry(
+        "a derivative by what is no number",
+        "Sensitivities and tolerances are those of inputs that have a number.",
+        "Name an input, or give the variable a number.",
+    ),
 }

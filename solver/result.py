@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import Enum
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field
 from solver.attempts import Attempt
 from solver.forward_error import ForwardErrors
-from solver.path.steps import Path, SolveBlock, Step
+from solver.path.steps import Path, SolveBlock, Step, equations_of
+
+if TYPE_CHECKING:
+    from solver.sensitivities import Sensitivities
 
 
 class Status(Enum):
@@ -98,3 +102,20 @@ class Result:
             raise KeyError(name)
         known = self.solutions[0] if self.solutions else self.partial
         return known.get(name)
+
+    def sensitivity(
+        self, outputs: Iterable[str] | None = None, inputs: Iterable[str] | None = None, answer: int = 0
+    ) -> Sensitivities:
+        """Derivatives of ``outputs`` (None: the wanted ones) by ``inputs`` (None: all that are numbers).
+
+        They are exact, those of the answer with that number, each input moved alone; ``None`` in the table
+        where there is none, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model
+        does not have, and for an input that was not given as a number.
+        """
+        from solver.sensitivities import chosen_inputs, chosen_outputs, sensitivities
+
+        values = self.solutions[answer] if self.solutions else self.partial
+        shown = chosen_outputs(self.model, outputs, self.wanted, self.inputs, values)
+        by = chosen_inputs(self.model, inputs, self.inputs)
+        used = [e for step in self.path.steps for e in equations_of(step)]
+        return sensitivities(self.model, values, self.inputs, shown, by, prefer=used)

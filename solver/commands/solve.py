@@ -6,6 +6,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from solver.commands.derived import add_derived_options, derived_json, derived_text
 from solver.commands.inputs import add_input_options, read_request
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--digits", action="store_true", help="print each number with the digits that are right"
     )
+    add_derived_options(parser)
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--json", action="store_true", help="print one JSON object")
     forms.add_argument("--csv", action="store_true", help="print the variable sheet as CSV")
@@ -48,7 +50,8 @@ def _print(result: Result, arguments: Namespace) -> None:
     if arguments.json:
         from solver.report.json import result_json
 
-        print(result_json(result, explain=arguments.explain, digits=arguments.digits))
+        also = derived_json(result, arguments)
+        print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
     elif arguments.csv:
         _print_csv(result, every=arguments.all)
     else:
@@ -56,6 +59,8 @@ def _print(result: Result, arguments: Namespace) -> None:
 
         shown = {"every": arguments.all, "explain": arguments.explain, "digits": arguments.digits}
         print(result_text(result, **shown, color=_color()))
+        if derived := derived_text(result, arguments, color=_color()):
+            print(f"\n{derived}")
 
 
 def _print_csv(result: Result, *, every: bool) -> None:

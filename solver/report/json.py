@@ -17,8 +17,13 @@ from solver.result import Result, Solution
 Json = dict[str, object]
 
 
-def result_json(result: Result, *, explain: bool = False, digits: bool = False) -> str:
-    """The object of a solve; ``explain`` adds the locals under their dotted names, ``digits`` the errors."""
+def result_json(
+    result: Result, *, explain: bool = False, digits: bool = False, also: Mapping[str, object] | None = None
+) -> str:
+    """The object of a solve; ``explain`` adds the locals under their dotted names, ``digits`` the errors.
+
+    ``also`` are further members, put at its end.
+    """
     solutions = [_solution(result, answer, explain) for answer in result.solutions]
     return _dump(
         {
@@ -27,15 +32,16 @@ def result_json(result: Result, *, explain: bool = False, digits: bool = False) 
             **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
             "complete": result.complete,
             "undetermined": list(result.undetermined),
-            "diagnoses": [_diagnosis(diagnosis) for diagnosis in result.diagnoses],
+            "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
             "path": [_step(result.model, step) for step in told(result.path)],
+            **(also or {}),
         }
     )
 
 
 def error_json(diagnoses: Iterable[Diagnosis]) -> str:
     """The object of a sheet or a command that is wrong: status ``error`` and the diagnoses."""
-    return _dump({"status": "error", "diagnoses": [_diagnosis(diagnosis) for diagnosis in diagnoses]})
+    return _dump({"status": "error", "diagnoses": [diagnosis_json(diagnosis) for diagnosis in diagnoses]})
 
 
 def _dump(document: Json) -> str:
@@ -61,7 +67,7 @@ def _finite(value: Value) -> bool:
     return isinstance(value, str) or isfinite(value)
 
 
-def _diagnosis(diagnosis: Diagnosis) -> Json:
+def diagnosis_json(diagnosis: Diagnosis) -> Json:
     return {
         "code": diagnosis.code,
         "severity": str(diagnosis.severity),

@@ -1,0 +1,241 @@
+"""Sensitivities of an answer: the derivative of every output by every input, and why one does not exist."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
+from rulesheets.format import format_expression
+from rulesheets.inputs import variable_named
+from rulesheets.model import Model, Value
+from solver.edges import MOST, edges, sides
+from solver.path.cases import Pair
+from solver.total_derivatives import Total, totals
+
+SAME = 1e-12
+"""Relative difference of the derivatives on both sides of an edge that is no kink."""
+
+
+@dataclass(frozen=True)
+class Sensitivities(Mapping[tuple[str, str], "float | None"]):
+    """``table["vB", "thetaAO"]`` is d(vB)/d(thetaAO) in calculation units, None where there is none.
+
+    Every derivative is that of the one answer that it was asked of, all other inputs held. ``diagnoses``
+    say why a derivative does not exist.
+    """
+
+    model: Model
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    slopes: Mapping[tuple[str, str], float]
+    diagnoses: tuple[Diagnosis, ...] = ()
+
+    def __getitem__(self, pair: tuple[str, str]) -> float | None:
+        output, given = pair
+        if output not in self.outputs or given not in self.inputs:
+            raise KeyError(pair)
+        return self.slopes.get(pair)
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        return ((output, given) for output in self.outputs for given in self.inputs)
+
+    def __len__(self) -> int:
+        return len(self.outputs) * len(self.inputs)
+
+    def unit(self, output: str, given: str) -> str:
+        """``rad/s/deg``, ``1/deg``, blank where neither has a unit."""
+        above, below = (self.model.variables[name].unit for name in (output, given))
+        if below is None:
+            return above or ""
+        below = f"({below})" if any(mark in below for mark in "*/ ") else below
+        return f"{above or '1'}/{below}"
+
+
+def sensitivities(
+    model: Model,
+    values: Mapping[str, Value],
+    inputs: Collection[str],
+    outputs: Sequence[str],
+    by: Sequence[str],
+    prefer: Iterable[int] = (),
+) -> Sensitivities:
+    """Derivatives of ``outputs`` at an answer (``values``) for ``inputs``, by those of them in ``by``."""
+    return _Study(model, values, inputs, outputs, by, tuple(prefer)).run()
+
+
+def chosen_outputs(
+    model: Model,
+    names: Iterable[str] | None,
+    wanted: Iterable[str],
+    inputs: Collection[str],
+    values: Mapping[str, Value],
+) -> tuple[str, ...]:
+    """The outputs named; else the wanted ones that have a number. Raises RuleSheetError (E407)."""
+    if names is not None:
+        return tuple(dict.fromkeys(variable_named(name, model).name for name in names))
+    return tuple(n for n in wanted if n not in inputs and isinstance(values.get(n), float))
+
+
+def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str, Value]) -> tuple[str, ...]:
+    """The inputs named; else all that are numbers. Raises RuleSheetError (E407, E425)."""
+    if names is None:
+        return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
+    found = tuple(dict.fromkeys(variable_named(name, model).name for name in names))
+    wrong = [name for name in found if not isinstance(inputs.get(name), float)]
+    if wrong:
+        raise RuleSheetError(*map(no_number_input, wrong))
+    return found
+
+
+def no_number_input(name: str) -> Diagnosis:
+    text = f"{name} is not an input with a number, so nothing can be derived by it"
+    return error("E425", text, notes=(f"give it a number: --set {name}=…",))
+
+
+@dataclass(frozen=True)
+class _Reason:
+    """Why one is missing: ``tied``, ``rough`` (a rule), ``kink``, ``edges`` (pairs), ``free`` or ``blank``.
+
+    ``sides`` are the derivatives on both sides of a kink.
+    """
+
+    kind: str
+    rule: int = -1
+    pairs: tuple[Pair, ...] = ()
+    sides: tuple[float, float] = (0.0, 0.0)
+
+
+class _Study:
+    """One answer looked at from every side of the edges that it stands on."""
+
+    def __init__(
+        self,
+        model: Model,
+        values: Mapping[str, Value],
+        inputs: Collection[str],
+        outputs: Sequence[str],
+        by: Sequence[str],
+        prefer: tuple[int, ...],
+    ) -> None:
+        self.model, self.values, self.inputs = model, values, inputs
+        self.outputs, self.by, self.prefer = outputs, by, prefer
+        self.slopes: dict[tuple[str, str], float] = {}
+        self.reasons: dict[tuple[str, str], _Reason] = {}
+
+    def run(self) -> Sensitivities:
+        pairs = edges(self.model, self.values)
+        if len(pairs) > MOST:
+            self._unknown(_Reason("edges", pairs=pairs), self.by)
+        elif pairs:
+            self._on_edges(pairs)
+        else:
+            whole = totals(self.model, self.values, self.inputs, self.by, self.prefer)
+            assert whole is not None
+            for given in self.by:
+                self._take(given, whole, whole, ())
+        diagnoses = tuple(self._diagnoses())
+        return Sensitivities(self.model, tuple(self.outputs), tuple(self.by), self.slopes, diagnoses)
+
+    def _unknown(self, reason: _Reason, by: Iterable[str]) -> None:
+        self.reasons.update(((output, given), reason) for output in self.outputs for given in by)
+
+    def _on_edges(self, pairs: tuple[Pair, ...]) -> None:
+        """Each input moves the pairs apart in its own way, and the other way when it moves back."""
+        found: list[tuple[dict[Pair, int], Total]] = []
+        for signs in sides(pairs):
+            total = totals(self.model, self.values, self.inputs, self.by, self.prefer, signs)
+            if total is not None:
+                found.append((signs, total))
+        for given in self.by:
+            ahead = next((t for signs, t in found if _apart(t, signs, given, 1)), None)
+            behind = next((t for signs, t in found if _apart(t, signs, given, -1)), None)
+            if ahead is None or behind is None:
+                self._unknown(_Reason("edges", pairs=pairs), (given,))
+            else:
+                self._take(given, ahead, behind, pairs)
+
+    def _take(self, given: str, ahead: Total, behind: Total, pairs: tuple[Pair, ...]) -> None:
+        for output in self.outputs:
+            if not isinstance(self.values.get(output), float):
+                self.reasons[output, given] = _Reason("blank")
+                continue
+            after, before = _one(ahead, output, given), _one(behind, output, given)
+            if isinstance(after, _Reason):
+                self.reasons[output, given] = after
+            elif isinstance(before, _Reason):
+                self.reasons[output, given] = before
+            elif abs(after - before) > SAME * max(abs(after), abs(before)):
+                self.reasons[output, given] = _Reason("kink", pairs=pairs, sides=(after, before))
+            else:
+                self.slopes[output, given] = after
+
+    # --- why there is none ---
+
+    def _diagnoses(self) -> Iterator[Diagnosis]:
+        groups: dict[_Reason, list[tuple[str, str]]] = {}
+        for pair, reason in self.reasons.items():
+            groups.setdefault(reason, []).append(pair)
+        for reason, group in groups.items():
+            yield self._diagnosis(reason, group)
+
+    def _diagnosis(self, reason: _Reason, group: Sequence[tuple[str, str]]) -> Diagnosis:
+        outputs = tuple(dict.fromkeys(output for output, _ in group))
+        givens = tuple(dict.fromkeys(given for _, given in group))
+        what = f"the derivative of {_listed(outputs)} by {_listed(givens)}"
+        labels = () if reason.rule < 0 else (Label(self.model.equations[reason.rule].rule),)
+        match reason.kind:
+            case "tied":
+                text = f"{what} does not exist: moved alone, {_either(givens)} would break this rule"
+                note = "clear an input that the others determine"
+            case "rough":
+                text = f"{what} can't be told here: this rule has no slope at these values"
+                note = "it has a corner or a vertical tangent there; move an input a little and ask again"
+            case "kink":
+                after, before = reason.sides
+                text = f"{what} does not exist: the rules change at {_comparisons(reason.pairs)}"
+                note = f"it is {after:.10g} upwards and {before:.10g} downwards"
+            case "blank":
+                text = f"{what} does not exist: {_listed(outputs)} has no number here"
+                note = "take it out of the list, or solve for it"
+            case "edges":
+                text = f"{what} can't be told here: the rules change at {_comparisons(reason.pairs)}"
+                note = "move an input a little and ask again"
+            case _:
+                text = f"{what} does not exist: the answer is singular there"
+                note = "it can move while every input stays: a double root, a fold or a dead centre"
+        return Diagnosis("S592", Severity.NOTE, text, labels, (note,), outputs)
+
+
+def _apart(total: Total, signs: Mapping[Pair, int], given: str, way: int) -> bool:
+    """Whether the pairs come apart as ``signs`` say where ``given`` moves up (``way`` 1) or down (-1)."""
+    for pair, sign in signs.items():
+        rate = total.of(pair, given)
+        if rate is None or (rate > 0) - (rate < 0) != sign * way:
+            return False
+    return True
+
+
+def _one(total: Total, output: str, given: str) -> float | _Reason:
+    """The derivative, or why there is none."""
+    if output == given:
+        return 1.0
+    if given in total.tied:
+        return _Reason("tied", total.tied[given])
+    if output in total.by and output not in total.loose:
+        return float(total.by[output].get(given, 0.0))
+    rule = next((e for e, read in total.rough.items() if read & {output, *total.loose}), None)
+    return _Reason("free") if rule is None else _Reason("rough", rule)
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = names if len(names) <= 6 else (*names[:6], f"{len(names) - 6} more")
+    return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
+
+
+def _either(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else "each of them"
+
+
+def _comparisons(pairs: Iterable[Pair]) -> str:
+    return _listed([f"{format_expression(left)} = {format_expression(right)}" for left, right in pairs])

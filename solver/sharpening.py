@@ -1,0 +1,157 @@
+"""An answer to many digits, and the slopes of the rules there.
+
+The inputs are exact numbers, so the answer exists to all digits, however ill-conditioned its rounding
+to floats is. It is reached from the float answer by Newton steps on the square part of the active
+rules, block by block, in extended precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from rulesheets.evaluate import Undefined, extended
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Expression, names
+from solver.linearization import Linearization, SquareBlock
+from solver.numerics.refinement import Singular, solve_exactly
+
+Extended: TypeAlias = Any
+"""A number of mpmath."""
+
+DIGITS = 100
+"""Digits that are computed with. Slopes are right to half of them."""
+
+STEP = 33
+"""Slopes are central differences at 10^-STEP of the size of a variable: the error is its square."""
+
+LEAST = 30
+"""Sizes below 10^-LEAST are taken for that: a variable that is 0 has no size of its own."""
+
+ROUNDS = 24
+SETTLED = 60
+"""Digits that a Newton step leaves alone at the end."""
+
+FAR, ASTRAY = 1e-2, 1e-6
+"""Share of its size, and of the terms that it is made of, by which an unknown may move and still be the
+same answer."""
+
+
+class _Blunt(ArithmeticError):
+    """A block could not be sharpened: its rules are singular there."""
+
+
+@dataclass(frozen=True)
+class Sharp:
+    """``values`` to many digits (symbols as they are); ``rows[e]`` are ∂(left − right)/∂v there.
+
+    ``blocks`` are those that were sharpened. ``lost`` are the other unknowns: free ones, those of rough
+    rules, and all that is computed from lost ones, even with a slope of 0 (``y = x^2`` where x is free
+    at 0: what moves without bound times 0 is not 0).
+    """
+
+    values: Mapping[str, Any]
+    rows: Mapping[int, Mapping[str, Extended]]
+    blocks: tuple[SquareBlock, ...]
+    lost: frozenset[str]
+
+
+def sharpened(
+    model: Model, linear: Linearization, values: Mapping[str, Value], inputs: Collection[str]
+) -> Sharp:
+    """The answer near ``values`` for ``inputs`` (names), and the slopes of its active rules there."""
+    exact: dict[str, Any] = {n: v if isinstance(v, str) else number(v) for n, v in values.items()}
+    rows: dict[int, Mapping[str, Extended]] = {}
+    blocks: list[SquareBlock] = []
+    sound = {*linear.unknowns, *linear.parameters}
+    read = (name for e in linear.rough for name in model.equations[e].names)
+    lost = {*linear.free, *(name for name in read if name not in inputs and name not in sound)}
+    for block in linear.blocks:
+        equations = [model.equations[e] for e in block.equations]
+        try:
+            if any(lost.intersection(equation.names) for equation in equations):
+                raise _Blunt
+            _settle(equations, block, exact)
+            rows.update((e.index, slopes(e.left, e.right, exact)) for e in equations)
+            blocks.append(block)
+        except (Undefined, Singular, _Blunt):
+            lost.update(block.unknowns)
+            exact.update((name, number(v)) for name in block.unknowns if isinstance(v := values[name], float))
+    for index in linear.redundant:
+        rule = model.equations[index]
+        try:
+            rows[index] = slopes(rule.left, rule.right, exact)
+        except Undefined:
+            continue
+    return Sharp(exact, rows, tuple(blocks), frozenset(lost))
+
+
+def number(value: float) -> Extended:
+    """A float as the exact number that it is."""
+    from rulesheets.functions.extended import context
+
+    return context(DIGITS).mpf(value)
+
+
+def miss(left: Expression, right: Expression, values: Mapping[str, Any]) -> Extended:
+    """left − right. Raises Undefined."""
+    return extended(left, values, DIGITS) - extended(right, values, DIGITS)
+
+
+def slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
+    """∂(left − right)/∂v for every variable in them, to half the digits. Raises Undefined."""
+    found = {}
+    for name in dict.fromkeys((*names(left), *names(right))):
+        middle = values[name]
+        step = number(10.0) ** -STEP * max(abs(middle), number(10.0) ** -LEAST)
+        above, below = {**values, name: middle + step}, {**values, name: middle - step}
+        found[name] = (miss(left, right, above) - miss(left, right, below)) / (2 * step)
+    return found
+
+
+def _settle(equations: Sequence[Equation], block: SquareBlock, exact: dict[str, Any]) -> None:
+    """Newton steps with the slopes of the first point, taken anew where they contract slowly."""
+    start = {name: exact[name] for name in block.unknowns}
+    matrix = _matrix(equations, block, exact)
+    sizes = _sizes(equations, block, exact)
+    before: Extended | None = None
+    for _ in range(ROUNDS):
+        misses = [miss(e.left, e.right, exact) for e in equations]
+        (step,) = solve_exactly(matrix, [misses])
+        exact.update((name, exact[name] - d) for name, d in zip(block.unknowns, step, strict=True))
+        if any(abs(exact[n] - x) > FAR * abs(x) + ASTRAY * sizes[n] for n, x in start.items()):
+            raise _Blunt
+        moved = max(
+            abs(d) / (max(abs(start[n]), sizes[n]) or 1) for n, d in zip(block.unknowns, step, strict=True)
+        )
+        if moved <= number(10.0) ** -SETTLED:
+            return
+        if before is not None and moved > before / 1000:
+            matrix = _matrix(equations, block, exact)
+        before = moved
+    raise _Blunt
+
+
+def _sizes(
+    equations: Sequence[Equation], block: SquareBlock, values: Mapping[str, Any]
+) -> dict[str, Extended]:
+    """How large the terms are that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules."""
+    found = dict.fromkeys(block.unknowns, number(0.0))
+    for equation in equations:
+        row = slopes(equation.left, equation.right, values)
+        total = sum(abs(slope * values[name]) for name, slope in row.items())
+        for name in found.keys() & row.keys():
+            if row[name]:
+                found[name] = max(found[name], total / abs(row[name]))
+    return found
+
+
+def _matrix(
+    equations: Sequence[Equation], block: SquareBlock, values: Mapping[str, Any]
+) -> list[dict[int, Extended]]:
+    found = []
+    for equation in equations:
+        row = slopes(equation.left, equation.right, values)
+        found.append({j: row[name] for j, name in enumerate(block.unknowns) if name in row})
+    return found

@@ -1,0 +1,113 @@
+"""How an answer moves with its inputs: the implicit function theorem on the active rules.
+
+Where F(u, p) = 0 and ∂F/∂u is regular, du/dp = −(∂F/∂u)⁻¹ ∂F/∂p, solved block by block in the order of the
+block triangular form. Everything is evaluated at the sharpened answer, so that the digits are right
+wherever the derivative exists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from rulesheets.evaluate import Undefined
+from rulesheets.model import Model, Value
+from solver.edges import outcomes
+from solver.linearization import Linearization, active_equations, linearize
+from solver.numerics.refinement import solve_exactly
+from solver.path.cases import Pair
+from solver.sharpening import Extended, Sharp, sharpened, slopes
+from solver.witness import testify
+
+AGREE = 1e-25
+"""Share of its terms by which a total derivative may miss 0 and still be taken for it."""
+
+
+@dataclass(frozen=True)
+class Total:
+    """``by[u][p]`` is du/dp; names of ``loose`` are not determined to first order, or lost.
+
+    ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules
+    without a slope there, and what they read.
+    """
+
+    by: Mapping[str, Mapping[str, Extended]]
+    loose: frozenset[str]
+    tied: Mapping[str, int]
+    rough: Mapping[int, frozenset[str]]
+    sharp: Sharp
+
+    def of(self, pair: Pair, parameter: str) -> Extended | None:
+        """d(left − right)/dp of a comparison; None where it is not determined."""
+        try:
+            row = slopes(*pair, self.sharp.values)
+        except Undefined:
+            return None
+        if any(name in self.loose for name in row):
+            return None
+        return _chain(row, self.by, parameter)[0]
+
+
+def totals(
+    model: Model,
+    values: Mapping[str, Value],
+    inputs: Collection[str],
+    parameters: Sequence[str],
+    prefer: Iterable[int] = (),
+    signs: Mapping[Pair, int] | None = None,
+) -> Total | None:
+    """Total derivatives by ``parameters`` at an answer; None where ``signs`` ask for what does not hold."""
+    decided = outcomes(model, values, inputs, signs) if signs else None
+    if decided and not all(
+        testify(equation, values).holds for equation in active_equations(model, values, inputs, decided)
+    ):
+        return None
+    linear = linearize(model, values, inputs, prefer, decided)
+    sharp = sharpened(model, linear, values, inputs)
+    by = _solved(sharp, parameters)
+    rough = {e: frozenset(model.equations[e].names) for e in linear.rough}
+    return Total(by, sharp.lost, _ties(linear, sharp, by, parameters), rough, sharp)
+
+
+def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Extended]]:
+    """du/dp block by block; parameters that an unknown does not depend on are left out."""
+    by: dict[str, dict[str, Extended]] = {p: {p: 1} for p in parameters}
+    for block in sharp.blocks:
+        place = {name: j for j, name in enumerate(block.unknowns)}
+        rows = [
+            {place[n]: slope for n, slope in sharp.rows[e].items() if n in place} for e in block.equations
+        ]
+        read = {name for e in block.equations for name in sharp.rows[e]}
+        moving = [p for p in parameters if any(p in by.get(name, {}) for name in read)]
+        columns = [[-_chain(sharp.rows[e], by, p)[0] for e in block.equations] for p in moving]
+        solved = solve_exactly(rows, columns) if columns else []
+        for name, j in place.items():
+            by[name] = {p: column[j] for p, column in zip(moving, solved, strict=True)}
+    return by
+
+
+def _chain(
+    row: Mapping[str, Extended], by: Mapping[str, Mapping[str, Extended]], parameter: str
+) -> tuple[Extended, Extended]:
+    """Σ ∂F/∂v · dv/dp, and the same of absolute values."""
+    terms = [slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, {})]
+    return sum(terms), sum(map(abs, terms))
+
+
+def _ties(
+    linear: Linearization,
+    sharp: Sharp,
+    by: Mapping[str, Mapping[str, Extended]],
+    parameters: Sequence[str],
+) -> dict[str, int]:
+    """Redundant rules that hold at the answer, but not beside it."""
+    tied: dict[str, int] = {}
+    for equation in linear.redundant:
+        row = sharp.rows.get(equation, {})
+        if sharp.lost.intersection(row):
+            continue
+        for parameter in parameters:
+            total, size = _chain(row, by, parameter)
+            if abs(total) > AGREE * size:
+                tied.setdefault(parameter, equation)
+    return tied
