@@ -1,22 +1,25 @@
-"""From a file or a text to a model: read, parse, check, expand."""
+"""From a file or a text to a model: as it was kept, or else read, parsed, checked and expanded.
+
+Nothing of what reads the language is imported before it is needed.
+"""
 
 from __future__ import annotations
 
+import gc
 import os
-from collections.abc import Mapping
 
-from rulesheets.checks import check, check_figures
-from rulesheets.declarations import declared
-from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.expand import Expansion, expand
-from rulesheets.model import Model, Variable
-from rulesheets.program import Program
+from rulesheets.kept import keep_model, kept_model
 from rulesheets.reading import read_source
 from rulesheets.source import Source
-from rulesheets.spelling import suggestion
-from rulesheets.uses import gather
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from rulesheets.model import Model
 
 MAIN_SHEET = "model.tk"
+
+LONG = 20_000
+"""Characters of a text that is in no file from which on its model is kept: shorter ones are read as fast."""
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -26,45 +29,41 @@ def load(path: str | os.PathLike[str]) -> Model:
     (``offset_slider_crank``). Raises RuleSheetError where anything in it is wrong.
     """
     file = find_sheet(os.fspath(path))
-    program = gather(read_source(file), os.path.dirname(file), file)
-    return build(program, _model_name(file))
+    return _model(read_source(file), os.path.dirname(file), file, _model_name(file))
 
 
 def loads(text: str, name: str = "<text>", base: str | os.PathLike[str] | None = None) -> Model:
     """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``."""
     folder = os.fspath(base) if base is not None else ""
-    return build(gather(Source(name, text), folder), name)
+    return _model(Source(name, text), folder, None, name)
 
 
-def build(program: Program, name: str) -> Model:
-    """Check a program and expand it. Raises RuleSheetError with every complaint found."""
-    check(program)
-    variables = declared(program.rows)
-    expansion = expand(program)
-    model = Model(
-        name=name,
-        variables=_variables(program, variables, expansion),
-        equations=expansion.equations,
-        conditions=expansion.conditions,
-        figures=program.sheet.figures,
-    )
-    complaints = tuple(check_figures(program, model.variables))
-    if complaints:
-        raise RuleSheetError(*complaints)
-    return model
+def _model(source: Source, folder: str, file: str | None, name: str) -> Model:
+    """The model, made while the garbage collector rests.
+
+    A large sheet has a million nodes, which all stay: to look for garbage among them takes longer
+    than to make them.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        return _kept_or_built(source, folder, file, name)
+    finally:
+        if collecting:
+            gc.enable()
 
 
-def _variables(
-    program: Program, rows: Mapping[str, Variable], expansion: Expansion
-) -> Mapping[str, Variable]:
-    """Rows of the sheet, then names of its rules, then locals of the calls."""
-    posted = program.sheet.variables is None
-    variables = dict(rows)
-    for local in (False, True):
-        for name in expansion.names:
-            if ("." in name) is local and name not in variables:
-                variables[name] = Variable(name, posted=posted and not local)
-    return variables
+def _kept_or_built(source: Source, folder: str, file: str | None, name: str) -> Model:
+    kept = file is not None or len(source.text) >= LONG
+    model = kept_model(name, source, folder, file) if kept else None
+    if model is not None:
+        return model
+    from rulesheets.build import build
+    from rulesheets.uses import gather
+
+    program = gather(source, folder, file)
+    model = build(program, name)
+    return keep_model(model, source, folder, program.openings) if kept else model
 
 
 def _model_name(file: str) -> str:
@@ -87,6 +86,9 @@ def find_sheet(path: str) -> str:
         return os.path.join(_models_folder(), bare, MAIN_SHEET)
     if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
         return path
+    from rulesheets.diagnosis import RuleSheetError, error
+    from rulesheets.spelling import suggestion
+
     raise RuleSheetError(
         error(
             "E309",

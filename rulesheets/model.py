@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TypeAlias
 
 from rulesheets import nodes
 from rulesheets.record import dataclass, field
 from rulesheets.source import Span
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, TypeAlias
 
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
@@ -65,6 +68,28 @@ class Equation:
         """Variables of the two sides in order of first appearance, guards not included."""
         return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """The sides of a packed equation, unpacked when one of them is first looked at."""
+            own = self.__dict__
+            sides = own.get("sides")
+            if sides is None or name not in ("left", "right"):
+                raise AttributeError(f"an equation has no {name}")
+            if name not in own:
+                own["left"], own["right"] = sides()
+            return own[name]
+
+
+def packed_equation(**fields: Any) -> Equation:
+    """An equation of all fields but its sides, which ``sides()`` gives when they are asked for.
+
+    ``names`` are given too, so that the sides need not be looked at to find them.
+    """
+    equation = object.__new__(Equation)
+    equation.__dict__.update(fields)
+    return equation
+
 
 @dataclass(frozen=True)
 class Model:
@@ -72,7 +97,8 @@ class Model:
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer.
+    drawn of an answer. ``digest`` tells the texts that a model comes from, so that what is found out
+    about it can be kept; it is empty where nothing is.
     """
 
     name: str
@@ -80,3 +106,4 @@ class Model:
     equations: tuple[Equation, ...]
     conditions: tuple[nodes.Condition, ...]
     figures: tuple[nodes.Figure, ...] = ()
+    digest: bytes = field(default=b"", compare=False, repr=False)

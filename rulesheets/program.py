@@ -19,7 +19,21 @@ from rulesheets.nodes import (
     children,
 )
 from rulesheets.record import dataclass
-from rulesheets.source import Span
+from rulesheets.source import Source, Span
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """A ``use`` of the path ``path`` in the file ``user`` leads to the file ``file``.
+
+    Files are numbered in the order in which they are opened, the sheet itself is 0. ``source`` is the
+    file's text, None where it was opened before.
+    """
+
+    user: int
+    path: str
+    file: int
+    source: Source | None
 
 
 @dataclass(frozen=True)
@@ -28,6 +42,7 @@ class Program:
 
     sheet: RuleSheet
     functions: Mapping[str, Function]
+    openings: tuple[Opening, ...] = ()
 
     @property
     def rows(self) -> tuple[VariableRow, ...]:

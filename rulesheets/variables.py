@@ -30,13 +30,13 @@ from rulesheets.input_messages import (
     unknown_column,
     unknown_status,
     unknown_variable,
-    unwritable,
 )
 from rulesheets.inputs import Inputs, override, parse_value, variable_named
 from rulesheets.model import Model, Value
 from rulesheets.reading import read_source
 from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
+from rulesheets.writing import replace_file
 
 __all__ = [
     "COLUMNS",
@@ -195,23 +195,8 @@ def write_variable_sheet(path: str | os.PathLike[str], rows: Iterable[Row]) -> N
 
     Raises RuleSheetError (E416) where it cannot be written.
     """
-    import tempfile  # here, because reading a sheet needs none of it
-
-    target = os.fspath(path)
-    folder = os.path.dirname(os.path.abspath(target))
-    try:
-        handle, temporary = tempfile.mkstemp(dir=folder, prefix=".", suffix=".csv")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(COLUMNS)
-                writer.writerows(
-                    (row.status, row.input, row.name, row.output, row.unit, row.comment) for row in rows
-                )
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        except BaseException:
-            os.unlink(temporary)
-            raise
-    except OSError as failure:
-        raise RuleSheetError(unwritable(target, failure)) from None
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows((row.status, row.input, row.name, row.output, row.unit, row.comment) for row in rows)
+    replace_file(os.fspath(path), text.getvalue())

@@ -6,6 +6,7 @@ help and mistakes in the command cost nothing.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -31,6 +32,9 @@ WRONG = 2
 """Exit code where the sheet or the command is wrong."""
 INTERRUPTED = 130
 BROKEN_PIPE = 141
+
+COLLECTION = 100_000, 50, 100
+"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
 
 USAGE = """\
 usage: backsolve COMMAND …
@@ -81,6 +85,7 @@ def _dispatch(words: list[str]) -> int:
 
 def _run(command: str, words: list[str]) -> int:
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
+    gc.set_threshold(*COLLECTION)
     module = import_module(f"solver.commands.{command}")
     parser = _parser(command)
     module.add_arguments(parser)

@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> int:
     if not arguments.in_place:
         sys.stdout.write(text)
     elif text != source.text:
-        from solver.report.files import replace_file
+        from rulesheets.writing import replace_file
 
         replace_file(path, text)
     return 0

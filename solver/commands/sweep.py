@@ -29,9 +29,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Sweep and print; the exit code is 0 where every row is solved."""
     from rulesheets.diagnosis import RuleSheetError
+    from rulesheets.writing import replace_file
     from solver.commands.option import Option
     from solver.report.csv import table_csv
-    from solver.report.files import replace_file
     from solver.sweeping import sweep
 
     request = read_request(arguments)

@@ -185,7 +185,7 @@ def test_a_built_in_function_can_be_called_too():
 def test_many_rules_expand_quickly_and_without_recursion():
     model = loads("\n".join(f"x{k + 1} = x{k} + {k}" for k in range(3000)))
     assert len(model.equations) == 3000
-    from rulesheets.loading import build
+    from rulesheets.build import build
     from rulesheets.nodes import Equality, Name, Number, Rule, RuleSheet, Sum
     from rulesheets.program import Program
 
@@ -199,7 +199,7 @@ def test_many_rules_expand_quickly_and_without_recursion():
 
 
 def test_a_long_chain_of_else_ifs_is_no_deep_recursion():
-    from rulesheets.loading import build
+    from rulesheets.build import build
     from rulesheets.nodes import Comparison, Equality, IfRule, Name, Number, Rule, RuleBody, RuleSheet
     from rulesheets.program import Program
 

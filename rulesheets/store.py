@@ -1,0 +1,212 @@
+"""What was found out once and need not be found out again: entries on disk, by the content they follow from.
+
+An entry is read only if it is this user's own, whole, and written under the same key by the same
+program: sources, Python and key are part of what names it. Whatever else is there (half an entry, another
+version's, somebody else's) is taken for nothing, and so is a folder that cannot be written. The
+store therefore changes how fast an answer comes, never the answer.
+
+``BACKSOLVE_CACHE`` names the folder; where it is set and empty, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+
+try:
+    from _blake2 import blake2b  # what hashlib hands out, without its loading of OpenSSL
+except ImportError:
+    from hashlib import blake2b
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+MAX_BYTES = 128 * 2**20
+"""Size of all entries, beyond which the ones not used for longest go."""
+MAX_ENTRIES = 4096
+
+_MAGIC = b"backsolve entry 1\n"
+_DIGEST = 16
+_SUFFIX = ".entry"
+
+
+def digest(*parts: bytes) -> bytes:
+    """16 bytes that tell these parts from any others."""
+    state = blake2b(digest_size=_DIGEST)
+    for part in parts:
+        state.update(len(part).to_bytes(8, "little"))
+        state.update(part)
+    return state.digest()
+
+
+def load(kind: str, key: bytes) -> bytes | None:
+    """What was saved under this key, byte by byte; None where there is nothing to trust."""
+    path = _path(kind, key)
+    if path is None:
+        return None
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
+        with open(handle, "rb") as file:
+            if not _own(os.fstat(handle)):
+                return None
+            data = file.read()
+    except OSError:
+        return None
+    return _opened(data, _name(kind, key))
+
+
+def save(kind: str, key: bytes, data: bytes) -> None:
+    """Keep ``data`` under a key. Where that is not possible nothing happens."""
+    from rulesheets.writing import write_beside
+
+    path = _path(kind, key)
+    if path is None or len(data) > MAX_BYTES // 4:
+        return
+    sealed = b"".join((_MAGIC, _name(kind, key), digest(data), data))
+    try:
+        _make_folder(os.path.dirname(path))
+        write_beside(path, sealed, 0o600)
+        _evict(os.path.dirname(path))
+    except OSError:
+        return
+
+
+def folder() -> str | None:
+    """The folder of the entries by the custom of the system; None where nothing is to be kept."""
+    own = os.environ.get("BACKSOLVE_CACHE")
+    if own is not None:
+        return os.path.abspath(own) if own else None
+    home = os.path.expanduser("~")
+    if sys.platform == "win32":
+        return os.path.join(os.environ.get("LOCALAPPDATA") or home, "backsolve", "Cache")
+    if sys.platform == "darwin":
+        return os.path.join(home, "Library", "Caches", "backsolve")
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return os.path.join(base if os.path.isabs(base) else os.path.join(home, ".cache"), "backsolve")
+
+
+def usage() -> tuple[int, int]:
+    """How many entries there are, and their size in bytes."""
+    sizes = [found.st_size for _, found in _entries(folder())]
+    return len(sizes), sum(sizes)
+
+
+def clear() -> int:
+    """Remove every entry; how many there were. Raises OSError where one cannot be removed."""
+    entries = list(_entries(folder()))
+    for path, _ in entries:
+        _remove(path)
+    return len(entries)
+
+
+# --- one entry --------------------------------------------------------------------------
+
+
+def _path(kind: str, key: bytes) -> str | None:
+    """Where an entry is kept; None where no folder is to be trusted with it."""
+    base = folder()
+    if base is None or program() is None or not _trusted(base):
+        return None
+    return os.path.join(base, f"{kind}-{_name(kind, key).hex()}{_SUFFIX}")
+
+
+def _name(kind: str, key: bytes) -> bytes:
+    """What an entry is called: its key, and all else that it depends on."""
+    return digest(program() or b"", kind.encode(), key)
+
+
+def _opened(data: bytes, name: bytes) -> bytes | None:
+    """The content of an entry that is whole and is the one asked for."""
+    head = len(_MAGIC)
+    if data[:head] != _MAGIC or data[head : head + _DIGEST] != name:
+        return None
+    content = data[head + 2 * _DIGEST :]
+    return content if data[head + _DIGEST : head + 2 * _DIGEST] == digest(content) else None
+
+
+def _own(found: os.stat_result) -> bool:
+    """Whether a file or folder is this user's, and nobody else can write to it."""
+    if not hasattr(os, "geteuid"):
+        return True  # the folder lies in the user's own profile
+    return found.st_uid == os.geteuid() and not found.st_mode & 0o022
+
+
+def _trusted(base: str) -> bool:
+    try:
+        return _own(os.stat(base))
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+
+
+def _make_folder(base: str) -> None:
+    if not os.path.isdir(base):
+        os.makedirs(os.path.dirname(base), exist_ok=True)
+        os.makedirs(base, mode=0o700, exist_ok=True)
+
+
+# --- the program ------------------------------------------------------------------------
+
+
+@cache
+def program() -> bytes | None:
+    """What tells this program from any other version of it: its source files, and the Python it runs in.
+
+    Files go by size and times, which change with any change of content. None where they are in no folder.
+    """
+    here = os.path.dirname(os.path.abspath(__file__))
+    try:
+        said = [_sources(place) for place in (here, os.path.join(os.path.dirname(here), "solver"))]
+    except OSError:
+        return None
+    return digest(repr(said).encode(), sys.version.encode(), sys.byteorder.encode())
+
+
+def _sources(place: str) -> list[tuple[str, int, int, int]]:
+    """Name, size and times of every source file below a folder."""
+    found: list[tuple[str, int, int, int]] = []
+    with os.scandir(place) as items:
+        for item in sorted(items, key=lambda item: item.name):
+            if item.name.endswith((".py", ".lark")):
+                status = item.stat()
+                found.append((item.path, status.st_size, status.st_mtime_ns, status.st_ctime_ns))
+            elif item.name not in ("__pycache__", "models") and item.is_dir():
+                found.extend(_sources(item.path))
+    return found
+
+
+# --- all entries --------------------------------------------------------------------------
+
+
+def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
+    """Entries, and files that a writer left half done."""
+    if base is None or not os.path.isdir(base) or not _trusted(base):
+        return
+    with os.scandir(base) as items:
+        for item in items:
+            if item.name.endswith((_SUFFIX, ".new")) and item.is_file(follow_symlinks=False):
+                try:
+                    yield item.path, item.stat(follow_symlinks=False)
+                except FileNotFoundError:
+                    continue  # another process has removed it
+
+
+def _evict(base: str) -> None:
+    """Keep the entries that were used or written last, within the limits."""
+    entries = sorted(_entries(base), key=lambda e: max(e[1].st_atime_ns, e[1].st_mtime_ns), reverse=True)
+    room = MAX_BYTES
+    for place, (path, found) in enumerate(entries):
+        room -= found.st_size
+        if room < 0 or place >= MAX_ENTRIES:
+            _remove(path)
+
+
+def _remove(path: str) -> None:
+    try:
+        os.unlink(path)
+    except FileNotFoundError:
+        return  # another process was faster
