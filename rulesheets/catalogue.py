@@ -417,4 +417,29 @@ CATALOGUE: dict[str, Entry] = {
         "Sensitivities and tolerances are those of inputs that have a number.",
         "Name an input, or give the variable a number.",
     ),
+    "E430": Entry(
+        "there is no figure",
+        "A sheet says by `figure` sections what is drawn of it, and this one has none.",
+        "Add a figure to the sheet.",
+    ),
+    "E431": Entry(
+        "there is no such figure",
+        "No figure of the sheet has the name.",
+        "Take the suggestion.",
+    ),
+    "E432": Entry(
+        "drawing needs matplotlib",
+        "Pictures are an extra, which is not installed.",
+        "pip install 'backsolve[plot]'",
+    ),
+    "E433": Entry(
+        "the ending of the file says no kind of picture",
+        "Pictures end in .png, .svg or .pdf, films in .gif.",
+        "Choose one of these endings.",
+    ),
+    "E434": Entry(
+        "a resolution out of range",
+        "--dpi is the number of dots an inch.",
+        "Give 10 to 2400, or leave it out.",
+    ),
 }

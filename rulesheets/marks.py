@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from rulesheets.nodes import Expression, Figure, Mark, Name
+from rulesheets.record import dataclass
 
 
 class Shape(Enum):
@@ -67,3 +69,15 @@ KINDS: dict[str, Kind] = {
 
 PLACES = frozenset(kind for kind, row in KINDS.items() if row.shape is Shape.COORDINATES)
 ARROWS = ("vector", "normal", "tangential", "sliding", "coriolis")
+
+
+def marks_of(figure: Figure) -> tuple[Mark, ...]:
+    """The marks of a figure, without the comment lines between them."""
+    return tuple(mark for mark in figure.marks if isinstance(mark, Mark))
+
+
+def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
+    """The points that a mark names, and the expressions that it evaluates."""
+    named = {Shape.COORDINATES: 0, Shape.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
+    points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
+    return points, mark.arguments[named:]

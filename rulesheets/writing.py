@@ -6,7 +6,12 @@ import os
 
 
 def replace_file(path: str, text: str) -> None:
-    """Write ``text`` (UTF-8, line ends as they are) to ``path``.
+    """Write ``text`` (UTF-8, line ends as they are) to ``path`` as :func:`replace_bytes` does."""
+    replace_bytes(path, text.encode("utf-8"))
+
+
+def replace_bytes(path: str, data: bytes) -> None:
+    """Write ``data`` to ``path``.
 
     A link is followed and the mode of an existing file kept. Raises RuleSheetError (E416)
     where the file cannot be written.
@@ -14,7 +19,7 @@ def replace_file(path: str, text: str) -> None:
     target = os.path.realpath(path)
     try:
         mode = os.stat(target).st_mode & 0o777 if os.path.exists(target) else 0o666 & ~_umask()
-        write_beside(target, text.encode("utf-8"), mode)
+        write_beside(target, data, mode)
     except OSError as failure:
         from rulesheets.diagnosis import RuleSheetError
         from rulesheets.input_messages import unwritable

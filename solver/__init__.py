@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from solver.derivation import Derivation, why
     from solver.plan import Plan, Unsolved, prepare
+    from solver.report.drawing import draw
     from solver.result import Result, Solution, Status
     from solver.solving import solve
     from solver.sweeping import sweep
@@ -25,6 +26,7 @@ _HOMES = {
     "Status": "solver.result",
     "Table": "solver.table",
     "Unsolved": "solver.plan",
+    "draw": "solver.report.drawing",
     "prepare": "solver.plan",
     "solve": "solver.solving",
     "sweep": "solver.sweeping",
@@ -39,6 +41,7 @@ __all__ = [
     "Status",
     "Table",
     "Unsolved",
+    "draw",
     "prepare",
     "solve",
     "sweep",

@@ -41,6 +41,7 @@ DOORS = {
     "sympy": ("rulesheets.algebra",),
     "pint": ("rulesheets.units",),
     "matplotlib": ("solver.report",),
+    "PIL": ("solver.report",),
     "numba": ("solver.kernel",),
     "flint": ("solver.numerics",),
     "mpmath": ("rulesheets.functions", "rulesheets.evaluate"),

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator
 from rulesheets.checks import messages
 from rulesheets.checks.calls import check_builtin
 from rulesheets.diagnosis import Diagnosis, error
-from rulesheets.marks import KINDS, PLACES, Shape
+from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.program import Program, walk
 from rulesheets.source import Span
@@ -25,11 +25,6 @@ def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diag
         if earlier is not figure:
             yield _twice("figure", figure.name, _head(figure), _head(earlier))
         yield from _check_figure(figure, variables, program.functions)
-
-
-def marks_of(figure: Figure) -> tuple[Mark, ...]:
-    """The marks of a figure, without the comment lines between them."""
-    return tuple(mark for mark in figure.marks if isinstance(mark, Mark))
 
 
 def _check_figure(
@@ -48,13 +43,6 @@ def _check_figure(
                 yield _unknown_point(name, figure, points)
         for expression in reckoned:
             yield from _check_expression(expression, variables, functions)
-
-
-def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
-    """The points that a mark names, and the expressions that it evaluates."""
-    named = {Shape.COORDINATES: 0, Shape.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
-    points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
-    return points, mark.arguments[named:]
 
 
 def _check_expression(

@@ -27,15 +27,16 @@ class Request:
     want: tuple[str, ...] | None
 
 
-def add_input_options(parser: ArgumentParser) -> None:
-    """The arguments that every command on a filled-in sheet takes."""
+def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
+    """The arguments that every command on a filled-in sheet takes, ``--want`` where it is asked for."""
     parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
     parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
     add = parser.add_argument
     add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
     add("--clear", metavar="NAME", action="append", default=[], help="take an input back: solve for it")
     add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
-    add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
+    if want:
+        add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
 
 
 def read_request(arguments: Namespace) -> Request:
@@ -51,7 +52,7 @@ def read_request(arguments: Namespace) -> Request:
     reading = _Reading(model)
     inputs = {**given.inputs, **reading.inputs(arguments.set, arguments.clear)}
     guesses = {**given.guesses, **reading.guesses(arguments.guess, inputs)}
-    want = reading.names("want", arguments.want)
+    want = reading.names("want", getattr(arguments, "want", ()))
     if reading.complaints:
         raise RuleSheetError(*reading.complaints)
     return Request(model, inputs, guesses, want or None)

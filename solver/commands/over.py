@@ -12,7 +12,8 @@ from solver.commands.option import Option
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rulesheets.model import Model
+    from rulesheets.model import Model, Value
+    from solver.commands.inputs import Request
 
 LIMIT = 10_000_000
 """Rows that a sweep may have."""
@@ -41,6 +42,37 @@ def read_over(texts: Iterable[str], model: Model) -> dict[str, list[float]]:
             raise RuleSheetError(_too_many(option))
         columns[name] = stretched(start, stop, step)
     return columns
+
+
+def read_states(
+    texts: Iterable[str], request: Request
+) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
+    """What ``--over`` says of a drawing: lists of values (``branch=open,crossed``), and one range at most.
+
+    Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
+    """
+    from rulesheets.variables import parse_value, variable_named
+
+    texts = tuple(texts)
+    ranges = [text for text in texts if ":" in text]
+    if len(ranges) > 1:
+        raise RuleSheetError(_second_range(Option("over", ranges[1])))
+    columns = read_over(ranges, request.model)
+    lists: dict[str, list[Value]] = {}
+    for text in (text for text in texts if text not in ranges):
+        option = Option("over", text)
+        name, _, listed = (part.strip() for part in text.partition("="))
+        if not name or not listed:
+            raise RuleSheetError(_no_list(option))
+        variable_named(name, request.model, option.place(name))
+        if name in lists or name in columns:
+            raise RuleSheetError(option.repeated(name))
+        values = [part.strip() for part in listed.split(",")]
+        lists[name] = [parse_value(value, option.place(value)) for value in values]
+    twice = [name for name in (*lists, *columns) if request.inputs.get(name) is not None]
+    if twice:
+        raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
+    return lists, columns
 
 
 def stretched(start: Fraction, stop: Fraction, step: Fraction) -> list[float]:
@@ -75,6 +107,26 @@ def _no_range(option: Option) -> Diagnosis:
         "--over needs a name and a range of numbers",
         Label(option.place(option.text)),
         notes=("write --over NAME=START:STOP:STEP, such as --over thetaAO=0:360:5",),
+    )
+
+
+def _no_list(option: Option) -> Diagnosis:
+    return error(
+        "E424",
+        "--over needs a name and values",
+        Label(option.place(option.text)),
+        notes=(
+            "write --over branch=open,crossed for states side by side, --over thetaAO=0:360:5 for a film",
+        ),
+    )
+
+
+def _second_range(option: Option) -> Diagnosis:
+    return error(
+        "E424",
+        "a film runs over one range",
+        Label(option.place(option.text)),
+        notes=("list the values of the other variable: they stand side by side",),
     )
 
 

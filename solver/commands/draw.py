@@ -1,0 +1,195 @@
+"""``backsolve draw``: the figures of a sheet to scale, as a picture or a film."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+from solver.commands.inputs import Request, add_input_options, read_request
+
+if TYPE_CHECKING:
+    from rulesheets.model import Model, Value
+    from solver.report.drawing.page import View
+    from solver.result import Result
+
+PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)
+_DPI = {".gif": 80.0}
+_SHARP = 150.0
+_NAMED = 3
+"""States without an answer that are named, beyond which they are counted."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    add_input_options(parser, want=False)
+    add = parser.add_argument
+    over = "NAME=A,B,… or NAME=START:STOP:STEP"
+    add("--over", metavar=over, action="append", default=[], help="states side by side, or a film")
+    add("--all", action="store_true", help="draw every answer, side by side")
+    add("--figure", metavar="NAME,…", action="append", default=[], help="draw these figures alone")
+    add(
+        "--dpi",
+        type=float,
+        help=f"dots an inch; {_SHARP:g} for pictures, {_DPI['.gif']:g} for films",
+    )
+    add("-o", "--output", metavar="FILE", help="a file that ends in .png, .svg, .pdf, or for a film .gif")
+
+
+def run(arguments: Namespace) -> int:
+    """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
+    from rulesheets.writing import replace_bytes
+    from solver.commands.over import read_states
+    from solver.report.drawing.picture import chosen, require_matplotlib
+
+    request = read_request(arguments)
+    names = [name.strip() for text in arguments.figure for name in text.split(",")]
+    figures = tuple(figure.name for figure in chosen(request.model, names or None))
+    side_by_side, motion = read_states(arguments.over, request)
+    kinds = FILMS if motion else PICTURES
+    path = arguments.output or request.model.name + kinds[0]
+    kind = _kind(path, kinds)
+    dpi = _dpi(arguments.dpi, kind)
+    require_matplotlib()
+    studio = _Studio(request, figures, side_by_side, arguments.all)
+    data = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
+    print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
+    if data is None:
+        return 1
+    replace_bytes(path, data)
+    print(f"{path}: {studio.tally}")
+    return 1 if studio.complaints else 0
+
+
+def _kind(path: str, kinds: Sequence[str]) -> str:
+    from rulesheets.diagnosis import RuleSheetError, error
+
+    kind = os.path.splitext(path)[1].lower()
+    if kind in kinds:
+        return kind
+    film = "give --over NAME=START:STOP:STEP to make a film" if kinds is PICTURES else "a range makes a film"
+    wanted = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
+    what = "film" if kinds is FILMS else "picture"
+    notes = (film,) if (kind in FILMS or kinds is FILMS) else ()
+    raise RuleSheetError(error("E433", f"{path}: a {what} ends in {wanted}", notes=notes))
+
+
+def _dpi(given: float | None, kind: str) -> float:
+    from rulesheets.diagnosis import RuleSheetError, error
+
+    if given is None:
+        return _DPI.get(kind, _SHARP)
+    if not 10.0 <= given <= 2400.0:
+        notes = ("give 10 to 2400 dots an inch",)
+        raise RuleSheetError(error("E434", f"--dpi {given:g} is no resolution", notes=notes))
+    return given
+
+
+class _Studio:
+    """Solves state after state and draws them; ``tally`` is what was drawn, ``complaints`` what was not."""
+
+    def __init__(
+        self,
+        request: Request,
+        figures: tuple[str, ...],
+        side_by_side: Mapping[str, Sequence[Value]],
+        every: bool,
+    ) -> None:
+        from solver.report.drawing.diagram import variables
+        from solver.report.drawing.picture import chosen
+
+        self.request, self.figures, self.every = request, figures, every
+        self.want = variables(chosen(request.model, figures))
+        self.states = [
+            dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())
+        ]
+        self.complaints: list[str] = []
+        self.tally = ""
+
+    def picture(self, form: str, dpi: float) -> bytes | None:
+        """A still picture; None where there is nothing to draw."""
+        from solver.report.drawing.output import encode
+        from solver.report.drawing.picture import compose
+
+        views = [view for state in self.states for view in self._still(state)]
+        if not views:
+            return None
+        drawn = {d.name: None for view in views for d in view.diagrams if d}
+        self.tally = ", ".join(drawn) + (f"; {len(views)} side by side" if len(views) > 1 else "")
+        return encode(compose(views), form, dpi)
+
+    def _still(self, state: Mapping[str, Value]) -> list[View]:
+        """The views of one state; what is wrong with it joins the complaints."""
+        from rulesheets.diagnosis import render
+        from solver.report.drawing.picture import left_out
+        from solver.report.text import MEANINGS
+        from solver.result import Status
+
+        title = self._named(state)
+        result = self._solve(state)
+        about = f"{title}: " if title else ""
+        if result.status is not Status.SOLVED:
+            self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
+            self.complaints += map(render, result.diagnoses)
+        if result.solutions:
+            self.complaints += (about + text for text in left_out(result, self.figures))
+        return self._views(result, title, self.every)
+
+    def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> bytes | None:
+        """A frame for each value of the range; None where not one has an answer."""
+        from solver.report.drawing.film import frames, gif, images
+
+        film = frames(self._instants(motion), self.every)
+        if not film:
+            return None
+        self.tally = f"{len(film)} frames"
+        return gif(images(film, dpi))
+
+    def _instants(self, motion: Mapping[str, Sequence[float]]) -> Iterator[tuple[str, list[list[View]]]]:
+        """By the value of the range, the views of each state. What has none is told at the end, by status."""
+        missing: dict[str, list[str]] = {}
+        for values in product(*motion.values()):
+            instant = dict(zip(motion, values, strict=True))
+            views = []
+            for state in self.states:
+                result = self._solve({**instant, **state})
+                views.append(self._views(result, self._named(state), every=True, numbered=False))
+                if not views[-1]:
+                    missing.setdefault(str(result.status), []).append(self._named({**instant, **state}))
+            yield self._named(instant), views
+        self.complaints += (f"not drawn, {status}: {_some(names)}" for status, names in missing.items())
+
+    def _solve(self, values: Mapping[str, Value]) -> Result:
+        from solver.solving import solve
+
+        request = self.request
+        return solve(
+            request.model, {**request.inputs, **values}, want=self.want or None, guesses=request.guesses
+        )
+
+    def _views(self, result: Result, title: str, every: bool, numbered: bool = True) -> list[View]:
+        from solver.plan import Unsolved
+        from solver.report.drawing.picture import views
+
+        try:
+            return views(result, title, every, self.figures, numbered)
+        except Unsolved:
+            return []
+
+    def _named(self, values: Mapping[str, Value]) -> str:
+        return ", ".join(_named(name, value, self.request.model) for name, value in values.items())
+
+
+def _named(name: str, value: Value, model: Model) -> str:
+    """``thetaAO = 30 deg``."""
+    from solver.report.numbers import readable
+
+    unit = model.variables[name].unit
+    return f"{name} = {value if isinstance(value, str) else readable(value)}" + (f" {unit}" if unit else "")
+
+
+def _some(names: Sequence[str]) -> str:
+    rest = len(names) - _NAMED
+    return "; ".join(names[:_NAMED]) + (f"; and {rest} more" if rest > 0 else "")

@@ -1,0 +1,121 @@
+"""Results → a matplotlib Figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.model import Model
+from rulesheets.nodes import Figure as Declared
+from rulesheets.spelling import suggestion
+from solver.plan import Unsolved
+from solver.report.drawing.diagram import diagram, lacking
+from solver.report.drawing.page import View, draw_page, layout
+from solver.result import Result, Status
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw(
+    results: Result | Mapping[str, Result], *, every: bool = False, figures: Iterable[str] | None = None
+) -> Figure:
+    """The figures of a sheet at an answer, to scale, as a matplotlib Figure whose axes have its units.
+
+    Several results stand side by side under their titles, and so do, with ``every``, the answers of a
+    result. ``figures`` names those that are drawn. A figure that lacks a value is left out.
+
+    Raises RuleSheetError where the sheet has no figure (E430) or not that one (E431), or matplotlib is not
+    installed (E432), and Unsolved where there is no answer or not one figure can be drawn.
+    """
+    titled = {"": results} if isinstance(results, Result) else dict(results)
+    shown = [view for title, result in titled.items() for view in views(result, title, every, figures)]
+    require_matplotlib()
+    return compose(shown)
+
+
+def compose(shown: Sequence[View]) -> Figure:
+    """A page with these views side by side."""
+    from matplotlib.figure import Figure
+
+    page = Figure()
+    draw_page(page, shown, layout([shown]))
+    return page
+
+
+def views(
+    result: Result,
+    title: str = "",
+    every: bool = False,
+    figures: Iterable[str] | None = None,
+    numbered: bool = True,
+) -> list[View]:
+    """One view for each answer (with ``every``; else for the primary one), ``numbered`` in their titles.
+
+    Raises as :func:`draw` does.
+    """
+    declared = chosen(result.model, figures)
+    answers = result.solutions if every else result.solutions[:1]
+    if not answers:
+        raise Unsolved(result.status, result.diagnoses)
+    drawn = [
+        tuple(None if lacking(figure, answer) else diagram(figure, answer) for figure in declared)
+        for answer in answers
+    ]
+    if not any(one for diagrams in drawn for one in diagrams):
+        unknown = Status.PARTIAL if result.status is Status.SOLVED else result.status
+        raise Unsolved(unknown, result.diagnoses)
+    return [
+        View(_title(title, number, len(answers)) if numbered else title, diagrams)
+        for number, diagrams in enumerate(drawn, start=1)
+    ]
+
+
+def left_out(result: Result, figures: Iterable[str] | None = None) -> list[str]:
+    """What keeps figures of the primary answer from being drawn, a sentence for each."""
+    declared = chosen(result.model, figures)
+    reasons = ((figure.name, lacking(figure, result.solutions[0])) for figure in declared)
+    return [f"the figure {name} is left out: {reason}" for name, reason in reasons if reason]
+
+
+def _title(title: str, number: int, count: int) -> str:
+    if count == 1:
+        return title
+    return f"{title}, answer {number} of {count}" if title else f"answer {number} of {count}"
+
+
+def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared, ...]:
+    """The figures of a model by these names, all where there are none."""
+    if not model.figures:
+        raise RuleSheetError(
+            error(
+                "E430",
+                f"{model.name} has no figure to draw",
+                notes=("a section figure says what is drawn: points, lines and vectors named by variables",),
+            )
+        )
+    by_name = {figure.name: figure for figure in model.figures}
+    wanted = tuple(figures) if figures is not None else tuple(by_name)
+    unknown = [name for name in wanted if name not in by_name]
+    if unknown:
+        raise RuleSheetError(
+            *(
+                error(
+                    "E431",
+                    f"{model.name} has no figure {name}",
+                    notes=suggestion(name, by_name) or (f"its figures are {', '.join(by_name)}",),
+                )
+                for name in unknown
+            )
+        )
+    return tuple(by_name[name] for name in wanted)
+
+
+def require_matplotlib() -> None:
+    """Raise RuleSheetError (E432) where matplotlib is not installed."""
+    if find_spec("matplotlib") is None:
+        raise RuleSheetError(
+            error("E432", "drawing needs matplotlib", notes=("pip install 'backsolve[plot]'",))
+        )
