@@ -44,7 +44,7 @@ class Packing:
             return value
         if kind is Span:
             return _SPAN, self._source(value.source), value.start, value.end
-        if kind is Name and value.span is not None:
+        if kind is Name and value.span is not None and value.name in self._names:
             span = value.span
             return _NAME, self._names[value.name], self._source(span.source), span.start, span.end
         if kind is tuple:
