@@ -36,12 +36,6 @@ def constant(expression: Expression) -> Value:
     return number
 
 
-def in_range(number: float, variable: Variable) -> bool:
-    above = number > variable.low if variable.low_open else number >= variable.low
-    below = number < variable.high if variable.high_open else number <= variable.high
-    return above and below
-
-
 def declared(rows: tuple[VariableRow, ...]) -> Mapping[str, Variable]:
     """The variables of the rows, in their order.
 
@@ -75,7 +69,7 @@ def _variable(row: VariableRow) -> Variable:
         posted=True,
         span=row.span,
     )
-    if row.value is not None and isinstance(variable.value, float) and not in_range(variable.value, variable):
+    if row.value is not None and isinstance(variable.value, float) and not variable.admits(variable.value):
         raise RuleSheetError(outside_range(variable.value, variable, row.value.span))
     return variable
 

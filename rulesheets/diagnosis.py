@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from enum import Enum
 
-from rulesheets.catalogue import CATALOGUE
 from rulesheets.record import dataclass
 from rulesheets.source import Span
 
@@ -49,6 +48,11 @@ class Diagnosis:
     variables: tuple[str, ...] = ()
 
 
+def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
+    """Labels for those of the places that are known."""
+    return tuple(Label(span, text) for span, text in places if span is not None)
+
+
 class RuleSheetError(Exception):
     """A sheet, a variable sheet or a command that is wrong. ``diagnoses`` has at least one error."""
 
@@ -59,7 +63,11 @@ class RuleSheetError(Exception):
 
 def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
     """An error with a code of the catalogue, whose title is the message unless one is given."""
-    return Diagnosis(code, Severity.ERROR, message or CATALOGUE[code].title, labels, notes)
+    if message is None:
+        from rulesheets.catalogue import CATALOGUE  # here, because few need the catalogue and all this module
+
+        message = CATALOGUE[code].title
+    return Diagnosis(code, Severity.ERROR, message, labels, notes)
 
 
 # --- printing -------------------------------------------------------------------

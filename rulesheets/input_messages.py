@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rulesheets.checks.messages import labels
-from rulesheets.diagnosis import Diagnosis, error
+from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.model import Model, Variable
 from rulesheets.source import Span
 from rulesheets.spelling import meant, suggestion

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from typing import SupportsFloat
 
-from rulesheets.declarations import constant, in_range
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
     not_a_symbol,
@@ -19,13 +17,10 @@ from rulesheets.input_messages import (
     unknown_variable,
 )
 from rulesheets.model import Model, Value, Variable
-from rulesheets.nodes import Equality
-from rulesheets.program import rules_of
 from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_SYMBOL = re.compile(r"'?([A-Za-z_]\w*)", re.ASCII)
+_DIGITS = frozenset("0123456789+-.eE")
 _NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
 
 
@@ -45,19 +40,39 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     """
     text = text.strip()
     place = place or Span(Source("<value>", text), 0, len(text))
-    if _NUMBER.fullmatch(text):
-        return _finite(float(text), place)
-    symbol = _SYMBOL.fullmatch(text)
+    number = _plain_number(text)
+    if number is not None:
+        return _finite(number, place)
+    symbol = _symbol(text)
     if symbol and (text.startswith("'") or text.lower() not in _NOT_SYMBOLS):
-        return symbol[1]
+        return symbol
     if text.lower().lstrip("+-") in _NOT_SYMBOLS - {"pi"}:
         raise RuleSheetError(not_finite(f"it is {text}", place))
     return _evaluated(text, place)
 
 
+def _plain_number(text: str) -> float | None:
+    """The number that a text is, written in digits."""
+    if not _DIGITS.issuperset(text):
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _symbol(text: str) -> str | None:
+    """The name of a symbol, its apostrophe left out."""
+    name = text.removeprefix("'")
+    return name if name.isidentifier() and name.isascii() else None
+
+
 def _evaluated(text: str, place: Span) -> Value:
     """The value of an expression of numbers, read by the parser as the right side of a rule."""
+    from rulesheets.declarations import constant
+    from rulesheets.nodes import Equality
     from rulesheets.parse import parse
+    from rulesheets.program import rules_of
 
     if not text or any(mark in text for mark in '"=;\n'):
         raise RuleSheetError(not_a_value(text, place))
@@ -122,12 +137,12 @@ def variable_named(name: str, model: Model, place: Span | None = None) -> Variab
 
 def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | None = None) -> Value:
     if isinstance(given, str):
-        symbol = _SYMBOL.fullmatch(given)
+        symbol = _symbol(given)
         if symbol is None:
             raise RuleSheetError(not_a_symbol(given, variable))
-        return symbol[1]
+        return symbol
     number = _number(given, variable)
-    if not in_range(number, variable):
+    if not variable.admits(number):
         raise RuleSheetError(outside_range(number, variable, place))
     return number
 

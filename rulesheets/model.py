@@ -39,6 +39,12 @@ class Variable:
     posted: bool = False
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    def admits(self, number: float) -> bool:
+        """Whether a number lies in the range of the variable."""
+        above = number > self.low if self.low_open else number >= self.low
+        below = number < self.high if self.high_open else number <= self.high
+        return above and below
+
 
 @dataclass(frozen=True, slots=True)
 class Premise:

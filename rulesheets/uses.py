@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 
 from rulesheets.checks import messages
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.nodes import Function, RuleSheet, Use
 from rulesheets.parse import parse
 from rulesheets.program import Opening, Program, rules_of
@@ -99,7 +99,7 @@ def _read(path: str, place: Span | None) -> Source:
     try:
         return read_source(path)
     except RuleSheetError as wrong:
-        used = messages.labels((place, "used here"))
+        used = labels((place, "used here"))
         raise RuleSheetError(
             *(replace(one, labels=(*one.labels, *used)) for one in wrong.diagnoses)
         ) from None
@@ -127,7 +127,7 @@ def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
     return error(
         "E306",
         f"there is no file {path} to use",
-        *messages.labels((place, f"looked for {shown}")),
+        *labels((place, f"looked for {shown}")),
         notes=notes,
     )
 
@@ -138,7 +138,7 @@ def _circle(shown: list[str], place: Span | None) -> Diagnosis:
     return error(
         "E307",
         message,
-        *messages.labels((place, "closes the circle")),
+        *labels((place, "closes the circle")),
         notes=(f"the way round: {ring}; move what both need into a file of its own",),
     )
 
@@ -157,6 +157,6 @@ def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagn
     yield error(
         "E308",
         f"{path} cannot be used: it has {found} of its own",
-        *messages.labels((place, "used here"), (where, label)),
+        *labels((place, "used here"), (where, label)),
         notes=("a used file may hold functions only; move them into a file of their own",),
     )

@@ -14,8 +14,6 @@ C       anything    a comment row
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -114,6 +112,9 @@ def _guess(value: Value, place: Span) -> float:
 
 def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
     """The rows that speak of a variable, each with the place of its lines."""
+    import csv
+    import io
+
     reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=_delimiter(source))
     columns: list[str] | None = None
     before = 0
@@ -195,6 +196,9 @@ def write_variable_sheet(path: str | os.PathLike[str], rows: Iterable[Row]) -> N
 
     Raises RuleSheetError (E416) where it cannot be written.
     """
+    import csv
+    import io
+
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)

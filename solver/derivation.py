@@ -11,7 +11,7 @@ from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Condition, Expression, names
 from rulesheets.record import dataclass
-from solver.path.build import activity
+from solver.path.activity import activity
 from solver.path.explicit import explicit_form
 from solver.path.isolate import isolate
 from solver.path.steps import Evaluate, Select, SolveBlock, Step

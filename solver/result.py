@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING
 
-from rulesheets.diagnosis import Diagnosis
-from rulesheets.model import Model, Value
+from rulesheets.model import Value
 from rulesheets.record import dataclass, field
-from solver.attempts import Attempt
-from solver.forward_error import ForwardErrors
-from solver.path.steps import Path, SolveBlock, Step, equations_of
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from rulesheets.diagnosis import Diagnosis
+    from rulesheets.model import Model
+    from solver.attempts import Attempt
+    from solver.forward_error import ForwardErrors
+    from solver.path.steps import Path, SolveBlock, Step
     from solver.sensitivities import Sensitivities
 
 
@@ -48,11 +49,13 @@ class Solution(Mapping[str, Value]):
     by_name: Mapping[str, Value]
     worst_residual: float = 0.0
     checked: int = 0
-    measure: Callable[[], ForwardErrors] = field(default=lambda: ForwardErrors({}), repr=False, compare=False)
+    measure: Callable[[], ForwardErrors] | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def accuracy(self) -> ForwardErrors:
-        return self.measure()
+        from solver.forward_error import ForwardErrors
+
+        return self.measure() if self.measure else ForwardErrors({})
 
     @property
     def error(self) -> Mapping[str, float]:
@@ -112,6 +115,7 @@ class Result:
         where there is none, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model
         does not have, and for an input that was not given as a number.
         """
+        from solver.path.steps import equations_of
         from solver.sensitivities import chosen_inputs, chosen_outputs, sensitivities
 
         values = self.solutions[answer] if self.solutions else self.partial

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
-from typing import TypeAlias
 
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field, replace
-from solver.attempts import Attempt
 from solver.facts import AsksNothing, Conflict, Fact, NoRoot, NoValue, OutOfRange, RankLoss, Truncated
-from solver.forward_error import ForwardErrors, forward_errors
-from solver.kernel.block import BlockKernel
-from solver.kernel.outcome import BlockOutcome
-from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
-from solver.path.build import Planner, activity
+from solver.path.activity import activity
 from solver.path.cases import (
     DIFFERENT,
     EQUAL,
@@ -31,9 +25,19 @@ from solver.path.cases import (
     possible,
     value_of_equality,
 )
+from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.turns import settled
 from solver.witness import testify
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from solver.attempts import Attempt
+    from solver.forward_error import ForwardErrors
+    from solver.kernel.block import BlockKernel
+    from solver.kernel.outcome import BlockOutcome
 
 MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
@@ -104,6 +108,8 @@ class Leaf:
 
 def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     """The error bars of the values of a leaf."""
+    from solver.forward_error import forward_errors
+
     branch = leaf.branch
     decided = {**branch.decided, **branch.assumed}
     return forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided))
@@ -323,6 +329,9 @@ class _Explorer:
 
     def _solved(self, step: SolveBlock, values: Mapping[str, Value]) -> BlockOutcome:
         """The outcome of a block; cases that meet it again at the same values share it."""
+        from solver.kernel.outcome import BlockOutcome
+        from solver.kernel.solve_block import solve_block
+
         kernel = self._kernel(step)
         key = (step, tuple(values[name] for name in kernel.known))
         if key not in self.outcomes:
@@ -343,6 +352,8 @@ class _Explorer:
     def _kernel(self, step: SolveBlock) -> BlockKernel:
         kernels: dict[SolveBlock, BlockKernel] = self.graph.kernels
         if step not in kernels:
+            from solver.kernel.block import BlockKernel
+
             kernels[step] = BlockKernel(self.graph, step)
         return kernels[step]
 

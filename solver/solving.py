@@ -7,11 +7,14 @@ from functools import partial
 
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value
-from solver.explain import explain
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
 from solver.solution import Leaf, explore, leaf_errors, planner
 from solver.verdict import Verdict, judge
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from rulesheets.diagnosis import Diagnosis
 
 
 def solve(
@@ -65,12 +68,24 @@ def _result(
         guesses=guesses,
         wanted=judged,
         undetermined=tuple(name for name in undetermined if name in judged),
-        diagnoses=explain(model, verdict, inputs, judged),
+        diagnoses=_explained(model, verdict, inputs, judged),
         path=_path(model, primary, inputs),
         partial=_determined(verdict, inputs),
         origins={} if primary is None else primary.branch.origins,
         attempts={} if primary is None else primary.branch.attempts,
     )
+
+
+def _explained(
+    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: tuple[str, ...]
+) -> tuple[Diagnosis, ...]:
+    """What there is to say; of an answer that nothing stood in the way of, nothing."""
+    branch = verdict.leaves[0].branch if verdict.leaves else None
+    if verdict.status is Status.SOLVED and branch is not None and not branch.facts and not branch.void:
+        return ()
+    from solver.explain import explain
+
+    return explain(model, verdict, inputs, judged)
 
 
 def _solution(model: Model, leaf: Leaf) -> Solution:

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 
 from rulesheets.checks import messages
 from rulesheets.checks.calls import check_builtin
-from rulesheets.diagnosis import Diagnosis, error
+from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.program import Program, walk
@@ -59,7 +59,7 @@ def _check_expression(
             yield error(
                 "E233",
                 f"the symbol '{node.name} is no coordinate",
-                *messages.labels((node.span, "")),
+                *labels((node.span, "")),
                 notes=("a figure is drawn from numbers",),
             )
 
@@ -73,7 +73,7 @@ def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diag
     return error(
         "E232",
         f"the {what} {name} is there twice",
-        *messages.labels((again, "again"), (first, "first here")),
+        *labels((again, "again"), (first, "first here")),
         notes=("give one of the two another name",),
     )
 
@@ -82,17 +82,17 @@ def _own_function(call: Call) -> Diagnosis:
     return error(
         "E201",
         f"a figure cannot call {call.function}, which is a function of rules",
-        *messages.labels((messages.name_in(call), "")),
+        *labels((messages.name_in(call), "")),
         notes=("call it in a rule, and name its results here",),
     )
 
 
 def _unknown_variable(name: Name, variables: Collection[str]) -> Diagnosis:
     notes = meant(name.name, variables) or ("a figure names variables of the rules",)
-    return error("E230", f"there is no variable {name.name}", *messages.labels((name.span, "")), notes=notes)
+    return error("E230", f"there is no variable {name.name}", *labels((name.span, "")), notes=notes)
 
 
 def _unknown_point(name: Name, figure: Figure, points: Collection[str]) -> Diagnosis:
     notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
     message = f"the figure {figure.name} has no point {name.name}"
-    return error("E231", message, *messages.labels((name.span, "")), notes=notes)
+    return error("E231", message, *labels((name.span, "")), notes=notes)

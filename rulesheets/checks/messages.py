@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rulesheets.diagnosis import Diagnosis, Label, error
+from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.nodes import Call, CallRule, Function
 from rulesheets.source import Span
 from rulesheets.spelling import plural, suggestion
@@ -19,11 +19,6 @@ _FORMALS = {
     "step": "x, a",
 }
 """How the arguments of the built-in functions are called that do not take one x."""
-
-
-def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
-    """Labels for those of the places that are known."""
-    return tuple(Label(span, text) for span, text in places if span is not None)
 
 
 def head_of(function: Function) -> Span | None:

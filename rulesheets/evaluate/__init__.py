@@ -1,18 +1,20 @@
 """Expressions and conditions turned into numbers, slopes and enclosures.
 
-``enclose`` and ``extended`` are loaded at their first use, because they need numpy and mpmath.
+What a plain solve has no need of is loaded at its first use: symbolic derivatives, and ``enclose`` and
+``extended``, which need numpy and mpmath.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
 from rulesheets.evaluate.conditions import holds
 from rulesheets.evaluate.gradient import derivatives, rounded_derivatives
 from rulesheets.evaluate.number import Undefined, value
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
+    from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
     from rulesheets.evaluate.enclosure import enclose
     from rulesheets.evaluate.precise import extended
 
@@ -32,6 +34,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     match name:
+        case "NotDifferentiable" | "differentiate" | "simplify":
+            from rulesheets.evaluate import calculus
+
+            return getattr(calculus, name)
         case "enclose":
             from rulesheets.evaluate.enclosure import enclose
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import re
-from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.record import dataclass
 from solver.commands.option import Option
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from rulesheets.model import Model, Value
+    from argparse import ArgumentParser, Namespace
 
-_UNIT = re.compile(r"(.*?)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
+    from rulesheets.model import Model, Value
 
 
 @dataclass(frozen=True)
@@ -45,13 +43,18 @@ def read_request(arguments: Namespace) -> Request:
     Raises RuleSheetError with everything that is wrong, names that the model does not have included.
     """
     from rulesheets.loading import load
-    from rulesheets.variables import VariableSheet, read_variable_sheet
 
     model = load(arguments.sheet)
-    given = read_variable_sheet(arguments.variables, model) if arguments.variables else VariableSheet()
+    inputs: dict[str, Value | None] = {}
+    guesses: dict[str, float] = {}
+    if arguments.variables:
+        from rulesheets.variables import read_variable_sheet
+
+        given = read_variable_sheet(arguments.variables, model)
+        inputs, guesses = dict(given.inputs), dict(given.guesses)
     reading = _Reading(model)
-    inputs = {**given.inputs, **reading.inputs(arguments.set, arguments.clear)}
-    guesses = {**given.guesses, **reading.guesses(arguments.guess, inputs)}
+    inputs.update(reading.inputs(arguments.set, arguments.clear))
+    guesses.update(reading.guesses(arguments.guess, inputs))
     want = reading.names("want", getattr(arguments, "want", ()))
     if reading.complaints:
         raise RuleSheetError(*reading.complaints)
@@ -109,19 +112,19 @@ class _Reading:
                 yield given, name, value
 
     def _known(self, option: Option, name: str) -> bool:
-        from rulesheets.variables import unknown_variable
-
         if name in self.model.variables:
             return True
+        from rulesheets.input_messages import unknown_variable
+
         self.complaints.append(unknown_variable(name, self.model, option.place(name)))
         return False
 
     def _value(self, option: Option, name: str, text: str) -> Value | None:
-        from rulesheets.variables import parse_value
+        from rulesheets.inputs import parse_value
 
-        with_unit = _UNIT.fullmatch(text)
+        with_unit = _with_unit(text)
         if with_unit:
-            text, unit = with_unit[1], with_unit[2].strip()
+            text, unit = with_unit
             if unit != self.model.variables[name].unit:
                 self.complaints.append(_other_unit(option, unit, self.model.variables[name].unit, name))
         try:
@@ -133,6 +136,15 @@ class _Reading:
     def _once(self, option: Option, name: str, before: Iterable[str]) -> None:
         if name in before:
             self.complaints.append(option.repeated(name))
+
+
+def _with_unit(text: str) -> tuple[str, str] | None:
+    """``50 [mm]`` as the value and the unit."""
+    inside, bracket, rest = text.rstrip().rpartition("]")
+    value, opened, unit = inside.rpartition("[")
+    if not bracket or rest or not opened or "]" in unit:
+        return None
+    return value.rstrip(), unit.strip()
 
 
 def _no_assignment(option: Option) -> Diagnosis:

@@ -8,7 +8,6 @@ from functools import cached_property
 
 from rulesheets.model import Value
 from solver.kernel.block import BlockKernel
-from solver.kernel.step import in_range
 from solver.witness import testify
 
 
@@ -47,7 +46,7 @@ class Question:
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""
-        return next((v.name for v in self.variables if not in_range(v, point[v.name])), None)
+        return next((v.name for v in self.variables if not v.admits(point[v.name])), None)
 
     def size_of_residual(self, point: Mapping[str, float]) -> float:
         try:

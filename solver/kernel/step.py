@@ -259,7 +259,7 @@ class _Step:
             number = self._polished(number)
             if not math.isfinite(number):
                 lost = True
-            elif not in_range(self.variable, number):
+            elif not self.variable.admits(number):
                 outside = number
             elif self._holds(number) and not any(_same(number, other) for other in kept):
                 kept.append(number)
@@ -320,13 +320,6 @@ def _reading(operation: str, target: float) -> str:
     if operation == "power":
         return f"a root or logarithm of {number_text(target)}"
     return f"{operation} = {number_text(target)}"
-
-
-def in_range(variable: Variable, number: float) -> bool:
-    """Whether a number lies in the declared range of a variable."""
-    above = number > variable.low if variable.low_open else number >= variable.low
-    below = number < variable.high if variable.high_open else number <= variable.high
-    return above and below
 
 
 def _same(a: float, b: float) -> bool:

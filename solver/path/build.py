@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
-from rulesheets.model import Equation, Model
 from rulesheets.nodes import Comparison, Name, Number, Symbol
 from rulesheets.record import replace
+from solver.path.activity import activity
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
@@ -27,43 +27,19 @@ ANY_COST = 1 << 30
 TEARINGS = 2
 
 
-class Planner:
-    """Paths of one model, kept by the pattern that they answer to."""
+def build_path(
+    graph: ModelGraph,
+    known: Collection[str],
+    decided: Mapping[int, bool],
+    void: frozenset[int] = frozenset(),
+    want: frozenset[str] | None = None,
+) -> Path:
+    """The path from the ``known`` variables, given how conditions came out.
 
-    def __init__(self, model: Model) -> None:
-        self.graph = ModelGraph(model)
-        self._paths: dict[object, Path] = {}
-
-    def path(
-        self,
-        known: frozenset[str],
-        decided: Mapping[int, bool],
-        void: frozenset[int] = frozenset(),
-        want: frozenset[str] | None = None,
-    ) -> Path:
-        """The path from the ``known`` variables, given how conditions came out.
-
-        ``void`` equations are not solved for anything (they asked nothing, or nothing could
-        satisfy them, at the values at hand); ``want`` prunes to what these names need.
-        """
-        key = (known, frozenset(decided.items()), void, want)
-        found = self._paths.get(key)
-        if found is None:
-            found = _Building(self.graph, known, decided, void, want).run()
-            self._paths[key] = found
-        return found
-
-
-def activity(equation: Equation, decided: Mapping[int, bool]) -> bool | None:
-    """True: active; False: its guard is false; None: not known yet."""
-    verdict: bool | None = True
-    for premise in equation.guard:
-        outcome = decided.get(premise.condition)
-        if outcome is None:
-            verdict = None
-        elif outcome is not premise.holds:
-            return False
-    return verdict
+    ``void`` equations are not solved for anything (they asked nothing, or nothing could
+    satisfy them, at the values at hand); ``want`` prunes to what these names need.
+    """
+    return _Building(graph, known, decided, void, want).run()
 
 
 class _Building:

@@ -8,7 +8,7 @@ from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Premise, Value
 from rulesheets.record import dataclass
-from solver.path.build import Planner
+from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
 
 MAX_ENDS = 8

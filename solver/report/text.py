@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from rulesheets.diagnosis import render
 from rulesheets.spelling import plural
-from solver.report.attempts import attempts_text
-from solver.report.conditions import conditions_text
 from solver.report.numbers import certain, readable
-from solver.report.path import path_text
-from solver.report.rule_status import rule_status_table
 from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, pruned, sheet_rows
 from solver.report.table import table
 from solver.report.work import used, work_line
@@ -45,9 +40,17 @@ def result_text(
     if explain:
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
-    parts.append(rule_status_table(result))
-    parts.extend(render(diagnosis, color=color) for diagnosis in result.diagnoses)
+    if result.status is not Status.SOLVED or result.diagnoses:
+        parts.extend(_complaints(result, color))
     return "\n\n".join(part for part in parts if part)
+
+
+def _complaints(result: Result, color: bool) -> Iterator[str]:
+    from rulesheets.diagnosis import render
+    from solver.report.rule_status import rule_status_table
+
+    yield rule_status_table(result)
+    yield from (render(diagnosis, color=color) for diagnosis in result.diagnoses)
 
 
 def sheet_table(rows: Iterable[SheetRow]) -> str:
@@ -69,6 +72,10 @@ def _cells(row: SheetRow) -> tuple[str, ...]:
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
+    from solver.report.attempts import attempts_text
+    from solver.report.conditions import conditions_text
+    from solver.report.path import path_text
+
     rows = local_rows(result, every=every, digits=digits)
     if rows:
         yield "Locals\n" + sheet_table(rows)
