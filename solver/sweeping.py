@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-
-import numpy as np
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from math import inf
 
 from rulesheets.model import Model, Value
-from solver.plan import prepare
+from solver.files.columns import joined
+from solver.plan import Plan, prepare
+from solver.solution import planner
+from solver.sweeps.chunks import Chunk, grid_chunks
+from solver.sweeps.following import Follower
+from solver.sweeps.grid import Grid, Rows, Zipped, listed, one_length
+from solver.sweeps.running import solved_pieces
+from solver.sweeps.work import Solved, Work
 from solver.table import Column, Table
 
 
@@ -17,15 +24,52 @@ def sweep(
     want: Iterable[str] | None = None,
     *,
     grid: bool = False,
+    all: bool = False,
     given: Mapping[str, Value | None] | None = None,
     guesses: Mapping[str, float] | None = None,
+    jobs: int | None = 1,
+    scheduler: object = None,
 ) -> Table:
     """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
+    With ``all`` every answer has a row of its own and a number in the column ``answer`` (0: none),
+    which stays with its branch from row to row. ``jobs`` processes share the work (None: as many as pay),
+    or the workers of a dask cluster, by the address of its ``scheduler``; the table is the same.
+
     Raises RuleSheetError for unknown names and ValueError for arrays of different lengths.
     """
+    axes = tuple(map(listed, inputs.values()))
+    if not grid:
+        one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
-    columns = [np.atleast_1d(np.asarray(column)) for column in inputs.values()]
-    if grid:
-        columns = [axis.ravel() for axis in np.meshgrid(*columns, indexing="ij")]
-    return plan.sweep(*columns)
+    rows = Grid(axes) if grid else Zipped(axes)
+    work = work_of(plan, every=all)
+    chunks = _chunks(rows, jobs, scheduler)
+    pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.line)
+    table = joined([piece.table for piece in pieces if piece.table is not None])
+    return Table(table.values, table.status)
+
+
+def work_of(plan: Plan, *, every: bool = False, tabled: bool = True, texted: bool = False) -> Work:
+    """A plan as something that any process can do."""
+    return Work(plan.model, plan.inputs, plan.want, plan.given, plan.guesses, every, tabled, texted)
+
+
+def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved]:
+    """The pieces with their answers numbered by branches, where every answer is asked for."""
+    if not work.every:
+        yield from pieces
+        return
+    turn = planner(work.model).graph.turn
+    answer, *wanted = work.names[len(work.inputs) :]
+    follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, line)
+    for piece in pieces:
+        assert piece.table is not None
+        yield replace(piece, table=follow(piece.table))
+
+
+def _chunks(rows: Rows, jobs: int | None, scheduler: object) -> Iterator[Chunk]:
+    """In this process the whole at once: it is in memory anyway."""
+    if (jobs == 1 and scheduler is None) or not len(rows):
+        return iter([rows.columns(0, len(rows))])
+    return grid_chunks(rows)

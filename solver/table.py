@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.model import Value
+from solver.files.columns import Columns
 from solver.result import Status
 
 Column: TypeAlias = ArrayLike
@@ -42,6 +43,16 @@ class Table(Mapping[str, NDArray[Any]]):
     def solved(self) -> NDArray[np.bool_]:
         """Which rows are solved."""
         return np.asarray(self.status == CODES[Status.SOLVED])
+
+    def write(self, path: str) -> None:
+        """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
+
+        It is written as a whole or not at all. Numbers read back as the same floats, the status is a
+        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E431, E432.
+        """
+        from solver.files.tables import write_table
+
+        write_table(path, Columns(self._columns, self.status, tuple(map(str, self.STATUSES))))
 
 
 def rows(

@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 FLOORS = (
-    ("solver.structure", "solver.numerics", "solver.facts", "solver.attempts"),
+    ("solver.structure", "solver.numerics", "solver.facts", "solver.attempts", "solver.files"),
     ("solver.path",),
     ("solver.witness", "solver.forward_error"),
     ("solver.kernel", "solver.turns", "solver.linearization", "solver.sharpening", "solver.edges"),
@@ -25,6 +25,7 @@ FLOORS = (
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.solving", "solver.plan"),
+    ("solver.sweeps",),
     ("solver.sweeping", "solver.derivation"),
     ("solver.report",),
     ("solver.commands",),
@@ -42,6 +43,8 @@ DOORS = {
     "pint": ("rulesheets.units",),
     "matplotlib": ("solver.report",),
     "PIL": ("solver.report",),
+    "pyarrow": ("solver.files.parquet",),
+    "distributed": ("solver.sweeps.cluster",),
     "numba": ("solver.kernel",),
     "flint": ("solver.numerics",),
     "mpmath": ("rulesheets.functions", "rulesheets.evaluate"),

@@ -41,7 +41,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
     from rulesheets.writing import replace_bytes
-    from solver.commands.over import read_states
+    from solver.commands.states import read_states
     from solver.report.drawing.picture import chosen, require_matplotlib
 
     request = read_request(arguments)

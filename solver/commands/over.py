@@ -1,4 +1,4 @@
-"""``--over NAME=START:STOP:STEP``: the values of a swept input."""
+"""``--over NAME=START:STOP:STEP`` and ``--over NAME=A,B,…``: the values of a swept input."""
 
 from __future__ import annotations
 
@@ -10,92 +10,86 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from solver.commands.option import Option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
-    from rulesheets.model import Model, Value
-    from solver.commands.inputs import Request
+    from rulesheets.model import Model
+    from solver.sweeps.grid import Axis, Rows
 
-LIMIT = 10_000_000
-"""Rows that a sweep may have."""
+LIMIT = 10**12
+"""Rows that a sweep may have: beyond that nobody waits for the end."""
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
-def read_over(texts: Iterable[str], model: Model) -> dict[str, list[float]]:
-    """The values by name, in the order given. Raises RuleSheetError for what is no range of a variable."""
+def read_over(
+    texts: Sequence[str], model: Model, *, side_by_side: bool = False
+) -> tuple[tuple[str, ...], Rows]:
+    """The swept inputs in the order given, and their rows.
+
+    Raises RuleSheetError for what is no range of a variable, and for ranges that cannot be combined.
+    """
+    from solver.sweeps.grid import Grid, Zipped
+
+    axes = read_axes(texts, model)
+    if not side_by_side:
+        rows = 1
+        for axis in axes.values():
+            rows *= len(axis)
+        if rows > LIMIT:
+            raise RuleSheetError(_too_many(Option("over", texts[-1])))
+        return tuple(axes), Grid(tuple(axes.values()))
+    for (name, axis), text in zip(axes.items(), texts, strict=True):
+        if len(axis) != len(next(iter(axes.values()))):
+            raise RuleSheetError(_uneven(Option("over", text), name, axes))
+    return tuple(axes), Zipped(tuple(axes.values()))
+
+
+def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
+    """The values by name, in the order given. Raises RuleSheetError for what gives no variable its values."""
     from rulesheets.variables import variable_named
 
-    columns: dict[str, list[float]] = {}
-    rows = 1
+    axes: dict[str, Axis] = {}
     for text in texts:
         option = Option("over", text)
-        name, _, stretch = (part.strip() for part in text.partition("="))
-        parts = stretch.split(":")
-        if not name or len(parts) != 3:
+        name, equals, stretch = (part.strip() for part in text.partition("="))
+        if not name or not equals or not stretch:
             raise RuleSheetError(_no_range(option))
         variable_named(name, model, option.place(name))
-        if name in columns:
+        if name in axes:
             raise RuleSheetError(option.repeated(name))
-        start, stop, step = (_number(option, part.strip()) for part in parts)
-        rows *= _count(option, start, stop, step)
-        if rows > LIMIT:
-            raise RuleSheetError(_too_many(option))
-        columns[name] = stretched(start, stop, step)
-    return columns
+        axes[name] = _axis(option, stretch)
+    return axes
 
 
-def read_states(
-    texts: Iterable[str], request: Request
-) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
-    """What ``--over`` says of a drawing: lists of values (``branch=open,crossed``), and one range at most.
+def _axis(option: Option, stretch: str) -> Axis:
+    """A range, or a list; one value is a list of one."""
+    from solver.sweeps.grid import Stretch, listed
 
-    Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
-    """
-    from rulesheets.variables import parse_value, variable_named
-
-    texts = tuple(texts)
-    ranges = [text for text in texts if ":" in text]
-    if len(ranges) > 1:
-        raise RuleSheetError(_second_range(Option("over", ranges[1])))
-    columns = read_over(ranges, request.model)
-    lists: dict[str, list[Value]] = {}
-    for text in (text for text in texts if text not in ranges):
-        option = Option("over", text)
-        name, _, listed = (part.strip() for part in text.partition("="))
-        if not name or not listed:
-            raise RuleSheetError(_no_list(option))
-        variable_named(name, request.model, option.place(name))
-        if name in lists or name in columns:
-            raise RuleSheetError(option.repeated(name))
-        values = [part.strip() for part in listed.split(",")]
-        lists[name] = [parse_value(value, option.place(value)) for value in values]
-    twice = [name for name in (*lists, *columns) if request.inputs.get(name) is not None]
-    if twice:
-        raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
-    return lists, columns
-
-
-def stretched(start: Fraction, stop: Fraction, step: Fraction) -> list[float]:
-    """``start``, ``start + step``, … up to ``stop``, which is there where a step ends on it.
-
-    Each value is the float nearest to the exact one: ``0:1:0.1`` has 0.3, not 0.30000000000000004.
-    """
-    return [float(start + k * step) for k in range(int((stop - start) / step) + 1)]
-
-
-def _count(option: Option, start: Fraction, stop: Fraction, step: Fraction) -> int:
+    if ":" not in stretch:
+        return listed([_value(option, part.strip()) for part in stretch.split(",")])
+    parts = stretch.split(":")
+    if len(parts) != 3:
+        raise RuleSheetError(_no_range(option))
+    start, stop, step = (_number(option, part.strip()) for part in parts)
     if step == 0 or (stop - start) / step < 0:
         raise RuleSheetError(_no_step(option))
-    return int((stop - start) / step) + 1
+    count = int((stop - start) / step) + 1
+    if count > LIMIT:
+        raise RuleSheetError(_too_many(option))
+    return Stretch(start, step, count)
+
+
+def _value(option: Option, text: str) -> float | str:
+    from rulesheets.variables import parse_value
+
+    return parse_value(text, option.place(text))
 
 
 def _number(option: Option, text: str) -> Fraction:
     """The exact decimal, or the float that an expression of numbers comes to."""
     if _DECIMAL.fullmatch(text):
         return Fraction(text)
-    from rulesheets.variables import parse_value
-
-    value = parse_value(text, option.place(text))
+    value = _value(option, text)
     if isinstance(value, str):
         raise RuleSheetError(_no_range(option))
     return Fraction(value)
@@ -104,29 +98,9 @@ def _number(option: Option, text: str) -> Fraction:
 def _no_range(option: Option) -> Diagnosis:
     return error(
         "E424",
-        "--over needs a name and a range of numbers",
+        "--over needs a name and a range or a list",
         Label(option.place(option.text)),
-        notes=("write --over NAME=START:STOP:STEP, such as --over thetaAO=0:360:5",),
-    )
-
-
-def _no_list(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        "--over needs a name and values",
-        Label(option.place(option.text)),
-        notes=(
-            "write --over branch=open,crossed for states side by side, --over thetaAO=0:360:5 for a film",
-        ),
-    )
-
-
-def _second_range(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        "a film runs over one range",
-        Label(option.place(option.text)),
-        notes=("list the values of the other variable: they stand side by side",),
+        notes=("write --over NAME=START:STOP:STEP, such as --over thetaAO=0:360:5, or --over NAME=1,2,5",),
     )
 
 
@@ -145,4 +119,14 @@ def _too_many(option: Option) -> Diagnosis:
         f"this sweep has more than {LIMIT:,} rows",
         Label(option.place(option.text)),
         notes=("take a larger step",),
+    )
+
+
+def _uneven(option: Option, name: str, axes: dict[str, Axis]) -> Diagnosis:
+    first = next(iter(axes))
+    return error(
+        "E424",
+        f"with --zip all have one length: {first} has {len(axes[first]):,}, {name} has {len(axes[name]):,}",
+        Label(option.place(option.text)),
+        notes=("leave --zip out to sweep every combination",),
     )

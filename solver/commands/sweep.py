@@ -3,64 +3,115 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING
 
-from solver.commands.inputs import add_input_options, read_request
-from solver.commands.over import read_over
+from solver.commands.inputs import Request, add_input_options, read_request
 
 if TYPE_CHECKING:
-    from solver.table import Table
+    from collections.abc import Iterator
+
+    from solver.sweeps.sinks import Sink
+    from solver.sweeps.stream import Outcome
+    from solver.sweeps.work import Solved, Work
+
+INTERRUPTED = 130
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         "--over",
         metavar="NAME=START:STOP:STEP",
         action="append",
-        required=True,
-        help="values of an input; several ranges make every combination",
+        default=[],
+        help="values of an input, or NAME=A,B,…; several ranges make every combination",
     )
-    parser.add_argument("-o", "--output", metavar="FILE.csv", help="write the table instead of printing it")
+    add("--zip", action="store_true", help="take several ranges side by side instead")
+    add("--rows", metavar="FILE", help="inputs from the columns of a CSV or Parquet file, one row a solve")
+    add("--columns", metavar="NAME,…", action="append", default=[], help="take these columns of it alone")
+    add("--all", action="store_true", help="every answer of a row, each in a row of its own")
+    add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
+    add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
+    add("--jobs", metavar="N", type=_jobs, help="processes that share the work (else as many as pay)")
+    add("--scheduler", metavar="ADDRESS", help="solve on a dask cluster")
+
+
+def _jobs(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise ArgumentTypeError(f"{text} is no number of processes")
+    return int(text)
 
 
 def run(arguments: Namespace) -> int:
-    """Sweep and print; the exit code is 0 where every row is solved."""
-    from rulesheets.diagnosis import RuleSheetError
-    from rulesheets.writing import replace_file
-    from solver.commands.option import Option
-    from solver.report.csv import table_csv
-    from solver.sweeping import sweep
+    """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if interrupted."""
+    from solver.commands.rows import read_swept
+    from solver.sweeping import followed
+    from solver.sweeps.running import solved_pieces
 
     request = read_request(arguments)
-    columns = read_over(arguments.over, request.model)
-    twice = [name for name in columns if request.inputs.get(name) is not None]
+    swept = read_swept(arguments, request.model)
+    work = _work(arguments, request, swept.names)
+    sinks = _sinks(arguments, work)
+    pieces = solved_pieces(work, swept.chunks, swept.total, arguments.jobs, arguments.scheduler)
+    outcome = _streamed(followed(work, pieces, swept.line), sinks, swept.total, printing=not arguments.output)
+    print(_summary(outcome, arguments.output, swept.total), file=sys.stderr)
+    if outcome.interrupted:
+        return INTERRUPTED
+    return 0 if outcome.all_solved else 1
+
+
+def _work(arguments: Namespace, request: Request, names: tuple[str, ...]) -> Work:
+    """What is to be solved for each row. Lines of CSV are made where the rows are solved, if they can be."""
+    from rulesheets.diagnosis import RuleSheetError
+    from solver.commands.option import Option
+    from solver.files.tables import is_csv
+    from solver.plan import prepare
+    from solver.sweeping import work_of
+
+    twice = [name for name in names if request.inputs.get(name) is not None]
     if twice:
         raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
-    inputs = {name: value for name, value in request.inputs.items() if name not in columns}
-    table = sweep(request.model, columns, request.want, grid=True, given=inputs, guesses=request.guesses)
-    text = table_csv(table)
+    given = {name: value for name, value in request.inputs.items() if name not in names}
+    plan = prepare(request.model, names, request.want, given, request.guesses)
+    lines = not arguments.output or is_csv(arguments.output)
+    texted = lines and not arguments.all
+    tabled = not texted or bool(arguments.plot)
+    return work_of(plan, every=arguments.all, tabled=tabled, texted=texted)
+
+
+def _sinks(arguments: Namespace, work: Work) -> list[Sink]:
+    """The table goes to the file or to standard output, and to the picture."""
+    from solver.sweeps.sinks import FileSink, StreamSink
+    from solver.sweeps.symbols import symbolic
+
+    sinks: list[Sink] = []
     if arguments.output:
-        replace_file(arguments.output, text)
-    else:
-        sys.stdout.write(text)
-    print(tally(table), file=sys.stderr)
-    return 0 if bool(table.solved.all()) else 1
+        sinks.append(FileSink(arguments.output, work.names, symbolic(work.model)))
+    elif not arguments.plot:
+        sinks.append(StreamSink(sys.stdout, work.names))
+    return sinks
 
 
-def tally(table: Table) -> str:
-    """``361 rows: 340 solved, 21 infeasible``."""
-    from rulesheets.spelling import plural
+def _streamed(pieces: Iterator[Solved], sinks: list[Sink], total: int | None, *, printing: bool) -> Outcome:
+    """Run the sweep; a terminal shows how far it is, unless the rows themselves scroll by there."""
+    from solver.report.progress import Progress
+    from solver.sweeps.stream import run
 
-    counts = _counts(table.status.tolist())
-    parts = (f"{count} {table.STATUSES[code]}" for code, count in sorted(counts.items()))
-    return f"{plural(len(table.status), 'row')}: {', '.join(parts)}"
+    if (printing and sys.stdout.isatty()) or not sys.stderr.isatty():
+        return run(pieces, sinks)
+    progress = Progress(sys.stderr, total)
+    try:
+        return run(pieces, sinks, progress)
+    finally:
+        progress.end()
 
 
-def _counts(codes: Iterable[int]) -> dict[int, int]:
-    counts: dict[int, int] = {}
-    for code in codes:
-        counts[code] = counts.get(code, 0) + 1
-    return counts
+def _summary(outcome: Outcome, output: str | None, total: int | None) -> str:
+    """``361 rows: 340 solved, 21 infeasible``, and what an interrupt left."""
+    if not outcome.interrupted:
+        return str(outcome)
+    of = f" of {total:,}" if total is not None else ""
+    place = f"; {output} is whole and has these rows" if output else ""
+    return f"{outcome}\ninterrupted after {outcome.rows:,}{of} rows{place}"

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import csv
 from io import StringIO
-from math import isnan
-from typing import TYPE_CHECKING
 
-from rulesheets.model import Value
 from rulesheets.variables import Row
 from solver.report.numbers import exact
 from solver.report.sheet import COLUMNS, output_heads, sheet_rows
 from solver.result import Result
-
-if TYPE_CHECKING:
-    from solver.table import Table
 
 
 def csv_rows(result: Result) -> tuple[Row, ...]:
@@ -40,19 +34,3 @@ def result_csv(result: Result, *, every: bool = False) -> str:
         outputs = map(exact, row.outputs)
         writer.writerow((row.status, exact(row.input), row.name, *outputs, row.unit, row.comment))
     return text.getvalue()
-
-
-def table_csv(table: Table) -> str:
-    """The columns of a sweep and the status of every row; blank where a row has no value."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow((*table, "status"))
-    columns = [table[name].tolist() for name in table]
-    statuses = [str(table.STATUSES[code]) for code in table.status.tolist()]
-    for *values, status in zip(*columns, statuses, strict=True):
-        writer.writerow((*(_cell(value) for value in values), status))
-    return text.getvalue()
-
-
-def _cell(value: Value | None) -> str:
-    return "" if isinstance(value, float) and isnan(value) else exact(value)

@@ -1,0 +1,94 @@
+"""What a sweep goes over: ranges (``--over``), or the columns of a file (``--rows``)."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from solver.commands.option import Option
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rulesheets.model import Model
+    from solver.sweeps.chunks import Chunk
+
+
+@dataclass(frozen=True)
+class Swept:
+    """What a sweep goes over: the inputs by name, and their rows in pieces.
+
+    ``total`` is the number of rows where it is known, ``line`` that of the rows in which only the last
+    input changes.
+    """
+
+    names: tuple[str, ...]
+    total: int | None
+    line: int
+    chunks: Iterator[Chunk]
+
+
+def read_swept(arguments: Namespace, model: Model) -> Swept:
+    """The rows of ``--over`` or ``--rows``. Raises RuleSheetError where these make no sense."""
+    from solver.commands.over import read_over
+    from solver.sweeps.chunks import grid_chunks
+
+    if bool(arguments.over) == bool(arguments.rows):
+        raise RuleSheetError(_either())
+    if arguments.rows:
+        return _file_rows(arguments.rows, arguments.columns, model)
+    names, rows = read_over(arguments.over, model, side_by_side=arguments.zip)
+    return Swept(names, len(rows), rows.line, grid_chunks(rows))
+
+
+def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
+    """``columns`` are those to take; none means all."""
+    from solver.files.rows import heading, pieces
+    from solver.sweeps.chunks import file_chunks
+
+    there, total = heading(path)
+    wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
+    complaints = [_no_column(name, there, path) for name in wanted if name not in there]
+    names = tuple(dict.fromkeys(wanted or there))
+    complaints.extend(_unknown(name, model, path) for name in names if name not in model.variables)
+    complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return Swept(names, total, sys.maxsize, file_chunks(pieces(path, names), total))
+
+
+def _either() -> Diagnosis:
+    return error(
+        "E433",
+        "a sweep needs either ranges or a file of rows",
+        notes=("give --over NAME=START:STOP:STEP, or --rows FILE",),
+    )
+
+
+def _no_column(name: str, there: tuple[str, ...], path: str) -> Diagnosis:
+    from rulesheets.spelling import suggestion
+
+    return error(
+        "E430",
+        f"{path} has no column {name}",
+        Label(Option("columns", name).place(name)),
+        notes=(*suggestion(name, there), f"its columns are {', '.join(there)}"),
+    )
+
+
+def _unknown(name: str, model: Model, path: str) -> Diagnosis:
+    """A column that is no variable is a mistake more often than not: nothing is left out in silence."""
+    from rulesheets.spelling import suggestion
+
+    return error(
+        "E430",
+        f"{path} has a column {name}, and {model.name} no such variable",
+        notes=(*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone"),
+    )
+
+
+def _twice(name: str, path: str) -> Diagnosis:
+    return error("E430", f"{path} has two columns {name}", notes=("rename one of them",))

@@ -1,0 +1,1 @@
+"""Columns of numbers and symbols on disk: written as a whole or not at all, read in pieces."""

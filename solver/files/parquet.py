@@ -1,0 +1,164 @@
+"""Tables as Parquet, written in row groups as the rows come (the only import of pyarrow)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import Any
+
+from rulesheets.diagnosis import RuleSheetError
+from rulesheets.input_messages import unwritable
+from solver.files.columns import Array, Columns, free_name, joined
+from solver.files.messages import missing_extra, unreadable_rows
+from solver.files.replacing import Replacement
+
+ROW_GROUP = 262_144
+"""Rows of a row group; the same whatever the pieces in which the rows come."""
+
+
+class ParquetTable:
+    """A Parquet file under construction.
+
+    Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
+    ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
+    (E431) and where the file cannot be written (E416).
+    """
+
+    def __init__(self, file: Replacement, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
+        self._arrow, self._parquet = _pyarrow("Parquet files")
+        self._file, self._path = file, path
+        self._symbols = frozenset(symbols)
+        self._names = tuple(names)
+        self._waiting: list[Columns] = []
+        self._writer: Any = None
+
+    def add(self, table: Columns) -> None:
+        self._waiting.append(table)
+        if sum(map(len, self._waiting)) >= ROW_GROUP:
+            whole = joined(self._waiting)
+            ends = range(ROW_GROUP, len(whole) + 1, ROW_GROUP)
+            for end in ends:
+                self._write(whole.rows(end - ROW_GROUP, end))
+            self._waiting = [whole.rows(ends[-1], len(whole))]
+
+    def close(self) -> None:
+        """Write the rows that wait, and the footer: after this the file can be read."""
+        if self._waiting or self._writer is None:
+            self._write(joined(self._waiting) if self._waiting else self._empty())
+        self._guarded(self._writer.close)
+
+    def _write(self, table: Columns) -> None:
+        batch = self._batch(table)
+        if self._writer is None:
+            self._writer = self._opened(batch.schema)
+        self._guarded(lambda: self._writer.write_table(batch, row_group_size=ROW_GROUP))
+
+    def _opened(self, schema: Any) -> Any:
+        """Doubles are written plain: they hardly repeat, a dictionary costs more than it gains."""
+        texts = [field.name for field in schema if self._arrow.types.is_dictionary(field.type)]
+        return self._parquet.ParquetWriter(
+            _Sink(self._file), schema, use_dictionary=texts, compression="snappy", write_statistics=True
+        )
+
+    def _batch(self, table: Columns) -> Any:
+        arrays = {name: self._array(name, column) for name, column in table.values.items()}
+        texts = self._arrow.array(list(table.words), self._arrow.string())
+        arrays[free_name("status", self._names)] = self._arrow.DictionaryArray.from_arrays(
+            table.status, texts
+        )
+        return self._arrow.table(arrays)
+
+    def _array(self, name: str, column: Array) -> Any:
+        if name in self._symbols:
+            texts = [_text(value) for value in column.tolist()]
+            return self._arrow.array(texts, self._arrow.string()).dictionary_encode()
+        if column.dtype.kind == "i":
+            return self._arrow.array(column, self._arrow.int32())
+        return self._arrow.array(column, self._arrow.float64(), from_pandas=True)
+
+    def _empty(self) -> Columns:
+        import numpy as np
+
+        none = np.zeros(0)
+        return Columns(dict.fromkeys(self._names, none), np.zeros(0, dtype=np.int8), ("solved",))
+
+    def _guarded(self, write: Callable[[], object]) -> None:
+        try:
+            write()
+        except OSError as failure:
+            raise RuleSheetError(unwritable(self._path, failure)) from None
+
+
+class _Sink:
+    """The part of a file that pyarrow asks for."""
+
+    closed = False
+
+    def __init__(self, file: Replacement) -> None:
+        self._file = file
+        self._position = 0
+
+    def write(self, data: Any) -> int:
+        self._file.write(data)
+        self._position += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        return self._position
+
+    def flush(self) -> None:
+        self._file.flush()
+
+    def writable(self) -> bool:
+        return True
+
+    def readable(self) -> bool:
+        return False
+
+    def seekable(self) -> bool:
+        return False
+
+    def close(self) -> None:
+        """The replacement itself is kept or discarded by whom it belongs to."""
+
+
+def parquet_columns(path: str) -> tuple[tuple[str, ...], int]:
+    """The names of the columns of a Parquet file, and the number of its rows.
+
+    Raises RuleSheetError (E430, E431).
+    """
+    file = _opened(path)
+    return tuple(file.schema_arrow.names), file.metadata.num_rows
+
+
+def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[Mapping[str, list[Any]]]:
+    """The rows of some columns of a Parquet file, a piece at a time. Raises RuleSheetError (E430, E431)."""
+    file = _opened(path)
+    try:
+        for batch in file.iter_batches(columns=list(names)):
+            yield {name: batch.column(name).to_pylist() for name in names}
+    except (OSError, ValueError) as failure:
+        raise RuleSheetError(unreadable_rows(path, str(failure))) from None
+
+
+def _opened(path: str) -> Any:
+    _, parquet = _pyarrow("Parquet files")
+    try:
+        return parquet.ParquetFile(path)
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise RuleSheetError(unreadable_rows(path, reason)) from None
+
+
+def _pyarrow(purpose: str) -> tuple[Any, Any]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise RuleSheetError(missing_extra(purpose, "pyarrow", "parquet")) from None
+    return pyarrow, pyarrow.parquet
+
+
+def _text(value: Any) -> str | None:
+    if isinstance(value, str):
+        return value
+    return None if value is None or value != value else repr(float(value)).removesuffix(".0")

@@ -1,0 +1,92 @@
+"""A file that grows beside its place and is moved there when it is whole, however long that takes."""
+
+from __future__ import annotations
+
+import os
+import stat
+from types import TracebackType
+from typing import BinaryIO, Self
+
+from rulesheets.diagnosis import RuleSheetError
+from rulesheets.input_messages import unwritable
+
+
+class Replacement:
+    """A file under construction beside its place: readers see the old one or the new one, never half of it.
+
+    ``keep`` moves it into place, ``discard`` leaves no trace; as a context it is kept unless an
+    exception leaves the block. A link is followed and the mode of an existing file kept. What is
+    no regular file (a pipe, a terminal, ``/dev/null``) is written directly. Every failure of the
+    system raises RuleSheetError (E416).
+    """
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._target = os.path.realpath(path)
+        self._beside: str | None = None
+        try:
+            self._file = self._opened()
+        except OSError as failure:
+            raise RuleSheetError(unwritable(path, failure)) from None
+
+    def write(self, data: bytes) -> None:
+        try:
+            self._file.write(data)
+        except OSError as failure:
+            raise RuleSheetError(unwritable(self._path, failure)) from None
+
+    def flush(self) -> None:
+        try:
+            self._file.flush()
+        except OSError as failure:
+            raise RuleSheetError(unwritable(self._path, failure)) from None
+
+    def keep(self) -> None:
+        """Put the file in its place."""
+        try:
+            self._file.close()
+            if self._beside is not None:
+                os.replace(self._beside, self._target)
+                self._beside = None
+        except OSError as failure:
+            self.discard()
+            raise RuleSheetError(unwritable(self._path, failure)) from None
+
+    def discard(self) -> None:
+        """Forget the file; what stood in its place before stays."""
+        try:
+            self._file.close()
+        except OSError:
+            pass  # bytes that a full disk refused are not wanted any more
+        finally:
+            if self._beside is not None:
+                os.unlink(self._beside)
+                self._beside = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.keep()
+        else:
+            self.discard()
+
+    def _opened(self) -> BinaryIO:
+        try:
+            there: os.stat_result | None = os.stat(self._target)
+        except FileNotFoundError:
+            there = None
+        if there is not None and not stat.S_ISREG(there.st_mode):
+            return open(self._target, "wb")
+        folder = os.path.dirname(self._target)
+        beside = os.path.join(folder, f".{os.getpid()}-{os.urandom(8).hex()}.new")
+        file = open(beside, "xb")
+        self._beside = beside
+        if there is not None:
+            os.chmod(beside, stat.S_IMODE(there.st_mode))
+        return file
+
+

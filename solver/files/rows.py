@@ -1,0 +1,102 @@
+"""Rows of inputs from a CSV or Parquet file, a piece at a time."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from typing import Any
+
+from rulesheets.diagnosis import RuleSheetError
+from rulesheets.inputs import parse_value
+from solver.files.columns import Array
+from solver.files.messages import uneven_row, unreadable_rows, wrong_cell
+from solver.files.parquet import parquet_columns, parquet_pieces
+
+PIECE = 8192
+"""Rows of a CSV file that are read at once."""
+
+
+def is_parquet(path: str) -> bool:
+    return path.lower().endswith((".parquet", ".pq"))
+
+
+def heading(path: str) -> tuple[tuple[str, ...], int | None]:
+    """The names of the columns, and the number of rows where the file tells it.
+
+    Raises RuleSheetError (E430) for a file that is missing, unreadable, or has no heading.
+    """
+    if is_parquet(path):
+        return parquet_columns(path)
+    for _, cells in _lines(path):
+        return tuple(cell.strip() for cell in cells), None
+    raise RuleSheetError(unreadable_rows(path, "it is empty"))
+
+
+def pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Array, ...]]:
+    """Some columns of the file in the order of ``names``: floats, NaN for nothing; or objects with symbols.
+
+    Raises RuleSheetError (E430) at the first cell that is neither a number nor a symbol.
+    """
+    if is_parquet(path):
+        for batch in parquet_pieces(path, names):
+            yield tuple(_column(batch[name], path, name) for name in names)
+    else:
+        yield from _csv_pieces(path, names)
+
+
+def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Array, ...]]:
+    lines = _lines(path)
+    head = [cell.strip() for cell in next(lines)[1]]
+    places = [head.index(name) for name in names]
+    while piece := list(islice(lines, PIECE)):
+        for number, cells in piece:
+            if len(cells) != len(head):
+                raise RuleSheetError(uneven_row(path, number, len(cells), len(head)))
+        numbers = [number for number, _ in piece]
+        yield tuple(
+            _column([cells[place] for _, cells in piece], path, name, numbers)
+            for place, name in zip(places, names, strict=True)
+        )
+
+
+def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
+    """The lines that are not blank, with their numbers."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            first = file.readline()
+            file.seek(0)
+            reader = csv.reader(file, delimiter=max(",;\t", key=first.count), strict=True)
+            for cells in reader:
+                if cells:
+                    yield reader.line_num, cells
+    except (OSError, ValueError, csv.Error) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise RuleSheetError(unreadable_rows(path, reason)) from None
+
+
+def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | None = None) -> Array:
+    import numpy as np
+
+    try:
+        return np.array([float(cell) if cell not in ("", None) else np.nan for cell in cells])
+    except (TypeError, ValueError):
+        values = [_value(cell, path, name, lines[row] if lines else row) for row, cell in enumerate(cells)]
+        if not any(isinstance(value, str) for value in values):
+            return np.array([np.nan if value is None else value for value in values])
+        return np.array(values, dtype=object)
+
+
+def _value(cell: Any, path: str, name: str, line: int) -> float | str | None:
+    """A cell as text or as Parquet has it. Spreadsheets write what has no value in many ways."""
+    if cell is None or (isinstance(cell, str) and cell.strip().lower() in ("", "nan", "na", "null", "none")):
+        return None
+    if isinstance(cell, str):
+        try:
+            return parse_value(cell)
+        except RuleSheetError:
+            raise RuleSheetError(wrong_cell(path, line, cell, name)) from None
+    try:
+        return float(cell)
+    except (TypeError, ValueError):
+        raise RuleSheetError(wrong_cell(path, line, str(cell), name)) from None

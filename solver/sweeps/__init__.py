@@ -1,0 +1,1 @@
+"""Sweeps as a stream: rows are made, solved and handed on in pieces, in order, in bounded memory."""

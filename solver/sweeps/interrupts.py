@@ -1,0 +1,47 @@
+"""Ctrl-C at a place of our choosing: between two pieces, never within one that is being written."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import current_thread, main_thread
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+
+class Interrupts:
+    """While this context lasts, the first interrupt is raised within ``open`` alone, and else remembered.
+
+    A second one is raised wherever it comes. Only the main thread hears signals: elsewhere nothing changes.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._open = False
+        self._before: Any = None
+
+    def __enter__(self) -> Self:
+        if current_thread() is main_thread():
+            self._before = signal.signal(signal.SIGINT, self._heard)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """A stretch that an interrupt may leave at once."""
+        self._open = True
+        try:
+            yield
+        finally:
+            self._open = False
+
+    def _heard(self, number: int, frame: FrameType | None) -> None:
+        again, self.asked = self.asked, True
+        if self._open or again:
+            raise KeyboardInterrupt

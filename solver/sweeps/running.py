@@ -1,0 +1,56 @@
+"""Where the pieces of a sweep are solved: here, in several processes, or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from time import perf_counter
+
+from solver.sweeps.chunks import Chunk
+from solver.sweeps.work import Solved, Solver, Work
+from solver.sweeps.workers import processors, solved_by_workers
+
+WORTH = 2.0
+"""Seconds that workers must save to be started: about twice what starting them takes."""
+CARRIAGE = 0.4e-6
+"""Seconds that the way of a row to a worker and back takes of this process's time."""
+
+
+def solved_pieces(
+    work: Work,
+    chunks: Iterator[Chunk],
+    total: int | None,
+    jobs: int | None = None,
+    scheduler: object = None,
+) -> Iterator[Solved]:
+    """The pieces in their order: the same whoever solves them.
+
+    ``jobs`` is a number of processes; None starts as many as there are processors where that pays.
+    ``scheduler`` is the address of a dask cluster.
+    """
+    if scheduler is not None:
+        from solver.sweeps.cluster import solved_on_cluster
+
+        return solved_on_cluster(work, chunks, scheduler)
+    if jobs is None and processors() > 1:
+        return _as_it_pays(work, chunks, total, processors())
+    if jobs is not None and jobs > 1:
+        return solved_by_workers(work, chunks, jobs)
+    return map(Solver(work), chunks)
+
+
+def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Solved]:
+    """Here, until what is left turns out to be worth starting workers for.
+
+    Where nobody knows how many rows are left it may be as many as there have been.
+    """
+    solve, done = Solver(work), 0
+    for chunk in chunks:
+        started = perf_counter()
+        solved = solve(chunk)
+        each = (perf_counter() - started) / len(chunk[0])
+        done += len(chunk[0])
+        yield solved
+        left = done if total is None else total - done
+        if left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
+            yield from solved_by_workers(work, chunks, jobs)
+            return

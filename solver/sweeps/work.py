@@ -1,0 +1,110 @@
+"""One piece of a sweep solved: the unit of work of this process, of its helpers and of a cluster alike."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rulesheets.model import Model, Value
+from solver.files.columns import Array, Columns, free_name
+from solver.files.csv_table import csv_rows
+from solver.plan import Plan
+from solver.result import Status
+from solver.sweeps.answers import every_answer
+from solver.sweeps.refusals import refusals, spread
+from solver.table import Table
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A piece of the table in the order of its rows. ``table`` or ``text`` is there as the work asks.
+
+    ``counts`` are the rows by status code; of the answers of one row the first counts.
+    """
+
+    counts: tuple[int, ...]
+    table: Columns | None = None
+    text: bytes | None = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """What has to be known to solve any piece of a sweep. It pickles, whatever its model has cached.
+
+    ``every`` asks for all answers of a row instead of the primary one, ``tabled`` for arrays,
+    ``texted`` for lines of CSV (which are worth making where the rows are solved).
+    """
+
+    model: Model
+    inputs: tuple[str, ...]
+    want: tuple[str, ...]
+    given: Mapping[str, Value]
+    guesses: Mapping[str, float]
+    every: bool = False
+    tabled: bool = True
+    texted: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The columns of the table, the status not among them."""
+        own = (*self.inputs, *(name for name in self.want if name not in self.inputs))
+        if not self.every:
+            return own
+        return (*self.inputs, free_name("answer", own), *own[len(self.inputs) :])
+
+    def packed(self) -> bytes:
+        """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
+        return pickle.dumps(replace(self, model=replace(self.model)), protocol=5)
+
+
+def unpacked(data: bytes) -> Work:
+    work = pickle.loads(data)
+    assert isinstance(work, Work)
+    return work
+
+
+class Solver:
+    """Solves pieces of one sweep, one after another; the plan is made once."""
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self._plan = Plan(work.model, work.inputs, work.want, work.given, work.guesses)
+        self._inputs = [work.model.variables[name] for name in work.inputs]
+
+    def __call__(self, columns: Sequence[Array]) -> Solved:
+        """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
+        table = self.table(columns)
+        parts = Columns({name: table[name] for name in self.work.names}, table.status, _WORDS)
+        counts = _counts(self._first_answers(table))
+        text = csv_rows(parts) if self.work.texted else None
+        return Solved(counts, parts if self.work.tabled else None, text)
+
+    def table(self, columns: Sequence[Array]) -> Table:
+        """The rows as arrays."""
+        refused = refusals(columns, self._inputs)
+        if self.work.every:
+            return every_answer(self._plan, columns, refused, self.work.names)
+        if not refused.any():
+            return self._plan.sweep(*columns)
+        kept = refused == 0
+        return spread(self._plan.sweep(*(column[kept] for column in columns)), columns, refused)
+
+    def _first_answers(self, table: Table) -> NDArray[np.int8]:
+        if not self.work.every:
+            return table.status
+        first: NDArray[np.int8] = table.status[table[self.work.names[len(self.work.inputs)]] < 2]
+        return first
+
+
+_WORDS = tuple(map(str, Status))
+
+
+def _counts(codes: NDArray[np.int8]) -> tuple[int, ...]:
+    return tuple(np.bincount(codes, minlength=len(_WORDS)).tolist())

@@ -1,0 +1,341 @@
+"""Tables on disk: exact, whole or not there, and the same bytes whoever solved the rows."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from rulesheets.diagnosis import RuleSheetError
+from solver.cli import INTERRUPTED
+from solver.files import parquet
+from solver.files.columns import Columns, stacked
+from solver.files.csv_table import csv_head, csv_rows
+from solver.files.replacing import Replacement
+from solver.files.tables import write_table
+from solver.report.progress import clock, progress_line
+from solver.result import Status
+from solver.sweeps import workers
+from solver.sweeps.chunks import grid_chunks
+from solver.sweeps.grid import Zipped, listed
+from solver.sweeps.running import solved_pieces
+from solver.sweeps.stream import Outcome, run
+from solver.sweeps.symbols import symbolic
+from solver.sweeps.work import Solved, Work
+
+ROOT = Path(__file__).parent.parent.parent
+
+LENS = """\
+variables
+  f = 50  [mm]
+  u = 200 [mm]
+  v       [mm]
+  kind
+rules
+  1/f = 1/u + 1/v
+  if u > f then kind = 'real else kind = 'virtual
+"""
+
+WORDS = tuple(map(str, Status))
+
+
+@pytest.fixture
+def sheet(tmp_path: Path) -> Path:
+    file = tmp_path / "lens.tk"
+    file.write_text(LENS)
+    return file
+
+
+def columns(values: dict[str, list[object]], status: list[int]) -> Columns:
+    arrays = {
+        name: np.array(column, dtype=None if name != "s" else object) for name, column in values.items()
+    }
+    return Columns(arrays, np.array(status, dtype=np.int8), WORDS)
+
+
+# --- CSV ------------------------------------------------------------------------
+
+
+@given(st.lists(st.tuples(st.floats(), st.sampled_from(["open", None, 2.5, 3.0])), min_size=1))
+def test_csv_reads_back_as_the_same_floats(rows: list[tuple[float, object]]) -> None:
+    numbers, others = (list(column) for column in zip(*rows, strict=True))
+    table = columns({"x": numbers, "y": numbers, "s": others}, [0] * len(rows))
+    for part in (table, Columns({"x": table.values["x"], "y": table.values["y"]}, table.status, WORDS)):
+        text = (csv_head([*part.values]) + csv_rows(part)).decode()
+        read = list(csv.DictReader(io.StringIO(text, newline="")))
+        assert [row["status"] for row in read] == ["solved"] * len(rows)
+        for name in ("x", "y"):
+            found = np.array([float(row[name]) if row[name] else np.nan for row in read])
+            assert np.array_equal(found, numbers, equal_nan=True)
+        if "s" in part.values:
+            assert [row["s"] for row in read] == [
+                {"open": "'open", None: "", 2.5: "2.5", 3.0: "3"}[v] for v in others
+            ]
+
+
+def test_csv_is_short() -> None:
+    table = columns({"x": [1.0, -0.0, 0.1, np.nan, 1e22, 100.5]}, [0, 0, 0, 3, 0, 0])
+    lines = ["1,solved", "0,solved", "0.1,solved", ",infeasible", "1e+22,solved", "100.5,solved"]
+    assert csv_rows(table).decode().splitlines() == lines
+
+
+def test_pieces_of_numbers_and_of_symbols_are_one_column() -> None:
+    joined = stacked([np.array([1.0, np.nan]), np.array(["open", None], dtype=object)])
+    assert joined.tolist() == [1.0, None, "open", None]
+
+
+# --- Parquet --------------------------------------------------------------------
+
+
+def test_parquet_has_doubles_texts_and_nulls(tmp_path: Path) -> None:
+    read = pytest.importorskip("pyarrow.parquet").read_table
+    model = rulesheets.loads(LENS)
+    table = solver.sweep(model, {"u": [100.0, 50.0, 25.0, np.nan]}, ["v", "kind"])
+    table.write(str(tmp_path / "table.parquet"))
+    found = read(tmp_path / "table.parquet").to_pydict()
+    assert found["u"] == [100.0, 50.0, 25.0, None]
+    assert found["v"][::2] == [100.0, -50.0]
+    assert found["kind"][::2] == ["real", "virtual"]
+    assert found["status"][0] == "solved"
+    assert found["status"][3] == "partial"
+    assert found["v"][3] is found["kind"][3] is None
+
+
+def test_row_groups_do_not_depend_on_the_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    arrow = pytest.importorskip("pyarrow.parquet")
+    monkeypatch.setattr(parquet, "ROW_GROUP", 100)
+    files = []
+    for cuts in ([0, 1000], [0, 10, 250, 255, 999, 1000]):
+        files.append(tmp_path / f"{len(cuts)}.parquet")
+        whole = columns({"x": list(np.arange(1000.0))}, [0] * 1000)
+        with Replacement(str(files[-1])) as file:
+            table = parquet.ParquetTable(file, "x", ["x"], [])
+            for one, other in zip(cuts, cuts[1:], strict=False):
+                table.add(whole.rows(one, other))
+            table.close()
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert arrow.ParquetFile(files[0]).metadata.num_row_groups == 10
+
+
+def test_rows_come_from_parquet_as_from_csv(sheet: Path, tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    values = {"u": [100.0, np.nan, 25.0], "f": [50.0, 50.0, 20.0]}
+    outputs = []
+    for ending in ("csv", "parquet"):
+        rows, out = (str(tmp_path / f"{name}.{ending}") for name in ("rows", "out"))
+        write_table(rows, columns(values, [0, 0, 0]))
+        done = backsolve(
+            "sweep", sheet, "--rows", rows, "--columns", "u,f", "--want", "v", "-o", tmp_path / out
+        )
+        assert done.returncode == 1
+        assert done.stderr == "3 rows: 2 solved, 1 partial\n"
+        outputs.append(out)
+    assert Path(outputs[0]).read_text().splitlines()[3] == "25,20,100,solved"
+    found = pytest.importorskip("pyarrow.parquet").read_table(outputs[1]).to_pydict()
+    assert found["v"] == [100.0, None, 100.0]
+
+
+def test_a_variable_that_may_hold_symbols_is_known_beforehand() -> None:
+    assert symbolic(rulesheets.loads(LENS)) == {"kind"}
+    assert symbolic(rulesheets.load("offset_slider_crank")) == {"branch"}
+    tied = rulesheets.loads("variables\n  k\n  m\n  x\nrules\n  k = m\n  if or(x > 1, m = 'on) then x = 2\n")
+    assert symbolic(tied) == {"k", "m"}
+
+
+def test_parquet_without_pyarrow_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(RuleSheetError) as caught:
+        write_table(str(tmp_path / "x.parquet"), columns({"x": [1.0]}, [0]))
+    assert caught.value.diagnoses[0].code == "E431"
+    assert "pip install 'backsolve[parquet]'" in caught.value.diagnoses[0].notes
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- whole or not at all ---------------------------------------------------------
+
+
+def backsolve(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "solver", *map(str, words)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize(
+    ("path", "code"),
+    [("missing/table.csv", "E416"), ("table.xlsx", "E432"), ("missing/table.parquet", "E416")],
+)
+def test_a_file_that_cannot_be_written(sheet: Path, tmp_path: Path, path: str, code: str) -> None:
+    done = backsolve("sweep", sheet, "--over", "u=100:200:50", "-o", tmp_path / path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error[{code}]")
+    assert list(tmp_path.iterdir()) == [sheet]
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_full_disk_leaves_the_old_file(sheet: Path, tmp_path: Path, ending: str) -> None:
+    file = tmp_path / f"table.{ending}"
+    file.write_text("old")
+    limit = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)); "
+    code = limit + "from solver.cli import main; sys.exit(main(sys.argv[1:]))"
+    words = ["sweep", str(sheet), "--over", "u=100:130:0.1", "-o", str(file), "--want", "v"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], cwd=ROOT, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("error[E416]")
+    assert "File too large" in done.stderr
+    assert file.read_text() == "old"
+    assert sorted(tmp_path.iterdir()) == [sheet, file]
+
+
+def test_what_is_no_file_is_written_directly(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE, text=True)
+    write_table(str(pipe), columns({"x": [1.0]}, [0]))
+    assert reader.communicate(timeout=10)[0] == "x,status\n1,solved\n"
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_interrupt_leaves_what_is_done(sheet: Path, tmp_path: Path, ending: str, jobs: int) -> None:
+    file = tmp_path / f"table.{ending}"
+    words = ("sweep", sheet, "--over", "u=100:1000:1e-5", "--want", "v", "-o", file, "--jobs", jobs)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "solver", *map(str, words)], cwd=ROOT, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(2.5)
+    process.send_signal(signal.SIGINT)
+    err = process.communicate(timeout=30)[1]
+    assert process.returncode == INTERRUPTED, err
+    rows = int(err.splitlines()[0].partition(" ")[0].replace(",", ""))
+    assert f"interrupted after {rows:,} of 90,000,001 rows; {file} is whole" in err
+    assert rows > 0
+    found = _rows_of(file)
+    assert len(found) == rows
+    assert found[-1] == (rows - 1) / 1e5 + 100
+    assert sorted(tmp_path.iterdir()) == [sheet, file]
+
+
+def _rows_of(file: Path) -> list[float]:
+    if file.suffix == ".csv":
+        with file.open() as text:
+            return [float(row["u"]) for row in csv.DictReader(text)]
+    read = pytest.importorskip("pyarrow.parquet").read_table
+    values: list[float] = read(file).column("u").to_pylist()
+    return values
+
+
+def test_a_failure_discards_the_file_and_ends_the_sweep(tmp_path: Path) -> None:
+    kept: list[str] = []
+
+    class Broken:
+        def add(self, piece: Solved) -> None:
+            raise RuntimeError("broken")
+
+        def close(self) -> None:
+            kept.append("closed")
+
+        def discard(self) -> None:
+            kept.append("discarded")
+
+    with pytest.raises(RuntimeError):
+        run(iter([Solved((1, 0, 0, 0, 0, 0))]), [Broken()])
+    assert kept == ["discarded"]
+
+
+# --- several processes -----------------------------------------------------------
+
+
+def test_workers_give_the_same_table(sheet: Path) -> None:
+    model = rulesheets.load("offset_slider_crank")
+    angles = np.linspace(-180, 180, 700)
+    alone, shared = (solver.sweep(model, {"thetaAO": angles}, ["xB", "aB"], jobs=jobs) for jobs in (1, 2))
+    for name in alone:
+        assert alone[name].tobytes() == shared[name].tobytes()
+    assert alone.status.tobytes() == shared.status.tobytes()
+
+
+def work(model: rulesheets.Model) -> Work:
+    return Work(model, ("u",), ("v",), {"f": 50.0}, {})
+
+
+def pieces_of(rows: int) -> Iterator[tuple[np.ndarray, ...]]:
+    return grid_chunks(Zipped((listed(np.linspace(100, 200, rows)),)))
+
+
+def test_a_worker_that_is_killed_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[subprocess.Popen[bytes]] = []
+    popen = subprocess.Popen
+
+    def remembered(*words: object, **options: object) -> subprocess.Popen[bytes]:
+        started.append(popen(*words, **options))  # type: ignore[call-overload]
+        return started[-1]
+
+    model = rulesheets.loads(LENS)
+    alone = [piece.table for piece in solved_pieces(work(model), pieces_of(2000), 2000, 1)]
+    monkeypatch.setattr(workers.subprocess, "Popen", remembered)
+    shared = []
+    for piece in solved_pieces(work(model), pieces_of(2000), 2000, 2):
+        if not shared:
+            started[0].kill()
+        shared.append(piece.table)
+    assert len(started) == 3
+    for one, other in zip(alone, shared, strict=True):
+        assert one is not None and other is not None
+        assert one.values["v"].tobytes() == other.values["v"].tobytes()
+    assert all(process.poll() is not None for process in started)
+
+
+def test_workers_that_keep_ending_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "_START", "import sys; sys.exit(1)")
+    with pytest.raises(RuleSheetError) as caught:
+        list(solved_pieces(work(rulesheets.loads(LENS)), pieces_of(300), 300, 2))
+    assert caught.value.diagnoses[0].code == "E436"
+
+
+def test_workers_start_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
+    from solver.sweeps import running
+
+    asked: list[int] = []
+
+    def noted(work: Work, chunks: Iterator[object], jobs: int) -> Iterator[Solved]:
+        asked.append(sum(len(chunk[0]) for chunk in chunks))  # type: ignore[index]
+        return iter(())
+
+    monkeypatch.setattr(running, "processors", lambda: 2)
+    monkeypatch.setattr(running, "solved_by_workers", noted)
+    lens = work(rulesheets.loads(LENS))
+    assert len(list(solved_pieces(lens, pieces_of(600), 600))) == 3
+    assert asked == []
+    monkeypatch.setattr(running, "WORTH", 1e-6)
+    assert len(list(solved_pieces(lens, pieces_of(600), 600))) == 1
+    assert asked == [344]
+
+
+# --- progress --------------------------------------------------------------------
+
+
+def test_the_line_of_progress() -> None:
+    line = progress_line(1_200_000, 4_000_000, 2.0)
+    assert line == "1,200,000 of 4,000,000 rows  30 %  600,000 rows/s  0:05 left"
+    assert progress_line(3, None, 2.0) == "3 rows  1.5 rows/s"
+    assert progress_line(0, 10, 1.0) == "0 of 10 rows  0 %  0 rows/s"
+    assert [clock(s) for s in (0, 59.6, 3599, 7380)] == ["0:00", "1:00", "59:59", "2:03:00"]
+
+
+def test_an_outcome_counts_its_rows() -> None:
+    assert str(Outcome((1_340, 0, 0, 21, 0, 0))) == "1,361 rows: 1,340 solved, 21 infeasible"
+    assert str(Outcome((0,) * 6)) == "no rows"

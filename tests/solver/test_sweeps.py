@@ -1,0 +1,301 @@
+"""Sweeps in and out: rows from ranges and files, a status each, files whole, the same bytes whoever solves them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from solver.cli import main
+from solver.files.columns import Columns
+from solver.files.csv_table import csv_head
+from solver.sweeps.chunks import LARGEST, file_chunks, grid_chunks, size
+from solver.sweeps.following import Follower
+from solver.sweeps.grid import Grid, Stretch, Zipped, listed
+
+ROOT = Path(__file__).parent.parent.parent
+
+TRIANGLE = """\
+variables
+  a = 3 [mm]  " one leg
+  b = 4 [mm]  " the other leg
+  c > 0 [mm]  " hypotenuse
+  kind = 'right
+rules
+  if kind = 'right then c^2 = a^2 + b^2 else c = a + b
+"""
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def sheet(tmp_path: Path) -> str:
+    file = tmp_path / "triangle.tk"
+    file.write_text(TRIANGLE)
+    return str(file)
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run the command in this process: exit code, standard output, standard error."""
+
+    def run(*words: str) -> tuple[int, str, str]:
+        code = main(words)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return run
+
+
+def table(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+# --- rows ------------------------------------------------------------------------
+
+
+@given(
+    st.fractions(-1000, 1000, max_denominator=10_000),
+    st.fractions(-10, 10, max_denominator=10_000),
+    st.integers(1, 10**9),
+    st.data(),
+)
+def test_a_value_of_a_range_is_the_float_nearest_to_it(
+    start: Fraction, step: Fraction, count: int, data: st.DataObject
+) -> None:
+    places = np.array(data.draw(st.lists(st.integers(0, count - 1), min_size=1)))
+    found = Stretch(start, step, count).take(places)
+    assert found.tolist() == [float(start + step * int(place)) for place in places]
+
+
+def test_a_range_of_long_decimals_is_exact_too() -> None:
+    start, step = Fraction("0.1234567890123456789"), Fraction("1e-19")
+    found = Stretch(start, step, 5).take(np.arange(5))
+    assert found.tolist() == [float(start + k * step) for k in range(5)]
+
+
+def test_a_grid_is_every_combination_and_is_not_held() -> None:
+    grid = Grid((listed([1.0, 2.0]), listed(["open", "crossed"]), Stretch(Fraction(0), Fraction(1, 4), 3)))
+    whole = list(zip(*grid.columns(0, len(grid)), strict=True))
+    assert whole == [(a, b, c) for a in (1, 2) for b in ("open", "crossed") for c in (0, 0.25, 0.5)]
+    assert list(zip(*grid.columns(5, 8), strict=True)) == whole[5:8]
+    vast = Grid((Stretch(Fraction(0), Fraction(1), 10**6), Stretch(Fraction(0), Fraction(1), 10**6)))
+    outer, inner = vast.columns(10**12 - 2, 10**12)
+    assert (outer.tolist(), inner.tolist()) == ([999_999, 999_999], [999_998, 999_999])
+
+
+@given(st.integers(1, 300_000), st.lists(st.integers(1, 40_000), max_size=30))
+def test_pieces_hold_every_row_once_in_order(count: int, cuts: list[int]) -> None:
+    rows = Zipped((Stretch(Fraction(0), Fraction(1), count),))
+    made = [chunk[0] for chunk in grid_chunks(rows)]
+    assert np.array_equal(np.concatenate(made), np.arange(count))
+    assert max(map(len, made)) <= LARGEST
+    ends = [0, *np.minimum(np.cumsum(cuts or [count]), count).tolist(), count]
+    read = ((np.arange(one, other),) for one, other in zip(ends, ends[1:], strict=False) if other > one)
+    again = [chunk[0] for chunk in file_chunks(read, count)]
+    assert [len(chunk) for chunk in again] == [len(chunk) for chunk in made]
+    assert np.array_equal(np.concatenate(again), np.arange(count))
+
+
+def test_pieces_grow_to_their_largest() -> None:
+    assert size(0, None) == size(0, 10) == size(500, None) == 256
+    assert size(10**6, None) == size(10**6, 10**8) == LARGEST
+    assert size(10**6, 16 * 1000) == 1000
+
+
+def test_ranges_side_by_side(run: Run, sheet: str) -> None:
+    words = ("sweep", sheet, "--over", "a=1:3:1", "--over", "b=2,3,4", "--zip", "--want", "c")
+    code, out, _ = run(*words)
+    assert code == 0
+    assert [(row["a"], row["b"]) for row in table(out)] == [("1", "2"), ("2", "3"), ("3", "4")]
+    code, _, err = run(*words[:-2], "--over", "kind=right")
+    assert code == 2
+    assert "a has 3, kind has 1" in err
+
+
+def test_a_list_may_hold_symbols(run: Run, sheet: str) -> None:
+    code, out, _ = run("sweep", sheet, "--over", "kind=right,'flat", "--want", "c")
+    assert code == 0
+    assert [(row["kind"], row["c"]) for row in table(out)] == [("'right", "5"), ("'flat", "7")]
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_rows_of_a_file(run: Run, sheet: str, tmp_path: Path, separator: str) -> None:
+    rows = [
+        ["b", "kind", "c"],
+        ["4", "right", "5"],
+        ["", "'right", "5"],
+        ["4", "flat", "5.5"],
+        ["4", "right", "-5"],
+    ]
+    file = tmp_path / "rows.csv"
+    file.write_text("\ufeff" + "\r\n".join(map(separator.join, rows)) + "\r\n\r\n")
+    code, out, err = run("sweep", sheet, "--clear", "a", "--rows", str(file), "--want", "a")
+    assert code == 1
+    found = [(row["b"], row["a"], row["status"]) for row in table(out)]
+    assert found == [
+        ("4", found[0][1], "solved"),
+        ("", "", "partial"),
+        ("4", "1.5", "solved"),
+        ("4", "", "infeasible"),
+    ]
+    assert abs(float(found[0][1])) == 3
+    assert err == "4 rows: 2 solved, 1 partial, 1 infeasible\n"
+
+
+def test_some_columns_of_a_file(run: Run, sheet: str, tmp_path: Path) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_text("run,a,c\none,6,0\ntwo,8,0\n")
+    code, _, err = run("sweep", sheet, "--rows", str(file))
+    assert code == 2
+    assert "column run" in err and "--columns" in err
+    code, out, _ = run("sweep", sheet, "--rows", str(file), "--columns", "a", "--set", "b=8", "--want", "c")
+    assert code == 0
+    assert [float(row["c"]) for row in table(out)] == [10.0, math.hypot(8, 8)]
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "empty"),
+        ("a,b\n1\n", "line 2"),
+        ("a,b\n1,2\n1,2*\n", "line 3"),
+        ("a,a\n1,2\n", "two columns a"),
+        ("a\n\xff\n", "cannot be read"),
+        ('a\n"1\n', "cannot be read"),
+    ],
+)
+def test_a_wrong_file_of_rows(run: Run, sheet: str, tmp_path: Path, text: str, complaint: str) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_bytes(text.encode("latin-1"))
+    code, _, err = run("sweep", sheet, "--rows", str(file), "--want", "c")
+    assert code == 2
+    assert err.startswith("error[E430]")
+    assert complaint in err
+
+
+@pytest.mark.parametrize("name", ["missing.csv", "missing.parquet", "."])
+def test_a_missing_file_of_rows(run: Run, sheet: str, tmp_path: Path, name: str) -> None:
+    code, out, err = run("sweep", sheet, "--rows", str(tmp_path / name))
+    assert (code, out) == (2, "")
+    assert err.startswith("error[E430]")
+
+
+@pytest.mark.parametrize("words", [[], ["--over", "a=1:2:1", "--rows", "rows.csv"]])
+def test_either_ranges_or_rows(run: Run, sheet: str, words: list[str]) -> None:
+    code, _, err = run("sweep", sheet, *words)
+    assert code == 2
+    assert err.startswith("error[E433]")
+
+
+def test_columns_that_are_not_there(run: Run, sheet: str, tmp_path: Path) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_text("kind\nright\n")
+    _, _, err = run("sweep", sheet, "--rows", str(file), "--columns", "kin")
+    assert "no column kin" in err and "kind" in err.partition("help")[2]
+
+
+# --- statuses ----------------------------------------------------------------------
+
+
+def test_a_bad_row_spoils_no_neighbour() -> None:
+    model = rulesheets.loads(TRIANGLE)
+    sides = np.array([5.0, np.nan, -5.0, np.inf, 3.0, 5.0])
+    found = solver.sweep(model, {"c": sides}, ["a"], given={"a": None})
+    words = [str(found.STATUSES[code]) for code in found.status]
+    assert words == ["solved", "partial", "infeasible", "partial", "infeasible", "solved"]
+    assert np.array_equal(np.isnan(found["a"]), [False, True, True, True, True, False])
+    assert np.abs(found["a"][found.solved]).tolist() == [3.0, 3.0]
+    assert found["c"][1:4].tolist() == pytest.approx([math.nan, -5.0, math.inf], nan_ok=True)
+
+
+def test_symbols_sweep_beside_numbers() -> None:
+    model = rulesheets.loads(TRIANGLE)
+    found = solver.sweep(model, {"kind": ["right", "'flat", None]}, ["c"])
+    assert found["c"][:2].tolist() == [5.0, 7.0]
+    assert [str(found.STATUSES[code]) for code in found.status] == ["solved", "solved", "partial"]
+    assert found["kind"].tolist() == ["right", "flat", None]
+
+
+def test_an_empty_sweep_has_its_columns() -> None:
+    model = rulesheets.loads(TRIANGLE)
+    for every in (False, True):
+        found = solver.sweep(model, {"a": []}, ["c"], all=every)
+        assert [*found] == (["a", "answer", "c"] if every else ["a", "c"])
+        assert len(found.status) == len(found["c"]) == 0
+
+
+# --- all answers -------------------------------------------------------------------
+
+
+def crank_angles(x: np.ndarray, sign: int) -> np.ndarray:
+    """The angle for a place of the slider (AO 3, AB 8, offset 2), by the law of cosines."""
+    away = np.hypot(x, 2.0)
+    half = np.degrees(np.arccos((9 + away**2 - 64) / (6 * away)))
+    return np.degrees(np.arctan2(2.0, x)) + sign * half
+
+
+def test_every_answer_keeps_its_number() -> None:
+    model = rulesheets.load("offset_slider_crank")
+    places = np.linspace(4.5, 10.9, 25)
+    found = solver.sweep(model, {"xB": places}, ["thetaAO"], given={"thetaAO": None}, all=True)
+    within = (np.hypot(places, 2) > 5) & (np.hypot(places, 2) < 11)
+    assert found["xB"].tolist() == np.repeat(places, np.where(within, 2, 1)).tolist()
+    numbered = {number: found["answer"] == number for number in (0, 1, 2)}
+    for number, sign in ((1, -1), (2, 1)):
+        rows = numbered[number]
+        assert found["thetaAO"][rows] == pytest.approx(crank_angles(found["xB"][rows], sign), abs=1e-9)
+    assert np.isnan(found["thetaAO"][numbered[0]]).all()
+    assert np.array_equal(found.solved, ~numbered[0])
+
+
+@given(st.lists(st.permutations([0, 1, 2]), min_size=40, max_size=40), st.integers(0, 2**32 - 1))
+def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) -> None:
+    """Three lines that start apart and cross, angles past ±180, their answers shuffled in every row."""
+    draw = np.random.default_rng(seed)
+    starts = np.array([-120.0, 0.0, 120.0]) + draw.uniform(-20, 20, 3)
+    lines = starts + np.outer(np.arange(40), draw.uniform(-6, 6, 3))
+    wound = (lines + 180) % 360 - 180
+    shuffled = np.array([row[order] for row, order in zip(wound, orders, strict=True)])
+    values = {"answer": np.tile([1, 2, 3], 40), "x": shuffled.ravel()}
+    table = Columns(values, np.zeros(120, dtype=np.int8), ("solved",))
+    follow = Follower("answer", ["x"], {"x": 360.0}, 10**9)
+    numbers = [follow(part).values["answer"] for part in (table.rows(0, 33), table.rows(33, 120))]
+    labels = {line: place + 1 for place, line in enumerate(orders[0])}
+    expected = [labels[line] for order in orders for line in order]
+    assert np.concatenate(numbers).tolist() == expected
+
+
+def test_numbers_start_anew_on_each_line_and_after_a_gap() -> None:
+    values = {"answer": np.array([1, 2, 1, 2, 0, 1, 2]), "x": np.array([0.0, 9, 9, 0, np.nan, 9, 0])}
+    table = Columns(values, np.zeros(7, dtype=np.int8), ("solved",))
+    assert Follower("answer", ["x"], {}, 100)(table).values["answer"].tolist() == [1, 2, 2, 1, 0, 1, 2]
+    assert Follower("answer", ["x"], {}, 1)(table).values["answer"].tolist() == [1, 2, 1, 2, 0, 1, 2]
+
+
+def test_every_answer_of_a_grid_on_the_command_line(run: Run, sheet: str) -> None:
+    words = ("--clear", "a", "--over", "b=0,3", "--over", "c=4:5:1", "--want", "a", "--all")
+    code, out, err = run("sweep", sheet, *words)
+    found = [(row["b"], row["c"], abs(float(row["a"]))) for row in table(out)]
+    assert [row[:2] for row in found[::2]] == [("0", "4"), ("0", "5"), ("3", "4"), ("3", "5")]
+    assert [row["answer"] for row in table(out)] == ["1", "2"] * 4
+    assert [row[2] for row in found[1::2]] == [4.0, 5.0, math.sqrt(7), 4.0]
+    assert (code, err) == (0, "4 rows: 4 solved\n")
+
+
+def test_columns_of_ours_give_way_to_variables() -> None:
+    model = rulesheets.loads("variables\n  x\n  status\n  answer\nrules\n  status = x + 1\n  answer^2 = x\n")
+    found = solver.sweep(model, {"x": [4.0]}, ["status", "answer"], all=True)
+    assert [*found] == ["x", "answer_", "status", "answer"]
+    assert found["answer"].tolist() in ([2.0, -2.0], [-2.0, 2.0])
+    assert csv_head([*found]) == b"x,answer_,status,answer,status_\n"
