@@ -412,41 +412,6 @@ CATALOGUE: dict[str, Entry] = {
         "--over takes NAME=A,B,… or NAME=START:STOP:STEP, with a step that leads from start to stop.",
         "Write --over x=0:1:0.1, or --over x=1,2,5.",
     ),
-    "E430": Entry(
-        "a file of rows cannot be read",
-        "--rows takes a CSV file whose first line names inputs, or a Parquet file, one row a solve.",
-        "Mend the place that the message names, or choose columns with --columns.",
-    ),
-    "E431": Entry(
-        "an optional package is not installed",
-        "Parquet files, pictures and clusters need packages that the plain installation leaves out.",
-        "Install the extra that the help line names.",
-    ),
-    "E432": Entry(
-        "a table is not written under this ending",
-        "The ending of the file says in which form a table is written.",
-        "Choose one of the endings that the help line names.",
-    ),
-    "E433": Entry(
-        "a sweep that is not determined",
-        "The rows of a sweep come either from ranges (--over) or from a file (--rows), and from one of them.",
-        "Give one of the two.",
-    ),
-    "E434": Entry(
-        "a cluster that cannot be used",
-        "The scheduler does not answer, or its workers cannot do the work.",
-        "See that the scheduler runs at this address, and its workers with the same Backsolve.",
-    ),
-    "E435": Entry(
-        "a sweep that cannot be drawn",
-        "A picture shows wanted numbers over one or two swept inputs, up to a number of rows.",
-        "Sweep fewer inputs, or take a larger step.",
-    ),
-    "E436": Entry(
-        "a worker process ended",
-        "A process that solved rows was ended from outside, again and again: most often for want of memory.",
-        "Free some memory, or give --jobs 1.",
-    ),
     "E425": Entry(
         "a derivative by what is no number",
         "Sensitivities and tolerances are those of inputs that have a number.",
@@ -476,5 +441,40 @@ CATALOGUE: dict[str, Entry] = {
         "a resolution out of range",
         "--dpi is the number of dots an inch.",
         "Give 10 to 2400, or leave it out.",
+    ),
+    "E440": Entry(
+        "a file of rows cannot be read",
+        "--rows takes a CSV file whose first line names inputs, or a Parquet file, one row a solve.",
+        "Mend the place that the message names, or choose columns with --columns.",
+    ),
+    "E441": Entry(
+        "an optional package is not installed",
+        "Parquet files, pictures and clusters need packages that the plain installation leaves out.",
+        "Install the extra that the help line names.",
+    ),
+    "E442": Entry(
+        "a table is not written under this ending",
+        "The ending of the file says in which form a table is written.",
+        "Choose one of the endings that the help line names.",
+    ),
+    "E443": Entry(
+        "a sweep that is not determined",
+        "The rows of a sweep come either from ranges (--over) or from a file (--rows), and from one of them.",
+        "Give one of the two.",
+    ),
+    "E444": Entry(
+        "a cluster that cannot be used",
+        "The scheduler does not answer, or its workers cannot do the work.",
+        "See that the scheduler runs at this address, and its workers with the same Backsolve.",
+    ),
+    "E445": Entry(
+        "a sweep that cannot be drawn",
+        "A picture shows wanted numbers over one or two swept inputs, up to a number of rows.",
+        "Sweep fewer inputs, or take a larger step.",
+    ),
+    "E446": Entry(
+        "a worker process ended",
+        "A process that solved rows was ended from outside, again and again: most often for want of memory.",
+        "Free some memory, or give --jobs 1.",
     ),
 }

@@ -48,7 +48,7 @@ class Table(Mapping[str, NDArray[Any]]):
         """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
 
         It is written as a whole or not at all. Numbers read back as the same floats, the status is a
-        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E431, E432.
+        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442.
         """
         from solver.files.tables import write_table
 

@@ -62,7 +62,7 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
 
 def _either() -> Diagnosis:
     return error(
-        "E433",
+        "E443",
         "a sweep needs either ranges or a file of rows",
         notes=("give --over NAME=START:STOP:STEP, or --rows FILE",),
     )
@@ -72,7 +72,7 @@ def _no_column(name: str, there: tuple[str, ...], path: str) -> Diagnosis:
     from rulesheets.spelling import suggestion
 
     return error(
-        "E430",
+        "E440",
         f"{path} has no column {name}",
         Label(Option("columns", name).place(name)),
         notes=(*suggestion(name, there), f"its columns are {', '.join(there)}"),
@@ -84,11 +84,11 @@ def _unknown(name: str, model: Model, path: str) -> Diagnosis:
     from rulesheets.spelling import suggestion
 
     return error(
-        "E430",
+        "E440",
         f"{path} has a column {name}, and {model.name} no such variable",
         notes=(*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone"),
     )
 
 
 def _twice(name: str, path: str) -> Diagnosis:
-    return error("E430", f"{path} has two columns {name}", notes=("rename one of them",))
+    return error("E440", f"{path} has two columns {name}", notes=("rename one of them",))

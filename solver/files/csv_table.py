@@ -22,17 +22,20 @@ def csv_rows(table: Columns) -> bytes:
     if not len(table):
         return b""
     words = [table.words[code] for code in table.status.tolist()]
-    cells = [_cells(column) for column in table.values.values()]
-    text = "\n".join(map(",".join, zip(*cells, words, strict=True))) + "\n"
-    if not any(column.dtype == object for column in table.values.values()):
-        text = text.replace(".0,", ",").replace("nan,", ",")
-    return text.encode("utf-8")
+    columns = table.values.values()
+    if any(column.dtype == object for column in columns):
+        cells = [map(_cell, column.tolist()) for column in columns]
+        return (_lines(cells, words)).encode("utf-8")
+    text = _lines([_numbers(column) for column in columns], words)
+    return text.replace(".0,", ",").replace("nan,", ",").encode("ascii")
 
 
-def _cells(column: Array) -> Iterable[str]:
+def _lines(cells: Sequence[Iterable[str]], words: Iterable[str]) -> str:
+    return "\n".join(map(",".join, zip(*cells, words, strict=True))) + "\n"
+
+
+def _numbers(column: Array) -> Iterable[str]:
     """Texts of a column; those of floats still end in ``.0`` where they are whole, and may be ``nan``."""
-    if column.dtype == object:
-        return map(_cell, column.tolist())
     if column.dtype.kind == "f":
         return map(repr, (column + 0.0).tolist())
     return map(str, column.tolist())

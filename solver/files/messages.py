@@ -8,7 +8,7 @@ from rulesheets.source import Source, Span
 
 def unreadable_rows(path: str, reason: str) -> Diagnosis:
     return error(
-        "E430",
+        "E440",
         f"{path} cannot be read as rows: {reason}",
         notes=("rows come from a CSV file with a heading of names, or from a Parquet file",),
     )
@@ -16,7 +16,7 @@ def unreadable_rows(path: str, reason: str) -> Diagnosis:
 
 def uneven_row(path: str, line: int, cells: int, columns: int) -> Diagnosis:
     return error(
-        "E430",
+        "E440",
         f"line {line} of {path} has {cells} cells, and the heading {columns}",
         notes=("a row has a cell for each name of the heading; a cell may be blank",),
     )
@@ -25,7 +25,7 @@ def uneven_row(path: str, line: int, cells: int, columns: int) -> Diagnosis:
 def wrong_cell(path: str, line: int, text: str, name: str) -> Diagnosis:
     place = Span(Source(f"{path}, line {line}", text), 0, len(text))
     return error(
-        "E430",
+        "E440",
         f"line {line} of {path}: this is no value for {name}",
         Label(place, ""),
         notes=("a cell is a number, a symbol ('open), or blank where the row has no value",),
@@ -34,7 +34,7 @@ def wrong_cell(path: str, line: int, text: str, name: str) -> Diagnosis:
 
 def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
     return error(
-        "E431",
+        "E441",
         f"{purpose} need {package}, which is not installed",
         notes=(f"pip install 'backsolve[{extra}]'",),
     )
@@ -42,7 +42,7 @@ def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
 
 def unknown_form(path: str, forms: str) -> Diagnosis:
     return error(
-        "E432",
+        "E442",
         f"{path} has an ending that no table is written under",
         notes=(f"choose a name that ends in {forms}",),
     )

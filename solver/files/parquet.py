@@ -20,7 +20,7 @@ class ParquetTable:
 
     Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
     ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
-    (E431) and where the file cannot be written (E416).
+    (E441) and where the file cannot be written (E416).
     """
 
     def __init__(self, file: Replacement, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
@@ -42,8 +42,9 @@ class ParquetTable:
 
     def close(self) -> None:
         """Write the rows that wait, and the footer: after this the file can be read."""
-        if self._waiting or self._writer is None:
-            self._write(joined(self._waiting) if self._waiting else self._empty())
+        rest = joined(self._waiting) if self._waiting else self._empty()
+        if len(rest) or self._writer is None:
+            self._write(rest)
         self._guarded(self._writer.close)
 
     def _write(self, table: Columns) -> None:
@@ -124,14 +125,14 @@ class _Sink:
 def parquet_columns(path: str) -> tuple[tuple[str, ...], int]:
     """The names of the columns of a Parquet file, and the number of its rows.
 
-    Raises RuleSheetError (E430, E431).
+    Raises RuleSheetError (E440, E441).
     """
     file = _opened(path)
     return tuple(file.schema_arrow.names), file.metadata.num_rows
 
 
 def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[Mapping[str, list[Any]]]:
-    """The rows of some columns of a Parquet file, a piece at a time. Raises RuleSheetError (E430, E431)."""
+    """The rows of some columns of a Parquet file, a piece at a time. Raises RuleSheetError (E440, E441)."""
     file = _opened(path)
     try:
         for batch in file.iter_batches(columns=list(names)):

@@ -83,10 +83,8 @@ class Replacement:
             return open(self._target, "wb")
         folder = os.path.dirname(self._target)
         beside = os.path.join(folder, f".{os.getpid()}-{os.urandom(8).hex()}.new")
-        file = open(beside, "xb")
+        file = open(beside, "xb")  # noqa: SIM115: it is closed when it is kept or discarded
         self._beside = beside
         if there is not None:
             os.chmod(beside, stat.S_IMODE(there.st_mode))
         return file
-
-

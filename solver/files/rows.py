@@ -24,7 +24,7 @@ def is_parquet(path: str) -> bool:
 def heading(path: str) -> tuple[tuple[str, ...], int | None]:
     """The names of the columns, and the number of rows where the file tells it.
 
-    Raises RuleSheetError (E430) for a file that is missing, unreadable, or has no heading.
+    Raises RuleSheetError (E440) for a file that is missing, unreadable, or has no heading.
     """
     if is_parquet(path):
         return parquet_columns(path)
@@ -36,7 +36,7 @@ def heading(path: str) -> tuple[tuple[str, ...], int | None]:
 def pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Array, ...]]:
     """Some columns of the file in the order of ``names``: floats, NaN for nothing; or objects with symbols.
 
-    Raises RuleSheetError (E430) at the first cell that is neither a number nor a symbol.
+    Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol.
     """
     if is_parquet(path):
         for batch in parquet_pieces(path, names):

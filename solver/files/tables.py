@@ -71,7 +71,7 @@ class ParquetFile:
 
 
 def is_csv(path: str) -> bool:
-    """Whether a file is CSV; else it is Parquet. Raises RuleSheetError (E432) for other endings."""
+    """Whether a file is CSV; else it is Parquet. Raises RuleSheetError (E442) for other endings."""
     ending = os.path.splitext(path)[1].lower()
     if ending not in CSV + PARQUET:
         raise RuleSheetError(unknown_form(path, ".csv or .parquet"))
@@ -81,13 +81,13 @@ def is_csv(path: str) -> bool:
 def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> CsvFile | ParquetFile:
     """A file by its ending; ``symbols`` names the columns that hold symbols.
 
-    Raises RuleSheetError: E432 for other endings, E416, E431.
+    Raises RuleSheetError: E442 for other endings, E416, E441.
     """
     return CsvFile(path, names) if is_csv(path) else ParquetFile(path, names, symbols)
 
 
 def write_table(path: str, table: Columns) -> None:
-    """Write a whole table. Raises RuleSheetError: E416, E431, E432."""
+    """Write a whole table. Raises RuleSheetError: E416, E441, E442."""
     symbols = [name for name, column in table.values.items() if column.dtype == object]
     file = table_file(path, tuple(table.values), symbols)
     try:

@@ -28,8 +28,8 @@ _one_at_a_time = Lock()
 def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> Iterator[Solved]:
     """The pieces in their order. ``scheduler`` is an address, or a ``distributed.Client``.
 
-    Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E431 without
-    dask, E434 for a scheduler or workers that cannot be used.
+    Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E441 without
+    dask, E444 for a scheduler or workers that cannot be used.
     """
     distributed = _distributed()
     with ExitStack() as stack:
@@ -95,4 +95,4 @@ def _distributed() -> Any:
 
 def _unusable(reason: str, detail: str = "") -> Diagnosis:
     notes = ("workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",)
-    return error("E434", f"the cluster cannot be used: {reason}", notes=(*filter(None, (detail,)), *notes))
+    return error("E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, (detail,)), *notes))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,7 @@ class Follower:
         points = _points([table.values[name] for name in self._wanted], len(table))
         numbers = ranks.copy()
         starts = np.flatnonzero(ranks < 2)
-        for start, end in zip(starts, [*starts[1:], len(ranks)], strict=True):
+        for start, end in pairwise([*starts.tolist(), len(ranks)]):
             if self._row % self._line == 0:
                 self._branches = {}
             self._row += 1

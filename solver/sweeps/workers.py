@@ -40,7 +40,7 @@ def processors() -> int:
 def solved_by_workers(work: Work, chunks: Iterable[Chunk], jobs: int) -> Iterator[Solved]:
     """The pieces in their order; two a worker are under way at any time.
 
-    Raises RuleSheetError (E436) where workers keep ending over one piece.
+    Raises RuleSheetError (E446) where workers keep ending over one piece.
     """
     with closing(_Workers(work.packed(), jobs)) as workers:
         yield from in_order(workers.submit, chunks, lambda: 2 * jobs)
@@ -76,26 +76,29 @@ class _Workers:
         """End the workers, whatever they are doing."""
         self._closed = True
         for worker in self._all:
-            worker.end()
+            worker.kill()
         self._threads.shutdown(wait=True, cancel_futures=True)
+        for worker in self._all:
+            worker.end()
 
     def _solve(self, chunk: Chunk) -> Solved:
         for _ in range(TRIES):
             worker = self._idle.get()
+            if self._closed:
+                self._idle.put(worker)
+                break
             try:
                 answer = worker.ask(chunk)
             except (OSError, EOFError, pickle.UnpicklingError):
                 worker.end()
-                if self._closed:
-                    break
-                self._idle.put(self._started())
+                self._idle.put(worker if self._closed else self._started())
             else:
                 self._idle.put(worker)
                 if isinstance(answer, Exception):
                     raise answer
                 assert isinstance(answer, Solved)
                 return answer
-        raise RuleSheetError(error("E436", notes=("free some memory, or give --jobs 1",)))
+        raise RuleSheetError(error("E446", notes=("free some memory, or give --jobs 1",)))
 
     def _started(self) -> _Worker:
         worker = _Worker(self._work)
@@ -125,7 +128,11 @@ class _Worker:
         self._process.stdin.flush()
         return pickle.load(self._process.stdout)
 
+    def kill(self) -> None:
+        self._process.kill()
+
     def end(self) -> None:
+        """No thread may be asking any more."""
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.kill()
         self._process.wait()

@@ -1,4 +1,4 @@
-"""Sweeps in and out: rows from ranges and files, a status each, files whole, the same bytes whoever solves them."""
+"""Sweeps: rows from ranges and files, a status for each, and every answer with a number that stays."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import io
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,7 @@ def test_pieces_hold_every_row_once_in_order(count: int, cuts: list[int]) -> Non
     assert np.array_equal(np.concatenate(made), np.arange(count))
     assert max(map(len, made)) <= LARGEST
     ends = [0, *np.minimum(np.cumsum(cuts or [count]), count).tolist(), count]
-    read = ((np.arange(one, other),) for one, other in zip(ends, ends[1:], strict=False) if other > one)
+    read = ((np.arange(one, other),) for one, other in pairwise(ends) if other > one)
     again = [chunk[0] for chunk in file_chunks(read, count)]
     assert [len(chunk) for chunk in again] == [len(chunk) for chunk in made]
     assert np.array_equal(np.concatenate(again), np.arange(count))
@@ -180,7 +181,7 @@ def test_a_wrong_file_of_rows(run: Run, sheet: str, tmp_path: Path, text: str, c
     file.write_bytes(text.encode("latin-1"))
     code, _, err = run("sweep", sheet, "--rows", str(file), "--want", "c")
     assert code == 2
-    assert err.startswith("error[E430]")
+    assert err.startswith("error[E440]")
     assert complaint in err
 
 
@@ -188,14 +189,14 @@ def test_a_wrong_file_of_rows(run: Run, sheet: str, tmp_path: Path, text: str, c
 def test_a_missing_file_of_rows(run: Run, sheet: str, tmp_path: Path, name: str) -> None:
     code, out, err = run("sweep", sheet, "--rows", str(tmp_path / name))
     assert (code, out) == (2, "")
-    assert err.startswith("error[E430]")
+    assert err.startswith("error[E440]")
 
 
 @pytest.mark.parametrize("words", [[], ["--over", "a=1:2:1", "--rows", "rows.csv"]])
 def test_either_ranges_or_rows(run: Run, sheet: str, words: list[str]) -> None:
     code, _, err = run("sweep", sheet, *words)
     assert code == 2
-    assert err.startswith("error[E433]")
+    assert err.startswith("error[E443]")
 
 
 def test_columns_that_are_not_there(run: Run, sheet: str, tmp_path: Path) -> None:
