@@ -83,8 +83,9 @@ class Replacement:
             return open(self._target, "wb")
         folder = os.path.dirname(self._target)
         beside = os.path.join(folder, f".{os.getpid()}-{os.urandom(8).hex()}.new")
-        file = open(beside, "xb")  # noqa: SIM115: it is closed when it is kept or discarded
+        exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        handle = os.open(beside, exclusive, 0o666)
         self._beside = beside
         if there is not None:
             os.chmod(beside, stat.S_IMODE(there.st_mode))
-        return file
+        return os.fdopen(handle, "wb")
