@@ -430,7 +430,7 @@ CATALOGUE: dict[str, Entry] = {
     "E432": Entry(
         "drawing needs matplotlib",
         "Pictures are an extra, which is not installed.",
-        "pip install 'backsolve[plot]'",
+        "Install it by `pip install 'backsolve[plot]'`",
     ),
     "E433": Entry(
         "the ending of the file says no kind of picture",
