@@ -164,7 +164,7 @@ CATALOGUE: dict[str, Entry] = {
     ),
     "E190": Entry(
         "this is not there yet",
-        "Lists, list functions, procedures and tolerances are planned.",
+        "Lists, list functions and procedures are planned.",
         "See the help line for what can be written today.",
     ),
     "E201": Entry(
@@ -336,6 +336,11 @@ CATALOGUE: dict[str, Entry] = {
         "a guess is no number",
         "A symbol cannot be approached step by step.",
         "Give it as an input.",
+    ),
+    "E405": Entry(
+        "a tolerance that cannot be one",
+        "It is negative, a symbol, or stands after a symbol.",
+        "Write it as in = 3 ± 0.01, or = 3 ± 1%.",
     ),
     "E406": Entry(
         "this is not a value",

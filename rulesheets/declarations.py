@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from rulesheets import nodes
 from rulesheets.checks.names import check_constant
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.evaluate import Undefined, value
-from rulesheets.input_messages import names_variable, not_finite, outside_range, symbol_as_guess
-from rulesheets.model import Value, Variable
+from rulesheets.input_messages import names_variable, no_tolerance, not_finite, outside_range, symbol_as_guess
+from rulesheets.model import Tolerance, Value, Variable
 from rulesheets.nodes import Expression, Range, Symbol, VariableRow, names
 
 
@@ -68,10 +69,18 @@ def _variable(row: VariableRow) -> Variable:
         comment=row.comment,
         posted=True,
         span=row.span,
+        tolerance=None if row.tolerance is None else _tolerance(row.tolerance, row),
     )
     if row.value is not None and isinstance(variable.value, float) and not variable.admits(variable.value):
         raise RuleSheetError(outside_range(variable.value, variable, row.value.span))
     return variable
+
+
+def _tolerance(written: nodes.Tolerance, row: VariableRow) -> Tolerance:
+    size = constant(written.size)
+    if isinstance(row.value, Symbol) or isinstance(size, str) or size < 0.0:
+        raise RuleSheetError(no_tolerance(isinstance(row.value, Symbol), written.span))
+    return Tolerance(size, written.percent)
 
 
 def _guess(expression: Expression) -> float:

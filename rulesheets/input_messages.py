@@ -50,6 +50,25 @@ def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
     )
 
 
+def no_tolerance(symbol: bool, place: Span | None) -> Diagnosis:
+    """A tolerance of a symbol, or one that is not a number from 0 on."""
+    return error(
+        "E405",
+        "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative",
+        *labels((place, "")),
+        notes=("write it as in = 3 ± 0.01, or = 3 ± 1%",),
+    )
+
+
+def guess_with_tolerance(place: Span | None) -> Diagnosis:
+    return error(
+        "E405",
+        "a guess has no tolerance",
+        *labels((place, "")),
+        notes=("write the guess alone, or clear the G to make it an input",),
+    )
+
+
 def range_text(variable: Variable) -> str:
     """``> 0``, ``<= 5`` or ``[0, 5]``, with round brackets at open ends."""
     low, high = f"{variable.low:.10g}", f"{variable.high:.10g}"

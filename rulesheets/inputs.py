@@ -8,6 +8,7 @@ from typing import SupportsFloat
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
+    no_tolerance,
     not_a_symbol,
     not_a_value,
     not_finite,
@@ -16,11 +17,12 @@ from rulesheets.input_messages import (
     symbol_as_guess,
     unknown_variable,
 )
-from rulesheets.model import Model, Value, Variable
+from rulesheets.model import Model, Tolerance, Value, Variable
 from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
 _DIGITS = frozenset("0123456789+-.eE")
+_PLUS_MINUS = ("±", "+/-", "+-")
 _NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
 
 
@@ -65,6 +67,33 @@ def _symbol(text: str) -> str | None:
     """The name of a symbol, its apostrophe left out."""
     name = text.removeprefix("'")
     return name if name.isidentifier() and name.isascii() else None
+
+
+def parse_input(text: str, place: Span | None = None) -> tuple[Value, Tolerance | None]:
+    """A value, with a tolerance where one is written after it: ``3 ± 0.01``, ``3 +- 1%``.
+
+    Raises RuleSheetError as :func:`parse_value` does, and for a tolerance that cannot be one (E405).
+    """
+    sign = next((sign for sign in _PLUS_MINUS if sign in text), None)
+    if sign is None:
+        return parse_value(text, place), None
+    middle, _, size = text.rpartition(sign)
+    digits = size.strip().removesuffix("%")
+    value, number = parse_value(middle, place), parse_value(digits, place)
+    if isinstance(value, str) or isinstance(number, str) or number < 0.0:
+        raise RuleSheetError(no_tolerance(isinstance(value, str), place))
+    return value, Tolerance(number, digits != size.strip())
+
+
+def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:
+    """The model with other tolerances of its variables (by full names)."""
+    if not tolerances:
+        return model
+    changed = {
+        name: replace(variable, tolerance=tolerances.get(name, variable.tolerance))
+        for name, variable in model.variables.items()
+    }
+    return replace(model, variables=changed)
 
 
 def _evaluated(text: str, place: Span) -> Value:

@@ -18,6 +18,18 @@ Value: TypeAlias = float | str
 
 
 @dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far an input may be from its value, either way; in percent of the value where ``percent``."""
+
+    size: float
+    percent: bool = False
+
+    def around(self, value: float) -> float:
+        """The tolerance of this value, in its own unit."""
+        return abs(value) * self.size / 100.0 if self.percent else self.size
+
+
+@dataclass(frozen=True, slots=True)
 class Variable:
     """A variable of a model, in calculation units.
 
@@ -38,6 +50,7 @@ class Variable:
     comment: str = ""
     posted: bool = False
     span: Span | None = field(default=None, compare=False, repr=False)
+    tolerance: Tolerance | None = None
 
     def admits(self, number: float) -> bool:
         """Whether a number lies in the range of the variable."""

@@ -208,6 +208,15 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True)
+class Tolerance:
+    """``± 0.01`` or ``± 1%`` after the value of an input; ``size`` as written."""
+
+    size: Expression
+    percent: bool = False
+    span: Span | None = _place()
+
+
+@dataclass(frozen=True, slots=True)
 class VariableRow:
     """A row of the variables section.
 
@@ -224,6 +233,7 @@ class VariableRow:
     comment: str = ""
     span: Span | None = _place()
     gap: bool = field(default=False, compare=False, repr=False)
+    tolerance: Tolerance | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ Only the column Name is required, and capitals in the heading do not matter. A r
 St      Input       means
 ======  ==========  ==============================================================
         a value     an input: a number, an expression of numbers, or a symbol
+        ``3 ± 0.1`` an input with a tolerance (``+-`` and ``± 1%`` are read too)
         blank       not an input, whatever the rule sheet says
 G       a number    to be solved, with a first guess
 C       anything    a comment row
@@ -19,6 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.input_messages import (
+    guess_with_tolerance,
     nameless_input,
     no_name_column,
     other_unit,
@@ -29,8 +31,15 @@ from rulesheets.input_messages import (
     unknown_status,
     unknown_variable,
 )
-from rulesheets.inputs import Inputs, override, parse_value, variable_named
-from rulesheets.model import Model, Value
+from rulesheets.inputs import (
+    Inputs,
+    override,
+    parse_input,
+    parse_value,
+    variable_named,
+    with_tolerances,
+)
+from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import read_source
 from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
@@ -41,11 +50,14 @@ __all__ = [
     "Inputs",
     "Row",
     "VariableSheet",
+    "guess_with_tolerance",
     "override",
+    "parse_input",
     "parse_value",
     "read_variable_sheet",
     "unknown_variable",
     "variable_named",
+    "with_tolerances",
     "write_variable_sheet",
 ]
 
@@ -55,10 +67,11 @@ _STATUSES = {"", "I", "O", "G", "C", "L"}
 
 @dataclass(frozen=True)
 class VariableSheet:
-    """What a variable sheet overrides: inputs (None clears one) and first guesses."""
+    """What a variable sheet overrides: inputs (None clears one), first guesses, and tolerances of inputs."""
 
     inputs: Mapping[str, Value | None] = field(default_factory=dict)
     guesses: Mapping[str, float] = field(default_factory=dict)
+    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -81,27 +94,36 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
     source = read_source(os.fspath(path))
     inputs: dict[str, Value | None] = {}
     guesses: dict[str, float] = {}
+    tolerances: dict[str, Tolerance] = {}
     complaints: list[Diagnosis] = []
     for row, line in _rows(source):
         try:
-            value = _input_of(row, line, model)
+            value, tolerance = _input_of(row, line, model)
             if row.name in inputs:
                 raise RuleSheetError(repeated_row(row.name, _cell(line, row.name)))
             inputs[row.name] = None if row.status == "G" else value
             if row.status == "G" and value is not None:
                 guesses[row.name] = _guess(value, _cell(line, row.input))
+            if tolerance is not None:
+                tolerances[row.name] = tolerance
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
     if complaints:
         raise RuleSheetError(*complaints)
-    return VariableSheet(inputs, guesses)
+    return VariableSheet(inputs, guesses, tolerances)
 
 
-def _input_of(row: Row, line: Span, model: Model) -> Value | None:
+def _input_of(row: Row, line: Span, model: Model) -> tuple[Value | None, Tolerance | None]:
     variable = variable_named(row.name, model, _cell(line, row.name))
     if row.unit and row.unit != (variable.unit or row.unit):
         raise RuleSheetError(other_unit(row.name, variable.unit or "", _cell(line, row.unit)))
-    return parse_value(row.input, _cell(line, row.input)) if row.input else None
+    if not row.input:
+        return None, None
+    place = _cell(line, row.input)
+    value, tolerance = parse_input(row.input, place)
+    if tolerance is not None and row.status == "G":
+        raise RuleSheetError(guess_with_tolerance(place))
+    return value, tolerance
 
 
 def _guess(value: Value, place: Span) -> float:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from solver.plan import Plan, Unsolved, prepare
     from solver.report.drawing import draw
     from solver.result import Result, Solution, Status
+    from solver.sampling import Samples, monte_carlo
     from solver.solving import solve
     from solver.sweeping import sweep
     from solver.table import Table
@@ -22,11 +23,13 @@ _HOMES = {
     "Derivation": "solver.derivation",
     "Plan": "solver.plan",
     "Result": "solver.result",
+    "Samples": "solver.sampling",
     "Solution": "solver.result",
     "Status": "solver.result",
     "Table": "solver.table",
     "Unsolved": "solver.plan",
     "draw": "solver.report.drawing",
+    "monte_carlo": "solver.sampling",
     "prepare": "solver.plan",
     "solve": "solver.solving",
     "sweep": "solver.sweeping",
@@ -37,11 +40,13 @@ __all__ = [
     "Derivation",
     "Plan",
     "Result",
+    "Samples",
     "Solution",
     "Status",
     "Table",
     "Unsolved",
     "draw",
+    "monte_carlo",
     "prepare",
     "solve",
     "sweep",

@@ -12,11 +12,12 @@ from rulesheets.record import dataclass, field
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
-    from rulesheets.model import Model
+    from rulesheets.model import Model, Tolerance
     from solver.attempts import Attempt
     from solver.forward_error import ForwardErrors
     from solver.path.steps import Path, SolveBlock, Step
     from solver.sensitivities import Sensitivities
+    from solver.tolerances import ToleranceBands
 
 
 class Status(Enum):
@@ -123,3 +124,20 @@ class Result:
         by = chosen_inputs(self.model, inputs, self.inputs)
         used = [e for step in self.path.steps for e in equations_of(step)]
         return sensitivities(self.model, values, self.inputs, shown, by, prefer=used)
+
+    def tolerance_bands(
+        self,
+        tolerances: Mapping[str, float | Tolerance] | None = None,
+        outputs: Iterable[str] | None = None,
+        answer: int = 0,
+    ) -> ToleranceBands:
+        """How far ``outputs`` may be off by the tolerances of the inputs, to first order.
+
+        ``tolerances`` override those of the sheet, in the units of the inputs. Raises RuleSheetError for
+        names that the model does not have.
+        """
+        from solver.tolerances import ToleranceBands, tolerances_of
+
+        sizes = tolerances_of(self.model, self.inputs, tolerances)
+        found = self.sensitivity(outputs, sizes, answer)
+        return ToleranceBands(sizes, found, self.solutions[answer] if self.solutions else self.partial)

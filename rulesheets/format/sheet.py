@@ -7,7 +7,18 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rulesheets.format.expressions import format_expression, format_list, format_number
 from rulesheets.format.rules import rule_lines
-from rulesheets.nodes import CommentLine, Figure, Function, Mark, Range, Rule, RuleSheet, Use, VariableRow
+from rulesheets.nodes import (
+    CommentLine,
+    Figure,
+    Function,
+    Mark,
+    Range,
+    Rule,
+    RuleSheet,
+    Tolerance,
+    Use,
+    VariableRow,
+)
 
 _INDENT = "  "
 _WIDE = 60
@@ -80,10 +91,16 @@ def _cells(row: VariableRow) -> tuple[str, str, str, str]:
     """Name, value or guess, range, unit."""
     value = ""
     if row.value is not None:
-        value = f"= {format_expression(row.value)}"
+        value = f"= {format_expression(row.value)}{_tolerance(row.tolerance)}"
     elif row.guess is not None:
         value = f"~ {format_expression(row.guess)}"
     return row.name, value, _range(row.range), _unit(row.unit, row.display_unit)
+
+
+def _tolerance(tolerance: Tolerance | None) -> str:
+    if tolerance is None:
+        return ""
+    return f" ± {format_expression(tolerance.size)}{'%' if tolerance.percent else ''}"
 
 
 def _unit(unit: str | None, display: str | None) -> str:

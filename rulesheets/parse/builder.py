@@ -163,7 +163,7 @@ class Builder:
 
     def row(self, children: Children) -> nodes.VariableRow:
         name, assigned, *marks = children
-        sign, expression = assigned or ("", None)
+        sign, expression, tolerance = assigned or ("", None, None)
         units = [mark for mark in marks if isinstance(mark, str)]
         ranges = [mark for mark in marks if not isinstance(mark, str)]
         unit, display = _unit(units[0]) if units else (None, None)
@@ -175,13 +175,19 @@ class Builder:
             display_unit=display,
             range=bounded(ranges),
             span=self._of(name),
+            tolerance=tolerance,
         )
 
-    def value(self, children: Children) -> tuple[str, nodes.Expression]:
-        return "=", children[0]
+    def value(self, children: Children) -> tuple[str, nodes.Expression, nodes.Tolerance | None]:
+        return "=", children[0], children[1]
 
-    def guess(self, children: Children) -> tuple[str, nodes.Expression]:
-        return "~", children[0]
+    def guess(self, children: Children) -> tuple[str, nodes.Expression, None]:
+        return "~", children[0], None
+
+    def tolerance(self, children: Children) -> nodes.Tolerance:
+        sign, size, percent = children
+        end = size.span.end if percent is None else self._end(percent)
+        return nodes.Tolerance(size, percent is not None, self._span(self._start(sign), end))
 
     def bound(self, children: Children) -> Bound:
         sign, expression = children

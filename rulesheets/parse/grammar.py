@@ -23,6 +23,9 @@ _KINDS = ["rule", "row", "use", "head", "parameters", "figure", "mark"]
 _LOCAL = "LOCAL"
 """The terminal of dotted names, which are words in marks alone: a rule sees no locals of its calls."""
 
+_OF_ROWS = frozenset({"PLUS_MINUS", "PERCENT"})
+"""Terminals of tolerances, which are words in rows alone: in a rule ``+-`` is a plus and a sign."""
+
 _DERIVATIONS = 1024
 _GRAMMAR = Path(__file__).parent.parent / "rules.lark"
 
@@ -73,13 +76,16 @@ class Grammar(threading.local):
             maybe_placeholders=True,
         )
         ignored = {*self.lark.ignore_tokens}
-        self.plain = scanner(self.lark.terminals, ignored | {_LOCAL})
-        self.dotted = scanner(self.lark.terminals, ignored)
+        self.plain = scanner(self.lark.terminals, ignored | {_LOCAL} | _OF_ROWS)
+        self.special = {
+            "mark": scanner(self.lark.terminals, ignored | _OF_ROWS),
+            "row": scanner(self.lark.terminals, ignored | {_LOCAL}),
+        }
         self.derivation = lru_cache(maxsize=_DERIVATIONS)(self._derivation)
 
     def words(self, line: Line, kind: str) -> tuple[Word, ...]:
         """The words of a line of this kind."""
-        return tuple((self.dotted if kind == "mark" else self.plain).words(line.code))
+        return tuple(self.special.get(kind, self.plain).words(line.code))
 
     def read(self, source: Source, line: Line, kind: str) -> Any:
         """The node that a line of this kind (a start rule of the grammar) stands for.

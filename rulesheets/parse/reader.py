@@ -54,7 +54,8 @@ def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
         if deep is not None:
             return deep
     if kind == "row" and node.value is not None and line.end - line.start > mistakes.DEEPEST:
-        return mistakes.too_deep(node.value)
+        sides = (node.value, *(() if node.tolerance is None else (node.tolerance.size,)))
+        return next(filter(None, map(mistakes.too_deep, sides)), None)
     if kind == "mark" and line.end - line.start > mistakes.DEEPEST:
         return next(filter(None, map(mistakes.too_deep, node.arguments)), mistakes.wrong_mark(node))
     if kind == "mark":

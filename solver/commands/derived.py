@@ -1,47 +1,89 @@
-"""What ``backsolve solve`` derives from an answer on request: sensitivities."""
+"""What ``backsolve solve`` derives from an answer on request: sensitivities, tolerances, Monte Carlo."""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from solver.commands.option import Option
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
     from solver.result import Result
+    from solver.sampling import Samples
     from solver.sensitivities import Sensitivities
+    from solver.tolerances import ToleranceBands
 
 
 def add_derived_options(parser: ArgumentParser) -> None:
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         "--sensitivity",
         metavar="NAME,…",
         nargs="?",
         const="",
         help="derivatives of outputs by inputs: of those named, else of all",
     )
+    add("--tolerances", action="store_true", help="tolerances of the outputs (shown where inputs have some)")
+    add("--monte-carlo", metavar="N", type=_samples, help="compare with N samples within the tolerances")
+    add("--seed", metavar="K", type=int, default=0, help="the seed of the samples (0)")
+    add(
+        "--distribution",
+        choices=("uniform", "normal"),
+        default="uniform",
+        help="of the samples: anywhere within the tolerance, or normal with the tolerance at 3 sigma",
+    )
+
+
+def _samples(text: str) -> int:
+    from argparse import ArgumentTypeError
+
+    if not text.isascii() or not text.isdigit() or not 2 <= int(text) <= 10_000_000:
+        raise ArgumentTypeError("a number of samples from 2 to 10,000,000 is needed")
+    return int(text)
 
 
 def derived_text(result: Result, arguments: Namespace, *, color: bool) -> str:
     """What the options ask for, as blocks of text; empty where they ask for nothing."""
-    blocks = []
+    return "\n\n".join(_texts(result, arguments, color))
+
+
+def _texts(result: Result, arguments: Namespace, color: bool) -> Iterator[str]:
     if arguments.sensitivity is not None:
         from solver.report.sensitivity import sensitivity_text
 
-        blocks.append(sensitivity_text(_sensitivities(result, arguments.sensitivity), color=color))
-    return "\n\n".join(blocks)
+        yield sensitivity_text(_sensitivities(result, arguments.sensitivity), color=color)
+    bands = _bands(result, arguments)
+    if bands is not None:
+        from solver.report.tolerances import samples_text, tolerances_text
+
+        yield tolerances_text(bands, color=color)
+        samples = _drawn(result, arguments, bands)
+        if samples is not None:
+            yield samples_text(samples, bands)
 
 
 def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
     """The same as members of the JSON object."""
+    from solver.report.json import diagnosis_json
+
     members: dict[str, object] = {}
     if arguments.sensitivity is not None:
-        from solver.report.json import diagnosis_json
         from solver.report.sensitivity import sensitivity_json
 
         found = _sensitivities(result, arguments.sensitivity)
         members["sensitivities"] = sensitivity_json(found)
         members["sensitivity_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in found.diagnoses]
+    bands = _bands(result, arguments)
+    if bands is not None:
+        from solver.report.tolerances import samples_json, tolerances_json
+
+        members["tolerances"] = tolerances_json(bands)
+        members["tolerance_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in bands.diagnoses]
+        samples = _drawn(result, arguments, bands)
+        if samples is not None:
+            members["monte_carlo"] = samples_json(samples)
     return members
 
 
@@ -56,3 +98,18 @@ def _sensitivities(result: Result, text: str) -> Sensitivities:
     inputs = [name for name in names if name in result.inputs]
     outputs = [name for name in names if name not in result.inputs]
     return result.sensitivity(outputs or None, inputs or None)
+
+
+def _bands(result: Result, arguments: Namespace) -> ToleranceBands | None:
+    """The bands where they are asked for, or where an input has a tolerance and there is an answer."""
+    asked = arguments.tolerances or arguments.monte_carlo
+    stated = any(result.model.variables[name].tolerance for name in result.inputs)
+    return result.tolerance_bands() if asked or (stated and result.solutions) else None
+
+
+def _drawn(result: Result, arguments: Namespace, bands: ToleranceBands) -> Samples | None:
+    if not arguments.monte_carlo or not bands.tolerances or not result.solutions:
+        return None
+    from solver.sampling import monte_carlo
+
+    return monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)

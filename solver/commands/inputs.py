@@ -12,7 +12,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from rulesheets.model import Model, Value
+    from rulesheets.model import Model, Tolerance, Value
 
 
 @dataclass(frozen=True)
@@ -47,13 +47,19 @@ def read_request(arguments: Namespace) -> Request:
     model = load(arguments.sheet)
     inputs: dict[str, Value | None] = {}
     guesses: dict[str, float] = {}
+    tolerances: dict[str, Tolerance] = {}
     if arguments.variables:
         from rulesheets.variables import read_variable_sheet
 
         given = read_variable_sheet(arguments.variables, model)
-        inputs, guesses = dict(given.inputs), dict(given.guesses)
+        inputs, guesses, tolerances = dict(given.inputs), dict(given.guesses), dict(given.tolerances)
     reading = _Reading(model)
     inputs.update(reading.inputs(arguments.set, arguments.clear))
+    tolerances.update(reading.tolerances)
+    if tolerances:
+        from rulesheets.inputs import with_tolerances
+
+        model = with_tolerances(model, tolerances)
     guesses.update(reading.guesses(arguments.guess, inputs))
     want = reading.names("want", getattr(arguments, "want", ()))
     if reading.complaints:
@@ -67,6 +73,7 @@ class _Reading:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.complaints: list[Diagnosis] = []
+        self.tolerances: dict[str, Tolerance] = {}
 
     def inputs(self, given: Iterable[str], cleared: Iterable[str]) -> dict[str, Value | None]:
         values: dict[str, Value | None] = {}
@@ -120,7 +127,7 @@ class _Reading:
         return False
 
     def _value(self, option: Option, name: str, text: str) -> Value | None:
-        from rulesheets.inputs import parse_value
+        from rulesheets.inputs import parse_input
 
         with_unit = _with_unit(text)
         if with_unit:
@@ -128,10 +135,17 @@ class _Reading:
             if unit != self.model.variables[name].unit:
                 self.complaints.append(_other_unit(option, unit, self.model.variables[name].unit, name))
         try:
-            return parse_value(text, option.place(text))
+            value, tolerance = parse_input(text, option.place(text))
         except RuleSheetError as wrong:
             self.complaints.extend(wrong.diagnoses)
             return None
+        if tolerance is not None and option.name == "guess":
+            from rulesheets.input_messages import guess_with_tolerance
+
+            self.complaints.append(guess_with_tolerance(option.place(text)))
+        elif tolerance is not None:
+            self.tolerances[name] = tolerance
+        return value
 
     def _once(self, option: Option, name: str, before: Iterable[str]) -> None:
         if name in before:

@@ -6,8 +6,8 @@ import csv
 from io import StringIO
 
 from rulesheets.variables import Row
-from solver.report.numbers import exact
-from solver.report.sheet import COLUMNS, output_heads, sheet_rows
+from solver.report.numbers import exact, tolerated
+from solver.report.sheet import COLUMNS, SheetRow, output_heads, sheet_rows
 from solver.result import Result
 
 
@@ -17,7 +17,7 @@ def csv_rows(result: Result) -> tuple[Row, ...]:
     Read as a variable sheet it gives the same inputs and guesses again: outputs are not inputs.
     """
     return tuple(
-        Row(row.status, exact(row.input), row.name, exact(row.outputs[0]), row.unit, row.comment)
+        Row(row.status, _given(row), row.name, exact(row.outputs[0]), row.unit, row.comment)
         for row in sheet_rows(result)
     )
 
@@ -32,5 +32,9 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     writer.writerow((status, given, name, *heads, unit, comment))
     for row in rows:
         outputs = map(exact, row.outputs)
-        writer.writerow((row.status, exact(row.input), row.name, *outputs, row.unit, row.comment))
+        writer.writerow((row.status, _given(row), row.name, *outputs, row.unit, row.comment))
     return text.getvalue()
+
+
+def _given(row: SheetRow) -> str:
+    return tolerated(exact(row.input), row.tolerance)

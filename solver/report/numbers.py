@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import ceil, isfinite, log10
 
-from rulesheets.model import Value
+from rulesheets.model import Tolerance, Value
 
 DIGITS = 10
 """Significant digits that a person reads: all that a sheet is judged by, none of the rounding noise."""
@@ -27,6 +27,13 @@ def exact(value: Value | None) -> str:
         return f"'{value}"
     text = repr(float(value) + 0.0)
     return text.removesuffix(".0")
+
+
+def tolerated(text: str, tolerance: Tolerance | None) -> str:
+    """``3 ± 0.01``: the text of an input with its tolerance, as a sheet reads it."""
+    if tolerance is None:
+        return text
+    return f"{text} ± {exact(tolerance.size)}{'%' if tolerance.percent else ''}"
 
 
 def certain(value: Value | None, error: float) -> str:

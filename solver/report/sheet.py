@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import inf
 
-from rulesheets.model import Value, Variable
+from rulesheets.model import Tolerance, Value, Variable
 from rulesheets.record import dataclass
 from solver.result import Result, Solution
 
@@ -18,7 +18,7 @@ GUESS = "G"
 class SheetRow:
     """A variable with its input or its guess (then ``status`` is ``G``) and one output an answer.
 
-    ``errors``: the error bar of every output, where they are asked for.
+    ``errors``: the error bar of every output, where they are asked for. ``tolerance``: that of the input.
     """
 
     status: str
@@ -28,6 +28,7 @@ class SheetRow:
     unit: str
     comment: str
     errors: tuple[float, ...] = ()
+    tolerance: Tolerance | None = None
 
 
 def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
@@ -84,6 +85,7 @@ def _row(
         unit=variable.unit or "",
         comment=variable.comment,
         errors=tuple(_error(answer, name) for answer in shown) if digits else (),
+        tolerance=variable.tolerance if isinstance(given, float) else None,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from rulesheets.spelling import plural
-from solver.report.numbers import certain, readable
+from solver.report.numbers import certain, readable, tolerated
 from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, pruned, sheet_rows
 from solver.report.table import table
 from solver.report.work import used, work_line
@@ -68,7 +68,8 @@ def _cells(row: SheetRow) -> tuple[str, ...]:
     outputs: Iterable[str] = map(readable, row.outputs)
     if row.errors:
         outputs = map(certain, row.outputs, row.errors)
-    return (row.status, readable(row.input), row.name, *outputs, row.unit, row.comment)
+    given = tolerated(readable(row.input), row.tolerance)
+    return (row.status, given, row.name, *outputs, row.unit, row.comment)
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:

@@ -32,6 +32,7 @@ from rulesheets.nodes import (
     RuleSheet,
     Sum,
     Symbol,
+    Tolerance,
     Use,
     VariableRow,
 )
@@ -116,13 +117,18 @@ ranges = st.one_of(
     st.builds(lambda high, open: Range(high=high, high_open=open), limits, st.booleans()),
 )
 rows = st.builds(
-    lambda name, value, guess, is_input, **cells: VariableRow(
-        name, value if is_input else None, None if is_input else guess, **cells
+    lambda name, value, guess, is_input, tolerance, **cells: VariableRow(
+        name,
+        value if is_input else None,
+        None if is_input else guess,
+        tolerance=tolerance if is_input and value is not None else None,
+        **cells,
     ),
     identifiers,
     st.none() | values,
     st.none() | expressions,
     st.booleans(),
+    st.none() | st.builds(Tolerance, expressions, st.booleans()),
     unit=st.none() | units,
     display_unit=st.none() | units,
     range=st.none() | ranges,

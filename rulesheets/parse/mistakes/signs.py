@@ -8,6 +8,8 @@ from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.parse.mistakes.stop import Stop
 from rulesheets.source import Span
 
+_TOLERANCE = "a tolerance stands after the value of an input, in the variables section"
+
 _FOREIGN: list[tuple[str, str, str | None, str]] = [
     (r":=|==+", "E115", "`=` is the only sign of equality", "write `=`"),
     (r"!=|/=|=/=|~=", "E108", None, "write <>"),
@@ -17,7 +19,7 @@ _FOREIGN: list[tuple[str, str, str | None, str]] = [
     (r"&&?", "E108", None, "write and"),
     (r"\|\|?", "E108", None, "write or"),
     (r"!", "E108", None, "write not"),
-    (r"±|\+/-|\+-(?=\s*[\d.]+%?\s*$)", "E190", "tolerances are not there yet", "give the middle value alone"),
+    (r"±|\+/-|\+-(?=\s*[\d.]+%?\s*$)", "E120", _TOLERANCE, "write = 3 ± 0.01 there"),
     (r"\{", "E190", "lists are not there yet", "give one value, and solve once for each"),
     (r"%", "E108", None, "write the number as a fraction, 0.05 for 5 %"),
     (r"#|//", "E108", None, 'a comment begins with "'),
