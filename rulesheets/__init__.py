@@ -6,10 +6,12 @@
 ['V', 'I', 'R']
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from rulesheets.algebra import sympy_equations
     from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
     from rulesheets.loading import load, loads, shipped_models
@@ -57,6 +59,8 @@ def __getattr__(name: str) -> Any:
     """Import what is asked for, and no more: the parser and sympy cost their time only where used."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
     found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = found
     return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import SupportsFloat
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
@@ -20,6 +19,10 @@ from rulesheets.input_messages import (
 from rulesheets.model import Model, Tolerance, Value, Variable
 from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import SupportsFloat
 
 _DIGITS = frozenset("0123456789+-.eE")
 _PLUS_MINUS = ("±", "+/-", "+-")

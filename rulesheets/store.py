@@ -108,7 +108,7 @@ def clear() -> int:
 def _path(kind: str, key: bytes) -> str | None:
     """Where an entry is kept; None where no folder is to be trusted with it."""
     base = folder()
-    if base is None or program() is None or not _trusted(base):
+    if base is None or program() is None or not trusted(base):
         return None
     return os.path.join(base, f"{kind}-{_name(kind, key).hex()}{_SUFFIX}")
 
@@ -134,7 +134,8 @@ def _own(found: os.stat_result) -> bool:
     return found.st_uid == os.geteuid() and not found.st_mode & 0o022
 
 
-def _trusted(base: str) -> bool:
+def trusted(base: str) -> bool:
+    """Whether a folder is this user's alone, or not there yet."""
     try:
         return _own(os.stat(base))
     except FileNotFoundError:
@@ -184,7 +185,7 @@ def _sources(place: str) -> list[tuple[str, int, int, int]]:
 
 def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
     """Entries, and files that a writer left half done."""
-    if base is None or not os.path.isdir(base) or not _trusted(base):
+    if base is None or not os.path.isdir(base) or not trusted(base):
         return
     with os.scandir(base) as items:
         for item in items:

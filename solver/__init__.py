@@ -6,9 +6,7 @@ like a function of this page: the module would take the function's place.)
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from solver.derivation import Derivation, why
     from solver.plan import Plan, Unsolved, prepare
@@ -58,6 +56,8 @@ def __getattr__(name: str) -> object:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'solver' has no attribute {name!r}")
+    from importlib import import_module
+
     found: object = getattr(import_module(home), name)
     globals()[name] = found
     return found

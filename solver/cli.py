@@ -9,14 +9,15 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+    from collections.abc import Sequence
+    from types import SimpleNamespace
 
     from rulesheets.diagnosis import RuleSheetError
+    from solver.commands.syntax import Syntax
 
 COMMANDS = {
     "solve": "solve a sheet and print its variable sheet",
@@ -27,7 +28,11 @@ COMMANDS = {
     "check": "read a sheet and say what is wrong with it",
     "format": "print a sheet in its canonical form",
     "models": "list the sheets that come with Backsolve",
+    "cache": "show what is kept between runs, or clear it",
 }
+
+UNKEPT = frozenset({"format", "models", "cache"})
+"""Commands that neither find nor keep anything."""
 
 WRONG = 2
 """Exit code where the sheet or the command is wrong."""
@@ -86,14 +91,20 @@ def _dispatch(words: list[str]) -> int:
 
 def _run(command: str, words: list[str]) -> int:
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
+    from solver.commands.syntax import Syntax
+
     gc.set_threshold(*COLLECTION)
     module = import_module(f"solver.commands.{command}")
-    parser = _parser(command)
-    module.add_arguments(parser)
+    syntax = Syntax()
+    module.add_arguments(syntax)
+    if command not in UNKEPT:
+        syntax.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
     try:
-        arguments = parser.parse_intermixed_args(words)
+        arguments = syntax.read(words) or _parsed(command, syntax, words)
     except SystemExit as end:
         return int(end.code or 0)
+    if getattr(arguments, "no_cache", False):
+        os.environ["BACKSOLVE_CACHE"] = ""
     from rulesheets.diagnosis import RuleSheetError
 
     try:
@@ -103,17 +114,18 @@ def _run(command: str, words: list[str]) -> int:
         return _report(wrong, arguments)
 
 
-def _parser(command: str) -> ArgumentParser:
+def _parsed(command: str, syntax: Syntax, words: list[str]) -> SimpleNamespace:
+    """What ``argparse`` takes the words for. Raises SystemExit after help and mistakes."""
     from argparse import ArgumentParser
+    from types import SimpleNamespace
 
-    return ArgumentParser(
-        prog=f"backsolve {command}",
-        description=f"{COMMANDS[command].capitalize()}.",
-        allow_abbrev=False,
-    )
+    about = f"{COMMANDS[command].capitalize()}."
+    parser = ArgumentParser(prog=f"backsolve {command}", description=about, allow_abbrev=False)
+    syntax.declare(parser)
+    return SimpleNamespace(**vars(parser.parse_intermixed_args(words)))
 
 
-def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
+def _report(wrong: RuleSheetError, arguments: SimpleNamespace) -> int:
     """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
     from rulesheets.diagnosis import render
 

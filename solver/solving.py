@@ -36,7 +36,10 @@ def solve(
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else tuple(variable_named(name, model).name for name in want)
     judged = wanted if wanted is not None else posted(model)
+    paths = planner(model)
+    paths.recall(frozenset(given), None if wanted is None else frozenset(wanted))
     found = explore(model, given, wanted, hints, judged)
+    paths.keep()
     verdict = judge(model, found, judged, given, hints)
     return _result(model, verdict, found.complete, given, hints, judged)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from sys import float_info
-from typing import assert_never
 
 from rulesheets.evaluate.number import Undefined, Values, value
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
@@ -35,10 +34,8 @@ def holds(condition: Condition, values: Values, given: Collection[str] = ()) -> 
             return _any(terms, True, values, given)
         case Not(term):
             return not holds(term, values, given)
-        case Given(name):
-            return name in given
-        case _:
-            assert_never(condition)
+        case Given():
+            return condition.name in given
 
 
 def _any(terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str]) -> bool:

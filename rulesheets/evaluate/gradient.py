@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
 
 from rulesheets.evaluate.number import Undefined, Values, value
 from rulesheets.functions import TABLE
@@ -21,6 +20,11 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
+from rulesheets.record import dataclass
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 # Operations on stand-ins for their two parts, and the slopes of a power.
 _FIRST, _SECOND = Name("0"), Name("1")
@@ -37,7 +41,8 @@ _ULPS = {
 """Functions that floats compute to fewer digits than the last, and by how many units of it."""
 
 
-class _Trace(NamedTuple):
+@dataclass(slots=True)
+class _Trace:
     """A part of an expression at a point: its value, and the slope in each part below it that varies.
 
     ``rounded``: the size of the numbers that its own operation has rounded.
@@ -75,12 +80,12 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
     noise = 0.0
     pending = [(1.0, trace)]
     while pending:
-        slope, (_, name, slopes, rounded) = pending.pop()
-        if name:
-            gradient[name] = gradient.get(name, 0.0) + slope
-        elif rounded:
-            noise += abs(slope) * rounded
-        for inner, below in slopes[::-1]:
+        slope, part = pending.pop()
+        if part.name:
+            gradient[part.name] = gradient.get(part.name, 0.0) + slope
+        elif part.rounded:
+            noise += abs(slope) * part.rounded
+        for inner, below in part.slopes[::-1]:
             pending.append((slope * inner, below))
     return trace.value, gradient, _EPSILON * noise
 

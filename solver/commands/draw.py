@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
 
 from solver.commands.inputs import Request, add_input_options, read_request
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
     from rulesheets.model import Model, Value
     from solver.report.drawing.page import View
     from solver.result import Result

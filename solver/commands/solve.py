@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
 
 from solver.commands.derived import add_derived_options, derived_json, derived_text
 from solver.commands.inputs import add_input_options, read_request
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
     from solver.result import Result
 
 

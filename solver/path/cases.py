@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TypeAlias
 
 from rulesheets import nodes
 from rulesheets.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypeAlias
 
 Pair: TypeAlias = tuple[Expression, Expression]
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from rulesheets import nodes
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Name, Negative, Number, Product, Sum
 from solver.path.isolate import Isolation, isolate
 from solver.path.linearity import plainly_resolvable
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 TURN = {
     **dict.fromkeys(("sind", "cosd", "tand"), 360.0),

@@ -6,8 +6,6 @@ ones are solved by formula. Coefficients are expressions free of the unknown.
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 from rulesheets.construct import ONE, ZERO, add, divide, is_number, multiply, negative
 from rulesheets.nodes import (
     Expression,
@@ -21,6 +19,10 @@ from rulesheets.nodes import (
     names,
 )
 from rulesheets.record import dataclass
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypeAlias
 
 Polynomial: TypeAlias = tuple[Expression, ...]
 """Coefficients, lowest degree first."""
