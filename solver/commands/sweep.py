@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentTypeError
 
 from solver.commands.inputs import Request, add_input_options, read_request
 
@@ -40,6 +39,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def _jobs(text: str) -> int:
+    from argparse import ArgumentTypeError
+
     if not text.isdecimal() or int(text) < 1:
         raise ArgumentTypeError(f"{text} is no number of processes")
     return int(text)
