@@ -317,6 +317,11 @@ CATALOGUE: dict[str, Entry] = {
         "A bare name is that of a shipped model.",
         "Take the suggestion, or give the path of a sheet.",
     ),
+    "E310": Entry(
+        "there is no such variable sheet",
+        "The path leads to no file, and no file of that name stands beside the rule sheet.",
+        "Take the suggestion, or give the path of the variable sheet.",
+    ),
     "E401": Entry(
         "an input names a variable",
         "An input is evaluated once, before anything is solved.",

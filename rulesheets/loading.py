@@ -99,6 +99,26 @@ def find_sheet(path: str) -> str:
     )
 
 
+def find_variable_sheet(path: str, sheet: str) -> str:
+    """The file of a variable sheet: the path itself, or a file of that name beside the rule sheet.
+
+    ``sheet`` is what :func:`find_sheet` takes. Raises RuleSheetError (E310) where neither is there.
+    """
+    folder = os.path.dirname(find_sheet(sheet))
+    beside = os.path.join(folder, path)
+    found = next((file for file in (path, beside) if os.path.exists(file)), None)
+    if found is not None:
+        return found
+    from rulesheets.diagnosis import RuleSheetError, error
+    from rulesheets.spelling import suggestion
+
+    there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
+    notes = suggestion(path, there) or ((f"beside {sheet} there are {', '.join(there)}",) if there else ())
+    raise RuleSheetError(
+        error("E310", f"there is no variable sheet {path}, neither here nor beside {sheet}", notes=notes)
+    )
+
+
 def shipped_models() -> tuple[str, ...]:
     """The names of the models that come with the package."""
     folder = _models_folder()

@@ -42,7 +42,7 @@ def read_request(arguments: Namespace) -> Request:
 
     Raises RuleSheetError with everything that is wrong, names that the model does not have included.
     """
-    from rulesheets.loading import load
+    from rulesheets.loading import find_variable_sheet, load
 
     model = load(arguments.sheet)
     inputs: dict[str, Value | None] = {}
@@ -51,7 +51,7 @@ def read_request(arguments: Namespace) -> Request:
     if arguments.variables:
         from rulesheets.variables import read_variable_sheet
 
-        given = read_variable_sheet(arguments.variables, model)
+        given = read_variable_sheet(find_variable_sheet(arguments.variables, arguments.sheet), model)
         inputs, guesses, tolerances = dict(given.inputs), dict(given.guesses), dict(given.tolerances)
     reading = _Reading(model)
     inputs.update(reading.inputs(arguments.set, arguments.clear))

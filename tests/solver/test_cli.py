@@ -107,6 +107,25 @@ def test_a_variable_sheet_fills_in(run: Run, sheet: str, tmp_path: Path) -> None
     assert abs(float(value(out, "a"))) == 5
 
 
+def test_a_variable_sheet_beside_the_model_needs_no_path(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = run("solve", "offset_slider_crank", "slider_driven.csv", "--want", "thetaAO", "--all")
+    assert code == 0
+    assert abs(float(value(out, "thetaAO")) + 30) < 0.1  # the slider at 9.79, two digits of where -30 puts it
+    Path("slider_driven.csv").write_text("Name,Input\nthetaAO,90\n")
+    code, out, _ = run("solve", "offset_slider_crank", "slider_driven.csv", "--want", "xB")
+    assert (code, value(out, "xB")) == (0, "7.937253933")
+
+
+def test_a_variable_sheet_that_is_nowhere(run: Run) -> None:
+    code, _, err = run("solve", "offset_slider_crank", "slider_drive.csv")
+    assert code == 2
+    assert "error[E310]: there is no variable sheet slider_drive.csv" in err
+    assert "did you mean slider_driven.csv?" in err
+
+
 def test_options_may_stand_anywhere(run: Run, sheet: str, tmp_path: Path) -> None:
     inputs = tmp_path / "inputs.csv"
     inputs.write_text("Name,Input\nb,12\n")
