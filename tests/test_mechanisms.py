@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise, product
 from math import remainder
 from pathlib import Path
 from typing import Any
@@ -38,14 +39,16 @@ def model(name: str) -> Any:
 
 
 @cache
-def prepared(mechanism: Mechanism) -> tuple[Any, list[str]]:
+def prepared(mechanism: Mechanism, mode: int) -> tuple[Any, list[str]]:
     """The plan from the crank, and what it computes."""
     driver = [f"{rate}{mechanism.crank}" for rate in ("theta", "omega", "alpha")]
-    known = model(mechanism.model).variables
-    state = mechanism.state(ANGLES[0], *RATES, 1)
-    want = [name for name in state if name in known and name not in (*driver, *mechanism.lengths)]
-    cleared = {n: None for n, v in known.items() if v.value is not None and n not in mechanism.lengths}
-    given = {name: value for name, value in cleared.items() if name not in driver}
+    known, fixed = model(mechanism.model).variables, mechanism.inputs(mode)
+    state = mechanism.state(ANGLES[0], *RATES, mode)
+    want = [name for name in state if name in known and name not in (*driver, *fixed)]
+    cleared = {n: None for n, v in known.items() if v.value is not None and n not in fixed}
+    given = {name: value for name, value in cleared.items() if name not in driver} | mechanism.choices.get(
+        mode, {}
+    )
     return solver.prepare(model(mechanism.model), inputs=driver, want=want, given=given), want
 
 
@@ -85,15 +88,16 @@ def apart(name: str, value: float, exact: float) -> float:
     "angles", [ANGLES, pytest.param(EVERY_DEGREE, marks=pytest.mark.slow)], ids=["coarse", "every degree"]
 )
 def test_full_turn_in_every_mode(mechanism: Mechanism, angles: list[float]) -> None:
-    plan, want = prepared(mechanism)
-    for theta in angles:
+    """A mode is an answer of the sheet, or where an input chooses it the only one."""
+    for mode, theta in product(mechanism.modes, angles):
+        plan, want = prepared(mechanism, mode)
         answers = [dict(zip(want, answer, strict=True)) for answer in plan.all(theta, *RATES)]
-        assert len(answers) == len(mechanism.modes)
-        for mode in mechanism.modes:
-            exact = mechanism.state(theta, *RATES, mode)
-            assert any(agrees(answer, exact, 1e-11) for answer in answers), (theta, mode, answers)
+        assert len(answers) == (1 if mechanism.choices else len(mechanism.modes))
+        exact = mechanism.state(theta, *RATES, mode)
+        assert any(agrees(answer, exact, 1e-11) for answer in answers), (theta, mode, answers)
 
 
+@cache
 def drive_of(path: Path) -> tuple[Mechanism, Any]:
     name = path.parent.name
     sheet = read_variable_sheet(path, model(name))
@@ -120,6 +124,42 @@ def test_any_driver_finds_the_shipped_state(path: Path) -> None:
     mechanism = BY_NAME[path.parent.name]
     angles = [solution[f"theta{mechanism.crank}"] for solution in result.solutions]
     assert min(abs(angle - shipped[f"theta{mechanism.crank}"]) for angle in angles) < 4.0
+
+
+@pytest.mark.parametrize("path", SHEETS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_any_driver_finds_all_positions(path: Path) -> None:
+    """As many as the driver's coordinate takes its value in a turn of the crank, and at those angles."""
+    mechanism, result = drive_of(path)
+    state = mechanism.state(ANGLES[0], *RATES, 1)
+    (driver,) = (
+        name
+        for name in result.inputs
+        if name in state and name not in mechanism.lengths and kind(name) in ("theta", "length")
+    )
+    modes = mechanism.modes[:1] if mechanism.choices else mechanism.modes
+    brackets = [
+        bracket for mode in modes for bracket in crossings(mechanism, driver, result.inputs[driver], mode)
+    ]
+    angles = [solution[f"theta{mechanism.crank}"] for solution in result.solutions]
+    assert len(angles) == len(brackets) > 0
+    assert all(any(low <= angle % 360.0 <= high for angle in angles) for low, high in brackets)
+
+
+def crossings(mechanism: Mechanism, driver: str, value: float, mode: int) -> list[tuple[float, float]]:
+    """The degrees of crank angle between which a coordinate passes a value."""
+    differences = [
+        apart_signed(driver, mechanism.coordinate(float(degree), driver, mode), value)
+        for degree in range(361)
+    ]
+    return [
+        (degree, degree + 1.0)
+        for degree, (one, other) in enumerate(pairwise(differences))
+        if one * other <= 0.0 and abs(one - other) < 90.0 and other != 0.0
+    ]
+
+
+def apart_signed(name: str, value: float, target: float) -> float:
+    return remainder(value - target, 360.0) if kind(name) == "theta" else value - target
 
 
 @pytest.mark.parametrize(("velocity", "exact"), ENGINE_ANGLES.items())
@@ -156,30 +196,53 @@ def test_quick_return_of_a_wanted_time_ratio() -> None:
     assert [solution["OC"] for solution in result.solutions] == pytest.approx([0.1], rel=1e-12)
 
 
-INFEASIBLE = {
-    "four_link_chain": {"thetaPQ": None, "thetaSR": 70.0},
-    "piston_engine": {"thetaOB": None, "sP": 0.26},
-    "slotted_link": {"thetaOB": None, "thetaCD": 55.0},
-    "trunnion": {"thetaBC": None, "SC": 0.15},
-    "oscillating_cylinder": {"thetaBO": None, "OC": 0.1},
-}
+INFEASIBLE = [
+    ("four_link_chain", {"thetaPQ": None, "thetaSR": 70.0}),
+    ("rigid_link_chain", {"thetaRU": None, "thetaST": 80.0}),
+    ("piston_engine", {"thetaOB": None, "sP": 0.26}),
+    ("two_cylinder_engine", {"thetaOB": None, "sC": 0.46}),
+    ("slotted_link", {"thetaOB": None, "thetaCD": 55.0}),
+    ("slotted_link", {"thetaOB": None, "CS": 0.61}),
+    ("slider_outside_link", {"thetaOB": None, "CS": 0.61}),
+    ("whitworth_quick_return", {"thetaOB": None, "sE": 0.66}),
+    ("trunnion", {"thetaBC": None, "SC": 0.15}),
+    ("trunnion", {"thetaBC": None, "thetaCD": 25.0}),
+    ("rod_through_trunnion", {"thetaOB": None, "BE": 0.36}),
+    ("rod_through_trunnion", {"thetaOB": None, "sC": 0.41}),
+    ("oscillating_cylinder", {"thetaBO": None, "OC": 0.1}),
+    ("oscillating_cylinder", {"thetaBO": None, "thetaOC": 15.0}),
+]
+"""Beyond the limits that the pages of the models state."""
 
 
-@pytest.mark.parametrize(("name", "inputs"), INFEASIBLE.items(), ids=INFEASIBLE)
+@pytest.mark.parametrize(("name", "inputs"), INFEASIBLE, ids=str)
 def test_beyond_the_limits_of_motion(name: str, inputs: dict[str, float | None]) -> None:
     result = solver.solve(model(name), inputs, want=[next(iter(inputs))])
     assert str(result.status) == "infeasible"
 
 
-SINGULAR = {
-    "piston_engine": {"thetaOB": None, "omegaOB": None, "sP": 0.25, "vP": 0.0},
-    "oscillating_cylinder": {"thetaBO": None, "omegaBO": None, "OC": 0.25, "vSlide": 0.0},
-    "trunnion": {"thetaBC": None, "omegaBC": None, "SC": 0.14, "vSlide": 0.0},
-}
+SINGULAR = [
+    ("four_link_chain", {"PQ": 1, "QR": 4, "RS": 4, "PS": 3, "QM": 1, "thetaSR": 90, "omegaSR": 0}),
+    ("rigid_link_chain", {"RU": 1, "UT": 4, "ST": 4, "RS": 3, "thetaST": 90, "omegaST": 0}),
+    ("piston_engine", {"sP": 0.25, "vP": 0}),
+    ("piston_engine", {"OB": 1, "BP": 3, "phi": 180, "sP": 4, "vP": 0}),
+    ("two_cylinder_engine", {"OB": 1, "BC": 3, "OE": 1, "EF": 3, "sC": 4, "vC": 0}),
+    ("slotted_link", {"thetaCD": 60, "omegaCD": 0}),
+    ("slotted_link", {"CS": 0.6, "vSlide": 0}),
+    ("slider_outside_link", {"OB": 2, "OC": 3, "gap": 3, "CS": 4, "vSlide": 0}),
+    ("whitworth_quick_return", {"OB": 2, "OC": 1, "CD": 1, "DE": 3, "sE": 4, "vE": 0}),
+    ("whitworth_quick_return", {"OB": 2, "OC": 1, "CS": 3, "vSlide": 0}),
+    ("trunnion", {"SC": 0.14, "vSlide": 0}),
+    ("rod_through_trunnion", {"OB": 1, "BC": 3, "xD": -3, "yD": 4, "BE": 6, "vSlide": 0}),
+    ("rod_through_trunnion", {"OB": 1, "BC": 3, "xD": -3, "yD": 4, "sC": 4, "vC": 0}),
+    ("oscillating_cylinder", {"OC": 0.25, "vSlide": 0}),
+]
+"""Dead points at which all numbers are exact: a 3-4-5 triangle, links in line."""
 
 
-@pytest.mark.parametrize(("name", "inputs"), SINGULAR.items(), ids=SINGULAR)
-def test_dead_points_are_singular(name: str, inputs: dict[str, float | None]) -> None:
-    cleared = [key for key, value in inputs.items() if value is None]
-    result = solver.solve(model(name), inputs, want=cleared)
+@pytest.mark.parametrize(("name", "inputs"), SINGULAR, ids=str)
+def test_dead_points_are_singular(name: str, inputs: dict[str, float]) -> None:
+    crank = BY_NAME[name].crank
+    wanted = [f"theta{crank}", f"omega{crank}"]
+    result = solver.solve(model(name), {**inputs, **dict.fromkeys(wanted)}, want=wanted)
     assert str(result.status) == "singular"

@@ -70,14 +70,18 @@ class Candidates:
             self.outside = OutOfRange(self.question.equations[0], name, point[name])
             return
         blur = self._blur(point)
-        if any(self._same(point, answer.values, blur) for answer in self.answers):
-            return
         scales = self.question.scale()
         vague = any(
             error > VAGUE * max(abs(v), scale)
             for v, error, scale in zip(point.values(), blur, scales, strict=True)
         )
-        self.answers.append(Answer(point, self._double(point) if singular or vague else None))
+        found = Answer(point, self._double(point) if singular or vague else None)
+        for index, answer in enumerate(self.answers):
+            if self._same(self.question.beside(point, answer.values), answer.values, blur):
+                if found.double is not None and answer.double is None:
+                    self.answers[index] = found  # the other one is what rounding makes of it
+                return
+        self.answers.append(found)
 
     def note(self, point: dict[str, float]) -> None:
         """Remember the nearest miss inside the ranges."""

@@ -79,9 +79,23 @@ class Question:
         moved = {name: self._wrapped(name, number) for name, number in point.items()}
         return moved if moved != point and self.holds(moved) else dict(point)
 
+    def beside(self, point: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
+        """The point with its angles, without a declared range, moved by whole turns next to another's."""
+        return {
+            name: number
+            if (turn := self._free_turn(name)) is None
+            else number + turn * round((other[name] - number) / turn)
+            for name, number in point.items()
+        }
+
+    def _free_turn(self, name: str) -> float | None:
+        """The whole turn of an angle that has no declared range."""
+        variable = self.graph.model.variables[name]
+        return None if variable.low > -math.inf or variable.high < math.inf else self.turn(name)
+
     def _wrapped(self, name: str, number: float) -> float:
-        turn, variable = self.turn(name), self.graph.model.variables[name]
-        if turn is None or variable.low > -math.inf or variable.high < math.inf:
+        turn = self._free_turn(name)
+        if turn is None:
             return number
         if -turn / 2 < number <= turn / 2:
             return number

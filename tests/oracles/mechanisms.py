@@ -34,7 +34,8 @@ class Drawing:
 class Mechanism:
     """How to draw a mechanism from its crank angle, in each of its modes.
 
-    ``slides`` names, for each length, its velocity and acceleration, and their sign.
+    ``slides`` names, for each length, its velocity and acceleration, and their sign. Modes are answers of
+    one sheet, unless ``choices`` has the inputs that choose each.
     """
 
     model: str
@@ -43,11 +44,25 @@ class Mechanism:
     draw: Callable[[Any, Numbers, int], Drawing]
     modes: tuple[int, ...] = (1,)
     slides: Mapping[str, tuple[str, str, int]] = field(default_factory=dict)
+    choices: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
+
+    def inputs(self, mode: int) -> dict[str, float]:
+        """The lengths and directions of the sheet in that mode."""
+        return {**self.lengths, **self.choices.get(mode, {})}
+
+    def coordinate(self, theta: float, name: str, mode: int) -> float:
+        """One angle (degrees) or length at a crank angle."""
+        with mpmath.workdps(20):
+            numbers = {length: mpf(value) for length, value in self.inputs(mode).items()}
+            now = self.draw(mpf(theta), numbers, mode)
+            if name.startswith("theta"):
+                return float(mpmath.arg(now.directions[name.removeprefix("theta")]) * 180 / mpmath.pi)
+            return float(now.lengths[name])
 
     def state(self, theta: float, omega: float, alpha: float, mode: int) -> dict[str, mpf]:
         """Every position, velocity and acceleration of the model by name, driver and lengths included."""
         with mpmath.workdps(DIGITS):
-            numbers = {name: mpf(value) for name, value in self.lengths.items()}
+            numbers = {name: mpf(value) for name, value in self.inputs(mode).items()}
             h = mpf(STEP)
             now, before, after = (
                 self.draw(theta + (omega * t + alpha * t * t / 2) * 180 / mpmath.pi, numbers, mode)
@@ -92,7 +107,7 @@ def _meet(A: Any, a: Any, B: Any, b: Any, mode: int) -> Any:
 def closes(mechanism: Mechanism, theta: float, mode: int) -> bool:
     """Whether the links meet at that crank angle."""
     with mpmath.workdps(DIGITS):
-        numbers = {name: mpf(value) for name, value in mechanism.lengths.items()}
+        numbers = {name: mpf(value) for name, value in mechanism.inputs(mode).items()}
         try:
             mechanism.draw(mpf(theta), numbers, mode)
         except (ValueError, TypeError):
@@ -122,8 +137,9 @@ def _piston(B: Any, rod: Any, along: Any) -> Any:
 
 def piston_engine(theta: Any, v: Numbers, mode: int) -> Drawing:
     B = v["OB"] * _unit(theta)
-    s = _piston(B, v["BP"], _unit(0))
-    return Drawing({}, {"BP": s - B}, {"sP": s})
+    along = _unit(v["phi"])
+    s = _piston(B, v["BP"], along)
+    return Drawing({}, {"BP": s * along - B}, {"sP": s})
 
 
 def two_cylinder_engine(theta: Any, v: Numbers, mode: int) -> Drawing:
@@ -149,8 +165,9 @@ def slider_outside_link(theta: Any, v: Numbers, mode: int) -> Drawing:
 def whitworth_quick_return(theta: Any, v: Numbers, mode: int) -> Drawing:
     to_slider = v["OB"] * _unit(theta) - mpmath.mpc(0, -v["OC"])
     arm = v["CD"] * to_slider / abs(to_slider)
-    ram = _piston(arm, v["DE"], _unit(0))
-    return Drawing({}, {"CD": arm, "DE": ram - arm}, {"CS": abs(to_slider), "sE": ram})
+    along = _unit(v["phi"])
+    ram = _piston(arm, v["DE"], along)
+    return Drawing({}, {"CD": arm, "DE": ram * along - arm}, {"CS": abs(to_slider), "sE": ram})
 
 
 def trunnion(theta: Any, v: Numbers, mode: int) -> Drawing:
@@ -162,8 +179,9 @@ def trunnion(theta: Any, v: Numbers, mode: int) -> Drawing:
 
 def rod_through_trunnion(theta: Any, v: Numbers, mode: int) -> Drawing:
     B = v["OB"] * _unit(theta)
-    piston, rod = _piston(B, v["BC"], _unit(0)), mpmath.mpc(v["xD"], v["yD"]) - B
-    return Drawing({}, {"BC": piston - B, "BF": rod}, {"sC": piston, "BE": abs(rod)})
+    along, rod = _unit(v["phi"]), mpmath.mpc(v["xD"], v["yD"]) - B
+    piston = _piston(B, v["BC"], along)
+    return Drawing({}, {"BC": piston * along - B, "BF": rod}, {"sC": piston, "BE": abs(rod)})
 
 
 def oscillating_cylinder(theta: Any, v: Numbers, mode: int) -> Drawing:
@@ -188,13 +206,23 @@ MECHANISMS = (
         rigid_link_chain,
         BOTH,
     ),
-    Mechanism("piston_engine", {"OB": 0.05, "BP": 0.2}, "OB", piston_engine, slides={"sP": ("vP", "aP", 1)}),
+    Mechanism(
+        "piston_engine",
+        {"OB": 0.05, "BP": 0.2, "phi": 0.0},
+        "OB",
+        piston_engine,
+        BOTH,
+        {"sP": ("vP", "aP", 1)},
+        {1: {"phi": 0.0}, -1: {"phi": 180.0}},
+    ),
     Mechanism(
         "two_cylinder_engine",
         {"OB": 0.1, "BC": 0.35, "phiC": 180.0, "OE": 0.1, "EF": 0.35, "phiF": 90.0, "BOE": 90.0},
         "OB",
         two_cylinder_engine,
-        slides={"sC": ("vC", "aC", 1), "sF": ("vF", "aF", 1)},
+        BOTH,
+        {"sC": ("vC", "aC", 1), "sF": ("vF", "aF", 1)},
+        {1: {"phiC": 180.0, "phiF": 90.0}, -1: {"phiC": 0.0, "phiF": -90.0}},
     ),
     Mechanism(
         "slotted_link",
@@ -208,14 +236,18 @@ MECHANISMS = (
         {"OB": 0.2, "OC": 0.4, "gap": 0.05},
         "OB",
         slider_outside_link,
-        slides={"CS": ("vSlide", "aSlide", 1)},
+        BOTH,
+        {"CS": ("vSlide", "aSlide", 1)},
+        {1: {"gap": 0.05}, -1: {"gap": -0.05}},
     ),
     Mechanism(
         "whitworth_quick_return",
-        {"OB": 0.2, "OC": 0.1, "CD": 0.15, "DE": 0.5},
+        {"OB": 0.2, "OC": 0.1, "CD": 0.15, "DE": 0.5, "phi": 0.0},
         "OB",
         whitworth_quick_return,
-        slides={"CS": ("vSlide", "aSlide", 1), "sE": ("vE", "aE", 1)},
+        BOTH,
+        {"CS": ("vSlide", "aSlide", 1), "sE": ("vE", "aE", 1)},
+        {1: {"phi": 0.0}, -1: {"phi": 180.0}},
     ),
     Mechanism(
         "trunnion",
@@ -226,10 +258,12 @@ MECHANISMS = (
     ),
     Mechanism(
         "rod_through_trunnion",
-        {"OB": 0.1, "BC": 0.3, "xD": -0.2, "yD": 0.15},
+        {"OB": 0.1, "BC": 0.3, "phi": 0.0, "xD": -0.2, "yD": 0.15},
         "OB",
         rod_through_trunnion,
-        slides={"sC": ("vC", "aC", 1), "BE": ("vSlide", "aSlide", -1)},
+        BOTH,
+        {"sC": ("vC", "aC", 1), "BE": ("vSlide", "aSlide", -1)},
+        {1: {"phi": 0.0}, -1: {"phi": 180.0}},
     ),
     Mechanism(
         "oscillating_cylinder",
