@@ -77,8 +77,9 @@ class Candidates:
         )
         found = Answer(point, self._double(point) if singular or vague else None)
         for index, answer in enumerate(self.answers):
-            if self._same(self.question.beside(point, answer.values), answer.values, blur):
-                if found.double is not None and answer.double is None:
+            here = self.question.beside(point, answer.values)
+            if self._same(here, answer.values, blur):
+                if found.double and not answer.double and not _equal(here, answer.values):
                     self.answers[index] = found  # the other one is what rounding makes of it
                 return
         self.answers.append(found)
@@ -91,7 +92,7 @@ class Candidates:
 
     def _same(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
         """Equal to nine digits; or nearer than what rounding leaves open; or joined by points that hold."""
-        if _near(one, other, 1e-9, [0.0] * len(one)):
+        if _equal(one, other):
             return True
         if not _near(one, other, BLUR, self.question.scale()):
             return False
@@ -133,6 +134,11 @@ class Candidates:
             direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.question.equations, tuple(moving), moving)
+
+
+def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    """To nine digits."""
+    return _near(one, other, 1e-9, [0.0] * len(one))
 
 
 def _near(
