@@ -45,7 +45,7 @@ def sweep(
     rows = Grid(axes) if grid else Zipped(axes)
     work = work_of(plan, every=all)
     chunks = _chunks(rows, jobs, scheduler)
-    pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.line)
+    pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.shape[-1])
     table = joined([piece.table for piece in pieces if piece.table is not None])
     return Table(table.values, table.status)
 

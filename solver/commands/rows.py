@@ -21,14 +21,18 @@ if TYPE_CHECKING:
 class Swept:
     """What a sweep goes over: the inputs by name, and their rows in pieces.
 
-    ``total`` is the number of rows where it is known, ``line`` that of the rows in which only the last
-    input changes.
+    ``total`` is the number of rows where it is known, ``shape`` that of the grid, where it is one.
     """
 
     names: tuple[str, ...]
     total: int | None
-    line: int
+    shape: tuple[int, ...] | None
     chunks: Iterator[Chunk]
+
+    @property
+    def line(self) -> int:
+        """Rows in which only the last input changes."""
+        return self.shape[-1] if self.shape else sys.maxsize
 
 
 def read_swept(arguments: Namespace, model: Model) -> Swept:
@@ -41,7 +45,7 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
     if arguments.rows:
         return _file_rows(arguments.rows, arguments.columns, model)
     names, rows = read_over(arguments.over, model, side_by_side=arguments.zip)
-    return Swept(names, len(rows), rows.line, grid_chunks(rows))
+    return Swept(names, len(rows), rows.shape, grid_chunks(rows))
 
 
 def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
@@ -57,7 +61,7 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
     if complaints:
         raise RuleSheetError(*complaints)
-    return Swept(names, total, sys.maxsize, file_chunks(pieces(path, names), total))
+    return Swept(names, total, None, file_chunks(pieces(path, names), total))
 
 
 def _either() -> Diagnosis:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Iterator
 
+    from solver.commands.rows import Swept
     from solver.sweeps.sinks import Sink
     from solver.sweeps.stream import Outcome
     from solver.sweeps.work import Solved, Work
@@ -55,10 +56,15 @@ def run(arguments: Namespace) -> int:
     request = read_request(arguments)
     swept = read_swept(arguments, request.model)
     work = _work(arguments, request, swept.names)
-    sinks = _sinks(arguments, work)
+    sinks = _sinks(arguments, work, swept)
     pieces = solved_pieces(work, swept.chunks, swept.total, arguments.jobs, arguments.scheduler)
-    outcome = _streamed(followed(work, pieces, swept.line), sinks, swept.total, printing=not arguments.output)
-    print(_summary(outcome, arguments.output, swept.total), file=sys.stderr)
+    outcome = _streamed(
+        followed(work, pieces, swept.line),
+        sinks,
+        swept.total,
+        printing=not (arguments.output or arguments.plot),
+    )
+    print(_summary(outcome, arguments.output or arguments.plot, swept.total), file=sys.stderr)
     if outcome.interrupted:
         return INTERRUPTED
     return 0 if outcome.all_solved else 1
@@ -83,17 +89,29 @@ def _work(arguments: Namespace, request: Request, names: tuple[str, ...]) -> Wor
     return work_of(plan, every=arguments.all, tabled=tabled, texted=texted)
 
 
-def _sinks(arguments: Namespace, work: Work) -> list[Sink]:
-    """The table goes to the file or to standard output, and to the picture."""
+def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
+    """The table goes to a file and to a picture, or to standard output."""
     from solver.sweeps.sinks import FileSink, StreamSink
     from solver.sweeps.symbols import symbolic
 
     sinks: list[Sink] = []
+    if arguments.plot:
+        sinks.append(_plot(arguments.plot, work, swept))
     if arguments.output:
         sinks.append(FileSink(arguments.output, work.names, symbolic(work.model)))
     elif not arguments.plot:
         sinks.append(StreamSink(sys.stdout, work.names))
     return sinks
+
+
+def _plot(path: str, work: Work, swept: Swept) -> Sink:
+    from rulesheets.diagnosis import RuleSheetError
+    from solver.report.plot.sink import LIMIT, PlotSink, too_many
+
+    if swept.total is not None and swept.total > LIMIT:
+        raise RuleSheetError(too_many())
+    answer = work.names[len(work.inputs)] if work.every else None
+    return PlotSink(path, work.model, work.inputs, swept.shape, answer)
 
 
 def _streamed(pieces: Iterator[Solved], sinks: list[Sink], total: int | None, *, printing: bool) -> Outcome:
@@ -115,5 +133,5 @@ def _summary(outcome: Outcome, output: str | None, total: int | None) -> str:
     if not outcome.interrupted:
         return str(outcome)
     of = f" of {total:,}" if total is not None else ""
-    place = f"; {output} is whole and has these rows" if output else ""
+    place = f"; {output} is whole, with these rows" if output else ""
     return f"{outcome}\ninterrupted after {outcome.rows:,}{of} rows{place}"

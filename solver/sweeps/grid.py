@@ -80,9 +80,9 @@ class Grid:
         return prod(map(len, self.axes))
 
     @property
-    def line(self) -> int:
-        """Rows along which only the last input changes."""
-        return len(self.axes[-1])
+    def shape(self) -> tuple[int, ...]:
+        """The last number is that of the rows of a line, along which only the last input changes."""
+        return tuple(map(len, self.axes))
 
     def columns(self, first: int, last: int) -> tuple[Array, ...]:
         """The inputs of the rows ``first`` up to, but without, ``last``."""
@@ -106,8 +106,8 @@ class Zipped:
         return len(self.axes[0])
 
     @property
-    def line(self) -> int:
-        return len(self)
+    def shape(self) -> tuple[int, ...]:
+        return (len(self),)
 
     def columns(self, first: int, last: int) -> tuple[Array, ...]:
         return tuple(axis.cut(first, last) for axis in self.axes)

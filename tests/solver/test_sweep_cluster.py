@@ -1,4 +1,4 @@
-"""A sweep on a dask cluster of two worker processes: the same bytes as in one process, a killed worker included."""
+"""A sweep on a dask cluster: the same bytes as in one process, a killed worker included."""
 
 from __future__ import annotations
 

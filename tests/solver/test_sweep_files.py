@@ -219,7 +219,7 @@ def test_an_interrupt_leaves_what_is_done(sheet: Path, tmp_path: Path, ending: s
     err = process.communicate(timeout=30)[1]
     assert process.returncode == INTERRUPTED, err
     rows = int(err.splitlines()[0].partition(" ")[0].replace(",", ""))
-    assert f"interrupted after {rows:,} of 90,000,001 rows; {file} is whole" in err
+    assert f"interrupted after {rows:,} of 90,000,001 rows; {file} is whole, with these rows" in err
     assert rows > 0
     found = _rows_of(file)
     assert len(found) == rows

@@ -1,0 +1,158 @@
+"""Sweeps as pictures: what is drawn is what was solved, gaps included."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rulesheets
+from rulesheets.diagnosis import RuleSheetError
+from solver.cli import main
+from solver.files.columns import Columns
+from solver.report.plot.curves import Curves, Lattice, Maps, arranged, broken, thinned
+from solver.report.plot.page import colored, panels, titled
+
+WORDS = ("solved", "infeasible")
+
+
+def columns(values: dict[str, object]) -> Columns:
+    arrays = {name: np.asarray(column) for name, column in values.items()}
+    return Columns(arrays, np.zeros(len(next(iter(arrays.values()))), dtype=np.int8), WORDS)
+
+
+def test_a_grid_makes_a_curve_for_each_value_of_the_shorter_input() -> None:
+    x, k = (grid.ravel() for grid in np.meshgrid(np.arange(20.0), [1.0, 2.0, 3.0], indexing="ij"))
+    shown = arranged(columns({"x": x, "k": k, "y": k * x}), Lattice(("x", "k"), (20, 3)))
+    assert isinstance(shown, Curves)
+    assert (shown.along, shown.abscissa.tolist()) == ("x", list(range(20)))
+    assert shown.labels == ("k = 1", "k = 2", "k = 3")
+    assert np.array_equal(shown.heights["y"], np.outer([1, 2, 3], np.arange(20)))
+
+
+def test_answers_are_curves_with_gaps_where_they_are_not() -> None:
+    x, answer = [0.0, 1.0, 1.0, 2.0, 3.0, 3.0], [0, 1, 2, 1, 1, 2]
+    y = [np.nan, 1.0, -1.0, 2.0, 3.0, -3.0]
+    shown = arranged(columns({"x": x, "answer": answer, "y": y}), Lattice(("x",), (4,), "answer"))
+    assert isinstance(shown, Curves)
+    assert shown.labels == ("answer 1", "answer 2")
+    expected = [[np.nan, 1, 2, 3], [np.nan, -1, np.nan, -3]]
+    assert np.array_equal(shown.heights["y"], expected, equal_nan=True)
+
+
+def test_two_inputs_of_many_values_make_maps() -> None:
+    a, b = (grid.ravel() for grid in np.meshgrid(np.arange(30.0), np.arange(40.0), indexing="ij"))
+    shown = arranged(columns({"a": a, "b": b, "y": a - b}), Lattice(("a", "b"), (30, 40)))
+    assert isinstance(shown, Maps)
+    assert (shown.up, shown.across) == ("a", "b")
+    assert np.array_equal(shown.fields["y"], np.subtract.outer(np.arange(30), np.arange(40)))
+
+
+def test_rows_of_a_file_run_along_their_first_number() -> None:
+    kind = np.array(["open", "crossed"], dtype=object)
+    shown = arranged(columns({"kind": kind, "x": [1.0, 2.0], "y": [3.0, 4.0]}), Lattice(("kind", "x"), (2,)))
+    assert isinstance(shown, Curves)
+    assert (shown.along, shown.abscissa.tolist(), shown.heights["y"].tolist()) == ("x", [1, 2], [[3, 4]])
+
+
+@pytest.mark.parametrize(
+    ("values", "inputs", "shape"),
+    [
+        ({"x": [1.0], "s": np.array(["on"], dtype=object)}, ("x",), (1,)),
+        ({"k": np.array(["on"], dtype=object), "y": [1.0]}, ("k",), (1,)),
+        (dict.fromkeys("abcy", np.zeros(1000)), ("a", "b", "c"), (10, 10, 10)),
+    ],
+)
+def test_what_cannot_be_drawn(
+    values: dict[str, object], inputs: tuple[str, ...], shape: tuple[int, ...]
+) -> None:
+    with pytest.raises(RuleSheetError) as caught:
+        arranged(columns(values), Lattice(inputs, shape))
+    assert caught.value.diagnoses[0].code == "E445"
+
+
+def test_an_angle_does_not_run_back_through_the_picture() -> None:
+    x, y = broken(np.arange(4.0), np.array([170.0, 179.0, -179.0, -170.0]), 360.0)
+    assert x.tolist() == [0, 1, 2, 2, 3]
+    assert np.array_equal(y, [170, 179, np.nan, -179, -170], equal_nan=True)
+
+
+@given(
+    st.lists(st.one_of(st.just(np.nan), st.floats(-1e3, 1e3)), min_size=1, max_size=500), st.integers(4, 200)
+)
+def test_thinning_keeps_extremes_and_gaps(values: list[float], most: int) -> None:
+    heights = np.array(values)
+    x, y = thinned(np.arange(len(heights)), heights, most)
+    assert (np.diff(x) > 0).all()
+    assert np.array_equal(heights[x], y, equal_nan=True)
+    assert len(y) <= max(2 * most, most + 3)
+    if np.isfinite(heights).any():
+        assert (np.nanmin(y), np.nanmax(y)) == (np.nanmin(heights), np.nanmax(heights))
+    assert np.isnan(y).any() == np.isnan(heights).any()
+
+
+def test_a_pole_leaves_colours_for_the_rest() -> None:
+    field = np.linspace(-1.0, 1.0, 10_000)
+    assert colored(field) == (-1.0, 1.0, "neither")
+    field[0] = -1e9
+    low, high, extend = colored(field)
+    assert low == pytest.approx(-0.98, abs=1e-3)
+    assert (high, extend) == (1.0, "min")
+    assert colored(np.full(3, np.nan)) == (None, None, "neither")
+
+
+def test_variables_of_one_unit_share_a_panel() -> None:
+    model = rulesheets.loads("variables\n a [mm]\n b [mm]\n c\n d\n e [s]\nrules\n a + b + c + d + e = 1\n")
+    assert panels(list("abcde"), model, families=False) == [["a", "b"], ["c"], ["d"], ["e"]]
+    assert panels(list("ab"), model, families=True) == [["a"], ["b"]]
+    assert titled(["a", "b"], model) == "a, b [mm]"
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_picture_of_a_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str], ending: str) -> None:
+    pytest.importorskip("matplotlib")
+    files = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
+    for file in files:
+        over = ["--over", "I=0:2:0.5", "--over", "R=1,2", "--clear", "V"]
+        words = ["sweep", "ohms_law", *over, "--want", "V,P", "--plot", str(file)]
+        assert main(words) == 0
+    assert capsys.readouterr() == ("", "10 rows: 10 solved\n" * 2)
+    assert files[0].read_bytes() == files[1].read_bytes()
+    signature = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
+    assert files[0].read_bytes().startswith(signature)
+
+
+def test_a_picture_of_answers_names_them(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "crank.svg"
+    words = [
+        "--over",
+        "xB=4:11:0.5",
+        "--clear",
+        "thetaAO",
+        "--want",
+        "thetaAO,vB",
+        "--all",
+        "--plot",
+        str(file),
+    ]
+    assert main(["sweep", "offset_slider_crank", *words]) == 1
+    text = file.read_text()
+    assert all(label in text for label in ("answer 1", "answer 2", "thetaAO [deg]", "vB", "xB"))
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["--over", "I=0:1:0.5", "--plot", "x.bmp"], "E433"),
+        (["--over", "I=0:1:1e-7", "--plot", "x.png"], "E445"),
+        (["--over", "I=1,2", "--plot", "missing/x.png"], "E416"),
+    ],
+)
+def test_a_wrong_picture(capsys: pytest.CaptureFixture[str], words: list[str], code: str) -> None:
+    pytest.importorskip("matplotlib")
+    assert main(["sweep", "ohms_law", "--set", "R=2", "--want", "V", *words]) == 2
+    assert capsys.readouterr().err.startswith(f"error[{code}]")
