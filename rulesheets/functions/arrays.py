@@ -13,9 +13,9 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from rulesheets.functions import array_degrees as degrees
+from rulesheets.functions import scipy_special as special
 
 Array: TypeAlias = NDArray[np.float64]
 

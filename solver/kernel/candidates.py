@@ -11,6 +11,7 @@ from solver.facts import DoubleRoot, Fact, OutOfRange
 from solver.kernel.question import Question
 from solver.numerics.newton import newton
 from solver.numerics.outcome import Outcome
+from solver.numerics.small_inverse import LARGEST, inverse
 from solver.witness import BACKWARD, gross, size
 
 EPSILON = 2.0**-52
@@ -105,23 +106,16 @@ class Candidates:
 
     def _blur(self, point: Mapping[str, float]) -> list[float]:
         """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""
-        import numpy as np
-
         everything = {**self.question.here, **point}
         tolerance = [
             max(BACKWARD * size(equation, everything), EPSILON * gross(equation, everything))
             for equation in self.question.kernel.equations
         ]
         try:
-            jacobian = np.asarray(self.question.jacobian(list(point.values())), dtype=float)
+            jacobian = self.question.jacobian(list(point.values()))
         except (ArithmeticError, ValueError):
             return [0.0] * len(point)  # a slope is infinite there: nothing speaks for a multiple root
-        try:
-            inverse = np.linalg.inv(jacobian)
-        except np.linalg.LinAlgError:
-            return [math.inf] * len(point)
-        with np.errstate(all="ignore"):
-            errors: list[float] = (np.abs(inverse) @ np.array(tolerance)).tolist()
+        errors = _spread(jacobian, tolerance)
         return [error if math.isfinite(error) else math.inf for error in errors]
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
@@ -139,6 +133,25 @@ class Candidates:
 def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
     """To nine digits."""
     return _near(one, other, 1e-9, [0.0] * len(one))
+
+
+def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
+    """|J⁻¹|·t (n,) for a Jacobian (n, n); infinite where it is singular."""
+    n = len(tolerance)
+    if n <= LARGEST:
+        rows = inverse(jacobian)
+        if rows is None:
+            return [math.inf] * n
+        return [sum(abs(entry) * t for entry, t in zip(row, tolerance, strict=True)) for row in rows]
+    import numpy as np
+
+    try:
+        inverted = np.linalg.inv(np.asarray(jacobian, dtype=float))
+    except np.linalg.LinAlgError:
+        return [math.inf] * n
+    with np.errstate(all="ignore"):
+        errors: list[float] = (np.abs(inverted) @ np.array(tolerance)).tolist()
+    return errors
 
 
 def _near(

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy import special
 
+from rulesheets.functions import scipy_special as special
 from rulesheets.functions.intervals.bounds import (
     EPSILON,
     SCIPY_ULPS,
