@@ -17,12 +17,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Request:
-    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all)."""
+    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
+
+    ``options`` are the names of the inputs that options give, not a variable sheet.
+    """
 
     model: Model
     inputs: Mapping[str, Value | None]
     guesses: Mapping[str, float]
     want: tuple[str, ...] | None
+    options: frozenset[str] = frozenset()
+
+    def swept(self, names: Iterable[str]) -> None:
+        """Raise RuleSheetError (E421) if ``--over`` sweeps what ``--set`` gives; it overrides all else."""
+        twice = [name for name in names if name in self.options]
+        if twice:
+            raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
 
 
 def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
@@ -51,10 +61,11 @@ def read_request(arguments: Namespace) -> Request:
     if arguments.variables:
         from rulesheets.variables import read_variable_sheet
 
-        given = read_variable_sheet(find_variable_sheet(arguments.variables, arguments.sheet), model)
-        inputs, guesses, tolerances = dict(given.inputs), dict(given.guesses), dict(given.tolerances)
+        written = read_variable_sheet(find_variable_sheet(arguments.variables, arguments.sheet), model)
+        inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
     reading = _Reading(model)
-    inputs.update(reading.inputs(arguments.set, arguments.clear))
+    options = reading.inputs(arguments.set, arguments.clear)
+    inputs.update(options)
     tolerances.update(reading.tolerances)
     if tolerances:
         from rulesheets.inputs import with_tolerances
@@ -64,7 +75,8 @@ def read_request(arguments: Namespace) -> Request:
     want = reading.names("want", getattr(arguments, "want", ()))
     if reading.complaints:
         raise RuleSheetError(*reading.complaints)
-    return Request(model, inputs, guesses, want or None)
+    given = frozenset(name for name, value in options.items() if value is not None)
+    return Request(model, inputs, guesses, want or None, given)
 
 
 class _Reading:

@@ -31,9 +31,7 @@ def read_states(
     if len(ranges) > 1:
         raise RuleSheetError(_second_range(Option("over", ranges[1])))
     axes = read_axes(texts, request.model)
-    twice = [name for name in axes if request.inputs.get(name) is not None]
-    if twice:
-        raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
+    request.swept(axes)
     moving = ranges[0].partition("=")[0].strip() if ranges else None
     if moving is not None and len(axes[moving]) > FRAMES:
         raise RuleSheetError(_too_long(Option("over", ranges[0])))

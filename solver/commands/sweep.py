@@ -72,15 +72,11 @@ def run(arguments: Namespace) -> int:
 
 def _work(arguments: Namespace, request: Request, names: tuple[str, ...]) -> Work:
     """What is to be solved for each row. Lines of CSV are made where the rows are solved, if they can be."""
-    from rulesheets.diagnosis import RuleSheetError
-    from solver.commands.option import Option
     from solver.files.tables import is_csv
     from solver.plan import prepare
     from solver.sweeping import work_of
 
-    twice = [name for name in names if request.inputs.get(name) is not None]
-    if twice:
-        raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
+    request.swept(names)
     given = {name: value for name, value in request.inputs.items() if name not in names}
     plan = prepare(request.model, names, request.want, given, request.guesses)
     lines = not arguments.output or is_csv(arguments.output)

@@ -94,6 +94,12 @@ def test_a_film(run: Run) -> None:
         assert film.n_frames == 2
 
 
+def test_a_range_overrides_the_variable_sheet(run: Run) -> None:
+    Path("inputs.csv").write_text("Name,Input\ntheta,40\n")
+    code, out, _ = run("inputs.csv", "--over", "theta=0,90", "--figure", "position", "-o", "a.png")
+    assert (code, out) == (0, "a.png: position; 2 side by side\n")
+
+
 def test_a_film_of_every_answer(run: Run) -> None:
     words = ("--over", "theta=0:90:45", "--over", "l=4,5", "--figure", "position", "--dpi", "40", "--all")
     code, out, _ = run(*words, "-o", "a.gif")
