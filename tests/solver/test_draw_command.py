@@ -114,7 +114,7 @@ def test_a_film_of_every_answer(run: Run) -> None:
         (["-o", "a.gif"], "E433", "give --over NAME=START:STOP:STEP to make a film"),
         (["-o", "a.png", "--over", "theta=0:90:45"], "E433", "a film ends in .gif"),
         (["--figure", "positon"], "E431", "did you mean position?"),
-        (["--over", "theta"], "E424", "--over needs a name and values"),
+        (["--over", "theta"], "E424", "--over needs a name and a range or a list"),
         (["--over", "tetha=1,2"], "E407", "did you mean theta?"),
         (["--over", "theta=1,"], "E406", "nothing is not a value"),
         (["--over", "theta=1,2", "--set", "theta=3"], "E421", "theta is given twice"),
