@@ -21,9 +21,9 @@ from solver.facts import (
     RankLoss,
     Truncated,
 )
+from solver.leaves import Leaf
 from solver.remedy import bounds, clash, cures, derivation, givings
 from solver.result import Status
-from solver.solution import Leaf
 from solver.verdict import Verdict
 
 MAX_NAMED = 8

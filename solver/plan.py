@@ -9,8 +9,9 @@ from rulesheets.diagnosis import Diagnosis
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value
 from solver.explain import explain
+from solver.leaves import Exploration
 from solver.result import Status
-from solver.solution import Exploration, explore
+from solver.solution import explore
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:

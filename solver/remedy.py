@@ -9,8 +9,9 @@ from time import monotonic
 from rulesheets import nodes
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, replace
+from solver.leaves import Leaf
 from solver.path.steps import equations_of
-from solver.solution import Leaf, explore, planner
+from solver.solution import explore, planner
 
 MAX_CANDIDATES = 200
 MAX_SETS = 400

@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from rulesheets import nodes
-from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass, field, replace
-from solver.facts import AsksNothing, Conflict, Fact, NoRoot, NoValue, OutOfRange, RankLoss, Truncated
+from solver.casework import Casework
+from solver.facts import AsksNothing, Conflict, Fact, NoRoot, RankLoss, Truncated
+from solver.kernel.budget import Budget
 from solver.kernel.step import solve_step
+from solver.leaves import Branch, Exploration, Leaf, blocked
 from solver.path.activity import activity
-from solver.path.cases import (
-    DIFFERENT,
-    EQUAL,
-    GREATER,
-    LESS,
-    Pair,
-    assumed_outcome,
-    cases_of,
-    comparisons,
-    outcome,
-    possible,
-    value_of_equality,
-)
+from solver.path.cases import EQUAL, Pair, possible, value_of_equality
 from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.turns import settled
@@ -34,8 +22,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-    from solver.attempts import Attempt
-    from solver.forward_error import ForwardErrors
     from solver.kernel.block import BlockKernel
     from solver.kernel.outcome import BlockOutcome
 
@@ -44,96 +30,6 @@ MAX_ASSUMPTIONS = 16
 MAX_CASES = 100
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
-_MEANING = {LESS: "<", EQUAL: "=", GREATER: ">", DIFFERENT: "<>"}
-
-
-@dataclass
-class Branch:
-    """What is known along one way through the path."""
-
-    values: dict[str, Value]
-    decided: dict[int, bool]
-    assumed: dict[int, bool] = field(default_factory=dict)
-    signs: dict[Pair, int] = field(default_factory=dict)
-    void: dict[int, Fact] = field(default_factory=dict)
-    steps: list[Step] = field(default_factory=list)
-    settled: set[int] = field(default_factory=set)
-    blank: set[str] = field(default_factory=set)
-    origins: dict[str, Step] = field(default_factory=dict)
-    facts: tuple[Fact, ...] = ()
-    attempts: dict[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict)
-
-    def fork(self) -> Branch:
-        return replace(
-            self,
-            values=dict(self.values),
-            decided=dict(self.decided),
-            assumed=dict(self.assumed),
-            signs=dict(self.signs),
-            void=dict(self.void),
-            steps=list(self.steps),
-            settled=set(self.settled),
-            blank=set(self.blank),
-            origins=dict(self.origins),
-            attempts=dict(self.attempts),
-        )
-
-
-@dataclass(frozen=True)
-class Leaf:
-    """The end of a branch: all that could be computed along it, checked.
-
-    ``conflicts`` are rules that do not hold there; ``missing`` the wanted names without a value.
-    ``worst`` is the largest scaled residual of the ``checked`` rules. ``loose``: nothing contradicts
-    the cases that follow, and nothing determines them.
-    """
-
-    branch: Branch
-    missing: tuple[str, ...]
-    conflicts: tuple[Fact, ...]
-    worst: float
-    checked: int
-
-    loose: bool = False
-
-    @property
-    def solved(self) -> bool:
-        return not self.missing and not self.conflicts
-
-    @property
-    def on_edge(self) -> bool:
-        """Whether an equality between unknowns was assumed on the way."""
-        return EQUAL in self.branch.signs.values()
-
-
-def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
-    """The error bars of the values of a leaf."""
-    from solver.forward_error import forward_errors
-
-    branch = leaf.branch
-    decided = {**branch.decided, **branch.assumed}
-    return forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided))
-
-
-def blocked(leaf: Leaf) -> bool:
-    """Whether something stands in the way of a leaf's missing values, other than freedom."""
-    facts = leaf.branch.void.values()
-    return any(isinstance(f, NoRoot | OutOfRange) or (isinstance(f, NoValue) and not f.pole) for f in facts)
-
-
-@dataclass(frozen=True)
-class Exploration:
-    """Every leaf that was reached, in order of preference, and whether they are known to be all.
-
-    ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
-    undetermined what they were assumed on.
-    """
-
-    leaves: tuple[Leaf, ...]
-    complete: bool
-    dead: tuple[Leaf, ...]
-    adrift: tuple[Leaf, ...] = ()
-
 
 Rest: TypeAlias = Callable[[Branch], bool]
 """The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
@@ -172,30 +68,22 @@ class _Explorer:
         self.want = None if want is None else frozenset(want)
         self.planner = planner(model)
         self.graph = self.planner.graph
+        self.casework = Casework(model, self.inputs)
         self.leaves: list[Leaf] = []
         self.dead: list[Leaf] = []
         self.adrift: list[Leaf] = []
         self.complete = True
         self.cases = 0
+        self.budget = Budget()
         self.outcomes: dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome] = {}
         self.searched: set[SolveBlock] = set()
 
     def run(self) -> Exploration:
-        decided = self._outcomes(range(len(self.model.conditions)), self.inputs)
+        decided = self.casework.outcomes(range(len(self.model.conditions)), self.inputs)
         self._explore(Branch(dict(self.inputs), decided))
         return Exploration(
             tuple(self.leaves), self.complete and not self.adrift, tuple(self.dead), tuple(self.adrift)
         )
-
-    # --- conditions: an ``and`` or ``or`` may be settled before all of it is known ---
-
-    def _outcomes(self, conditions: Collection[int], values: Mapping[str, Value]) -> dict[int, bool]:
-        found = {}
-        for index in conditions:
-            known = self._settle(self.model.conditions[index], values)
-            if known is not None:
-                found[index] = known
-        return found
 
     # --- following a path ---
 
@@ -230,7 +118,7 @@ class _Explorer:
                 case Check(equation=equation):
                     again = self._check(branch, step, equation)
                 case Decide(conditions=conditions):
-                    branch.decided.update(self._outcomes(conditions, branch.values))
+                    branch.decided.update(self.casework.outcomes(conditions, branch.values))
                     branch.steps.append(step)
                     return True
                 case Assume():
@@ -296,7 +184,7 @@ class _Explorer:
         equations = self.model.equations
         for equation in step.equations:
             conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
-            branch.decided.update(self._outcomes(conditions, branch.values))
+            branch.decided.update(self.casework.outcomes(conditions, branch.values))
             if activity(equations[equation], {**branch.decided, **branch.assumed}):
                 return self._evaluate(branch, step, equation, step.unknown, rest)
         return True
@@ -313,7 +201,7 @@ class _Explorer:
         return False
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
-        outcome = self._solved(step, branch.values)
+        outcome = self._solved(step, branch.values, assumed=bool(branch.signs))
         self.complete = self.complete and outcome.complete
         branch.attempts[step] = outcome.attempts
         if outcome.free:
@@ -327,7 +215,7 @@ class _Explorer:
         facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
 
-    def _solved(self, step: SolveBlock, values: Mapping[str, Value]) -> BlockOutcome:
+    def _solved(self, step: SolveBlock, values: Mapping[str, Value], assumed: bool) -> BlockOutcome:
         """The outcome of a block; cases that meet it again at the same values share it."""
         from solver.kernel.outcome import BlockOutcome
         from solver.kernel.solve_block import solve_block
@@ -339,7 +227,7 @@ class _Explorer:
             if step in self.searched and again >= MAX_SEARCHES and not kernel.linear:
                 return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
             self.searched.add(step)
-            self.outcomes[key] = solve_block(kernel, values, self.guesses)
+            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed)
         return self.outcomes[key]
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
@@ -361,8 +249,8 @@ class _Explorer:
 
     def _assume(self, branch: Branch, step: Assume) -> bool:
         """The cases of one comparison; each is dropped once it is known to come out otherwise."""
-        self._infer(branch)
-        pair = self._open_pair(branch, step.condition)
+        self.casework.infer(branch)
+        pair = self.casework.open_pair(branch, step.condition)
         if pair is None:
             return True
         if any(name in branch.blank for name in self.judged):
@@ -374,7 +262,7 @@ class _Explorer:
             self._finish(branch)
             return False
         adrift = len(self.adrift)
-        for sign in cases_of(pair, self.model.conditions):
+        for sign in self.casework.cases(pair):
             if sign == EQUAL and self._loose(adrift):
                 self.complete = False
             else:
@@ -397,60 +285,19 @@ class _Explorer:
         said = value_of_equality(pair) if sign == EQUAL else None
         if said is not None:
             case.values.setdefault(*said)
-        self._infer(case)
-        if possible(case.signs) and not self._contradicted(case):
+        self.casework.infer(case)
+        if possible(case.signs) and not self.casework.contradicted(case):
             self._explore(case)
-
-    def _open_pair(self, branch: Branch, condition: int) -> Pair | None:
-        """The first comparison of a condition that is neither known nor assumed."""
-        for atom in comparisons(self.model.conditions[condition]):
-            if self._settle(atom, branch.values) is None and assumed_outcome(atom, branch.signs) is None:
-                return atom.left, atom.right
-        return None
-
-    def _infer(self, branch: Branch) -> None:
-        """What the values and the assumed signs tell about every condition."""
-
-        def settle(atom: nodes.Condition) -> bool | None:
-            known = self._settle(atom, branch.values)
-            if known is None and isinstance(atom, nodes.Comparison):
-                return assumed_outcome(atom, branch.signs)
-            return known
-
-        for index, condition in enumerate(self.model.conditions):
-            if index not in branch.decided:
-                found = outcome(condition, settle)
-                if found is not None:
-                    branch.assumed[index] = found
-
-    def _settle(self, condition: nodes.Condition, values: Mapping[str, Value]) -> bool | None:
-        """How a condition comes out at known values; None where they do not tell."""
-        try:
-            return holds(condition, values, self.inputs)
-        except KeyError:
-            return None
-        except Undefined:
-            return False
-
-    def _contradicted(self, branch: Branch) -> bool:
-        """Whether a comparison came out otherwise than assumed."""
-        return any(
-            self._settle(nodes.Comparison(_MEANING[sign], *pair), branch.values) is False
-            for pair, sign in branch.signs.items()
-        )
-
-    def _unverified(self, branch: Branch) -> bool:
-        return any(self._settle(nodes.Comparison("=", *pair), branch.values) is None for pair in branch.signs)
 
     # --- the end of a branch ---
 
     def _finish(self, branch: Branch, loose: bool = False) -> None:
-        if self._contradicted(branch):
+        if self.casework.contradicted(branch):
             return
         branch.values = values = settled(self.graph, branch.values, self.inputs)
         conflicts: list[Fact] = []
         worst, checked = 0.0, 0
-        decided = {**branch.assumed, **self._outcomes(range(len(self.model.conditions)), values)}
+        decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), values)}
         for equation in self.model.equations:
             if not activity(equation, decided) or not all(name in values for name in equation.names):
                 continue
@@ -465,4 +312,4 @@ class _Explorer:
         if conflicts:
             self.dead.append(leaf)
         else:
-            (self.adrift if missing and self._unverified(branch) else self.leaves).append(leaf)
+            (self.adrift if missing and self.casework.unverified(branch) else self.leaves).append(leaf)

@@ -7,9 +7,10 @@ from functools import partial
 
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value
+from solver.leaves import Leaf, leaf_errors
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
-from solver.solution import Leaf, explore, leaf_errors, planner
+from solver.solution import explore, planner
 from solver.verdict import Verdict, judge
 
 TYPE_CHECKING = False

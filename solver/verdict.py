@@ -18,9 +18,10 @@ from solver.facts import (
     RankLoss,
     Truncated,
 )
+from solver.leaves import Exploration, Leaf
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
-from solver.solution import Exploration, Leaf, planner
+from solver.solution import planner
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ def judge(
     if loose:
         return _unfinished(model, loose, judged, inputs)
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
+    solved.sort(key=lambda leaf: any(isinstance(fact, DoubleRoot) for fact in leaf.branch.facts))
     if solved:
         doubles: tuple[Fact, ...] = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
         status = Status.SINGULAR if doubles else Status.SOLVED

@@ -21,7 +21,7 @@ FLOORS = (
     ("solver.witness", "solver.forward_error"),
     ("solver.kernel", "solver.turns", "solver.linearization", "solver.sharpening", "solver.edges"),
     ("solver.total_derivatives", "solver.sensitivities", "solver.tolerances"),
-    ("solver.result", "solver.table", "solver.solution"),
+    ("solver.result", "solver.table", "solver.leaves", "solver.casework", "solver.solution"),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.solving", "solver.plan"),

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rulesheets import nodes
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression
-from solver.kernel.chain import Chain, chains, compile_chain, exhaustive, jumps
+from solver.kernel.chain import Chain, chains, compile_chain, directions, exhaustive, jumps
 from solver.kernel.scalar import compile_expressions
 from solver.path.closed_form import ClosedForm, closed_form
 from solver.path.graph import ModelGraph
 from solver.path.linearity import is_linear
 from solver.path.steps import SolveBlock
+
+if TYPE_CHECKING:
+    from solver.kernel.block_arrays import BlockArrays
+    from solver.kernel.enclosure import Enclosure
 
 
 class BlockKernel:
@@ -31,11 +35,18 @@ class BlockKernel:
         self.forms = [subtract(e.left, e.right) for e in self.equations]
         self._chains: tuple[Chain, ...] | None = None
         self._others: tuple[BlockKernel, ...] | None = None
+        self._enclosures: dict[int, Enclosure] = {}
         self._compiled: dict[int, Callable[..., Any]] = {}
 
     @cached_property
     def jumps(self) -> bool:
-        return any(jumps(form) for form in self.forms)
+        """Whether an equation may jump, where its Jacobian does not show it."""
+        return any(jumps(form) or any(directions(form)) for form in self.forms)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether every equation has its derivatives by formula."""
+        return all(self.partials)
 
     @cached_property
     def exhaustive(self) -> bool:
@@ -65,6 +76,12 @@ class BlockKernel:
         flat = [partial or nodes.Number(0.0) for partial in self.partials]
         return compile_expressions(flat, (*self.unknowns, *self.known))
 
+    @cached_property
+    def arrays(self) -> BlockArrays:
+        from solver.kernel.block_arrays import BlockArrays
+
+        return BlockArrays(self)
+
     @property
     def variables(self) -> list[Variable]:
         return [self.graph.model.variables[name] for name in self.unknowns]
@@ -87,6 +104,14 @@ class BlockKernel:
             results = (*self.unknowns, *chain.residuals)
             self._compiled[place] = compile_chain(chain, self.known, results)
         return self._compiled[place]
+
+    def enclosure(self, place: int) -> Enclosure:
+        """Bounds of the residual of a chain over boxes of its tear."""
+        from solver.kernel.enclosure import Enclosure
+
+        if place not in self._enclosures:
+            self._enclosures[place] = Enclosure(self.chains()[place], self.known)
+        return self._enclosures[place]
 
     def residual(self, known: Sequence[float]) -> Callable[[Sequence[float]], Sequence[float]]:
         return lambda x: self._residual(*x, *known)

@@ -9,7 +9,7 @@ from rulesheets.record import dataclass
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
 from solver.kernel.question import Question
-from solver.numerics.newton import newton
+from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.outcome import Outcome
 from solver.numerics.small_inverse import LARGEST, inverse
 from solver.witness import BACKWARD, gross, size
@@ -48,11 +48,11 @@ class Candidates:
         before = sum(attempt.found for attempt in self.attempts)
         self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
 
-    def refine(self, start: Sequence[float]) -> None:
+    def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
         question = self.question
         sizes = [max(abs(v), TINY * s) for v, s in zip(start, question.scale(), strict=True)]
-        result = newton(question.residual, question.jacobian, start, sizes)
+        result = newton(question.residual, question.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
             rounded = tuple(0.0 if abs(v) <= EPSILON * s else v for v, s in zip(result.x, sizes, strict=True))

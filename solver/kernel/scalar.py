@@ -1,8 +1,11 @@
-"""Expressions compiled to Python source for floats: straight-line code, common parts computed once."""
+"""Expressions compiled to Python source: straight-line code, common parts computed once.
+
+For floats by default; with the functions of ``rulesheets.functions.arrays`` for numpy arrays.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rulesheets.functions import TABLE
@@ -23,7 +26,8 @@ from rulesheets.nodes import (
 class Emitter:
     """Lines of three-address code. Equal expressions get the same temporary (hash-consing)."""
 
-    def __init__(self, arguments: Sequence[str]) -> None:
+    def __init__(self, arguments: Sequence[str], functions: Mapping[str, Callable[..., Any]] | None = None):
+        self.functions = functions or {"power": _power, **{name: row.value for name, row in TABLE.items()}}
         self.lines: list[str] = []
         self.globals: dict[str, Any] = {"__builtins__": {"ValueError": ValueError}}
         self._tokens: dict[tuple[str, ...], str] = {}
@@ -50,6 +54,13 @@ class Emitter:
         if tests:
             self.lines.append(f"if {' or '.join(tests)}: raise ValueError")
 
+    def clamp(self, name: str, low: float, high: float) -> None:
+        """Move the value called ``name`` into the range (on arrays)."""
+        if low > float("-inf") or high < float("inf"):
+            ends = (repr(low) if low > float("-inf") else None, repr(high) if high < float("inf") else None)
+            self.globals["clip"] = self.functions["clip"]
+            self._names[name] = self._temporary(f"clip({self._names[name]}, {ends[0]}, {ends[1]})")
+
     def token(self, expression: Expression) -> str:
         match expression:
             case Number(value):
@@ -68,9 +79,9 @@ class Emitter:
                 token = self.token(base)
                 return self._temporary(token, "*", token)
             case Power(base, exponent):
-                return self._call("power", _power, (base, exponent))
+                return self._call("power", (base, exponent))
             case Call(function, arguments):
-                return self._call(function, TABLE[function].value, arguments)
+                return self._call(function, arguments)
             case Symbol(name):
                 raise ValueError(f"the symbol '{name} has no number")
 
@@ -83,8 +94,8 @@ class Emitter:
                 token = self._temporary(token, "+", self.token(term))
         return token
 
-    def _call(self, name: str, function: Callable[..., float], arguments: tuple[Expression, ...]) -> str:
-        self.globals[f"f_{name}"] = function
+    def _call(self, name: str, arguments: tuple[Expression, ...]) -> str:
+        self.globals[f"f_{name}"] = self.functions[name]
         tokens = ", ".join(self.token(argument) for argument in arguments)
         return self._temporary(f"f_{name}(", tokens, ")")
 

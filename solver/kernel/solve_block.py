@@ -14,6 +14,7 @@ from rulesheets.model import Value
 from solver.attempts import Attempt, Method
 from solver.facts import NoRoot
 from solver.kernel.block import BlockKernel
+from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
@@ -27,12 +28,22 @@ FEW_STARTS = 6
 START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_ANSWERS = 64
 MAX_BOX_UNKNOWNS = 6
+MAX_BATCH_UNKNOWNS = 60
 
 
 def solve_block(
-    kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]
+    kernel: BlockKernel,
+    values: Mapping[str, Value],
+    guesses: Mapping[str, float],
+    budget: Budget | None = None,
+    assumed: bool = False,
 ) -> BlockOutcome:
-    """All answers of the block that can be found at the known ``values``."""
+    """All answers of the block that can be found at the known ``values``, within the ``budget``.
+
+    ``assumed``: the block belongs to a case that may well have no answer, so that last resorts are left out.
+    """
+    budget = budget or Budget()
+    budget.begin_block()
     question = Question(kernel, values, guesses)
     block = kernel.block
     if question.symbolic:
@@ -47,12 +58,11 @@ def solve_block(
         return _outcome(question, candidates, complete=True)
     complete = False
     if len(block.tears) == 1:
-        search = TearSearch(question, candidates, kernel)
+        search = TearSearch(question, candidates, kernel, budget)
         if (freedom := search.freedom()) is not None:
             return freedom
-        complete = search.run() or any(
-            TearSearch(question, candidates, other).run() for other in kernel.others()
-        )
+        others = (TearSearch(question, candidates, other, budget) for other in kernel.others())
+        complete = any(s.run() for s in (search, *others) if s.kernel.exhaustive)
         candidates.tried(Method.RANGE, complete)
         if not candidates.answers and (freedom := search.flat_stretch()) is not None:
             return freedom
@@ -64,7 +74,9 @@ def solve_block(
     if not complete:
         _from_starts(question, candidates)
         candidates.tried(Method.STARTS)
-        if not candidates.answers:
+        if not candidates.answers and len(block.tears) == 1 and not kernel.exhaustive:
+            search.run()
+        if not candidates.answers and not assumed and budget.last_resort():
             from solver.kernel.fallback import fall_back
 
             fall_back(question, candidates)
@@ -72,6 +84,19 @@ def solve_block(
 
 
 def _from_starts(question: Question, candidates: Candidates) -> None:
+    kernel = question.kernel
+    in_batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
+    if question.guesses or not in_batches:
+        _one_by_one(question, candidates)
+    if in_batches:
+        from solver.kernel.start_search import search_from_starts
+
+        search_from_starts(question, candidates)
+    if not candidates.answers and not candidates.nearest:
+        _one_by_one(question, candidates)
+
+
+def _one_by_one(question: Question, candidates: Candidates) -> None:
     from solver.numerics.multistart import multistart
 
     found = multistart(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from rulesheets.evaluate import value
-from rulesheets.model import Value
 from solver.kernel.block import BlockKernel
+from solver.kernel.budget import Budget
 from solver.kernel.candidates import Answer, Candidates
-from solver.kernel.chain import Enclosure
 from solver.kernel.freedom import rank_loss
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
@@ -17,6 +17,7 @@ from solver.path import rational
 
 SEARCH_BOXES = 12_000
 SEARCH_ALIVE = 2_000
+SEARCH_LEVELS = 220
 HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 MIN_SAMPLES = 3
@@ -27,32 +28,43 @@ MOST_CHAINS = 64
 class TearSearch:
     """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
 
-    def __init__(self, question: Question, candidates: Candidates, kernel: BlockKernel) -> None:
+    def __init__(
+        self, question: Question, candidates: Candidates, kernel: BlockKernel, budget: Budget
+    ) -> None:
         self.question, self.candidates = question, candidates
-        self.kernel = kernel
+        self.kernel, self.budget = kernel, budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
 
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
+        import numpy as np
+
         from solver.numerics.isolation import IsolationLimits, isolate_roots
 
         if len(self.kernel.chains()) > MOST_CHAINS:
             return False
-        limits = IsolationLimits(boxes=SEARCH_BOXES, alive=SEARCH_ALIVE)
         low, high = self._within(*self.question.domain(self.tear))
-        complete = True
-        for place, chain in enumerate(self.kernel.chains()):
-            enclosure = Enclosure(chain, self._constants())
+        complete, known = True, [np.float64(v) for v in self.question.known]
+        for place in range(len(self.kernel.chains())):
+            enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
+            levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
+            limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
             search = isolate_roots(
-                enclosure, enclosure.slope if smooth else None, self._residual(place), low, high, limits
+                partial(enclosure.range_on, known=known),
+                partial(enclosure.slope_on, known=known) if smooth else None,
+                self._residual(place),
+                low,
+                high,
+                limits,
             )
+            self.budget.spend(search.levels * enclosure.operations)
             complete = complete and search.complete and (smooth or not search.roots)
             for root in (*search.roots, *(x for x, _ in search.touching)):
                 self._candidate(place, root)
             self.flat += [(place, *interval) for interval in search.flat]
-        return complete and not self.kernel.jumps and self.kernel.exhaustive
+        return complete and self.kernel.exhaustive
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
@@ -102,9 +114,6 @@ class TearSearch:
         except (ArithmeticError, ValueError):
             return low, high
         return (max(low, -reach), min(high, reach)) if math.isfinite(reach) else (low, high)
-
-    def _constants(self) -> dict[str, Value]:
-        return {name: self.question.values[name] for name in self.kernel.known}
 
     def _residual(self, place: int) -> Callable[[float], float]:
         function, known = self.kernel.chain_function(place), self.question.known

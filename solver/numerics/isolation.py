@@ -65,6 +65,7 @@ class RootSearch:
     touching: tuple[tuple[float, float], ...] = ()
     flat: tuple[tuple[float, float], ...] = ()
     evaluations: int = 0
+    levels: int = 0
 
     @property
     def proven_empty(self) -> bool:
@@ -91,7 +92,7 @@ def isolate_roots(
         return RootSearch((), True)
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
     with np.errstate(all="ignore"):
-        settled, at_rounding, unsplit = _branch_and_prune(function, limits)
+        settled, at_rounding, unsplit, levels = _branch_and_prune(function, limits)
         roots = [bracketed_root(value, a, b) for a, b in settled]
         found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
     return RootSearch(
@@ -101,16 +102,18 @@ def isolate_roots(
         touching=tuple(found.touching),
         flat=tuple(found.flat),
         evaluations=function.evaluations,
+        levels=levels,
     )
 
 
 def _branch_and_prune(
     function: IntervalFunction, limits: IsolationLimits
-) -> tuple[Intervals, Intervals, Intervals]:
-    """Boxes that hold exactly one root, boxes at rounding level, and boxes left when the limits were met."""
+) -> tuple[Intervals, Intervals, Intervals, int]:
+    """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and the levels."""
     settled: Intervals = []
     at_rounding: Intervals = []
     lo, hi = _presplit(function.low, function.high, limits.presplit)
+    level = 0
     for level in range(limits.levels):
         if not lo.size or lo.size > limits.alive or function.evaluations > limits.boxes:
             break
@@ -124,7 +127,7 @@ def _branch_and_prune(
         if level >= limits.remote_levels:
             asked = ~function.is_remote(lo, hi)
             lo, hi = lo[asked], hi[asked]
-    return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True))
+    return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True)), level + 1
 
 
 def _presplit(low: float, high: float, levels: int) -> tuple[Array, Array]:

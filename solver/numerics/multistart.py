@@ -108,10 +108,15 @@ def starting_points(
     """The guess, moved into the ranges, and ``count`` points that fill them; those alone after an offset."""
     if offset == 0:
         yield [min(max(g, low), high) for g, (low, high) in zip(guess, ranges, strict=True)]
-    ratios = _ratios(len(guess))
-    for k in range(offset + 1, offset + count + 1):
-        shares = [(0.5 + k * ratio) % 1.0 for ratio in ratios]
+    for shares in low_discrepancy(len(guess), count, offset):
         yield [place(u, *bounds, s) for u, bounds, s in zip(shares, ranges, scale, strict=True)]
+
+
+def low_discrepancy(n: int, count: int, offset: int = 0) -> Iterator[list[float]]:
+    """``count`` points of [0, 1)ⁿ that fill it evenly, after the first ``offset``."""
+    ratios = _ratios(n)
+    for k in range(offset + 1, offset + count + 1):
+        yield [(0.5 + k * ratio) % 1.0 for ratio in ratios]
 
 
 def _ratios(n: int) -> list[float]:

@@ -9,7 +9,7 @@ Metamathematics*, 1952, section 64).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from rulesheets import nodes
 from rulesheets.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
@@ -23,14 +23,20 @@ Pair: TypeAlias = tuple[Expression, Expression]
 LESS, EQUAL, GREATER, DIFFERENT = -1, 0, 1, 2
 """What can be assumed of a pair; ``DIFFERENT`` serves pairs that are only asked whether they are equal."""
 
+AT_MOST, AT_LEAST = -3, 3
+"""Less or equal, and greater or equal: one case, where equality takes none of the rules of that side away."""
+
 _TRUE_FOR = {
     "=": {EQUAL},
-    "<>": {LESS, GREATER, DIFFERENT},
-    "<": {LESS},
-    "<=": {LESS, EQUAL},
-    ">": {GREATER},
-    ">=": {GREATER, EQUAL},
+    "<>": {LESS, AT_MOST, GREATER, AT_LEAST, DIFFERENT},
+    "<": {LESS, AT_MOST},
+    "<=": {LESS, AT_MOST, EQUAL},
+    ">": {GREATER, AT_LEAST},
+    ">=": {GREATER, AT_LEAST, EQUAL},
 }
+"""By operator: for which assumptions its rules take part. (``AT_LEAST`` has the rules of ``GREATER``.)"""
+
+MEANING = {LESS: "<", AT_MOST: "<=", EQUAL: "=", AT_LEAST: ">=", GREATER: ">", DIFFERENT: "<>"}
 _MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
@@ -73,17 +79,54 @@ def _all(outcomes: list[bool | None], wanted: bool) -> bool | None:
     return None if None in outcomes else wanted
 
 
-def cases_of(pair: Pair, conditions: Iterable[Condition]) -> tuple[int, ...]:
-    """The cases of a pair, the likely ones first; equality last, where a single point is meant."""
+def cases_of(pair: Pair, conditions: Sequence[Condition], guards: Iterable[Guard]) -> tuple[int, ...]:
+    """The cases of a pair, the likely ones first; equality last, where it is a case of its own.
+
+    ``guards`` are the premises of the rules, as pairs of a condition and how it must come out.
+    """
     if any(isinstance(side, Symbol) for side in pair):
         return (EQUAL, DIFFERENT)
-    operators = {
-        atom.operator
-        for condition in conditions
-        for atom in comparisons(condition)
-        if pair in ((atom.left, atom.right), (atom.right, atom.left))
+    asked = {_asked(atom, pair) for condition in conditions for atom in comparisons(condition)} - {None}
+    if asked <= {"=", "<>"}:
+        return (DIFFERENT, EQUAL)
+    uses = {
+        (operator, wanted)
+        for condition, holds in guards
+        for atom, wanted in _polarities(condition, holds)
+        if (operator := _asked(atom, pair))
     }
-    return (DIFFERENT, EQUAL) if operators <= {"=", "<>"} else (GREATER, LESS, EQUAL)
+    if not uses & _LOST_AT_THE_EDGE[GREATER]:
+        return (AT_LEAST, LESS)
+    if not uses & _LOST_AT_THE_EDGE[LESS]:
+        return (GREATER, AT_MOST)
+    return (GREATER, LESS, EQUAL)
+
+
+Guard: TypeAlias = tuple[Condition, bool]
+
+_LOST_AT_THE_EDGE = {
+    GREATER: {(">", True), ("<>", True), ("<=", False), ("=", False)},
+    LESS: {("<", True), ("<>", True), (">=", False), ("=", False)},
+}
+"""By side: what a guard may ask (operator, outcome) that holds on that side and ceases to at equality."""
+
+
+def _asked(atom: Comparison, pair: Pair) -> str | None:
+    """The operator that an atom puts between the two, read from the first to the second."""
+    if (atom.left, atom.right) == pair:
+        return atom.operator
+    return _MIRRORED[atom.operator] if (atom.right, atom.left) == pair else None
+
+
+def _polarities(condition: Condition, holds: bool) -> Iterator[tuple[Comparison, bool]]:
+    """The comparisons of a condition, each with the outcome that makes for ``holds``."""
+    if isinstance(condition, Comparison):
+        yield condition, holds
+    elif isinstance(condition, Not):
+        yield from _polarities(condition.term, not holds)
+    elif isinstance(condition, And | Or):
+        for term in condition.terms:
+            yield from _polarities(term, holds)
 
 
 def possible(signs: Mapping[Pair, int]) -> bool:
@@ -95,19 +138,19 @@ def possible(signs: Mapping[Pair, int]) -> bool:
             case Name(name), Number(number):
                 pass
             case Number(number), Name(name):
-                sign = -sign if sign in (LESS, GREATER) else sign
+                sign = sign if sign == DIFFERENT else -sign
             case _:
                 continue
         low, high = ranges.get(name, (-math.inf, math.inf))
         if sign == EQUAL and points.setdefault(name, number) != number:
             return False
-        if sign == GREATER:
-            low = max(low, number)
-        elif sign == LESS:
-            high = min(high, number)
+        if sign in (GREATER, AT_LEAST):
+            low = max(low, number if sign == AT_LEAST else math.nextafter(number, math.inf))
+        elif sign in (LESS, AT_MOST):
+            high = min(high, number if sign == AT_MOST else math.nextafter(number, -math.inf))
         ranges[name] = (low, high)
-    inside = all(low < high for low, high in ranges.values())
-    return inside and all(ranges[name][0] < point < ranges[name][1] for name, point in points.items())
+    inside = all(low <= high for low, high in ranges.values())
+    return inside and all(ranges[name][0] <= point <= ranges[name][1] for name, point in points.items())
 
 
 def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:

@@ -1,4 +1,4 @@
-"""The paper's three subsheets as equations over bare names, transcribed by hand from the figures.
+"""The three subsheets as equations over bare names: those of the paper, by hand, and those without slopes.
 
 Each is (guard, left, right) in Python syntax, to be evaluated by ``random_sheets.evaluated``.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 _HORIZONTAL = "(thetaAB == 0 or thetaAB == 180 or thetaAB == 360)"
 
-RULES: tuple[tuple[str | None, str, str], ...] = (
+AS_PRINTED: tuple[tuple[str | None, str, str], ...] = (
     (None, "yB", "offset"),
     (None, "xA", "AO*cosd(thetaAO)"),
     (None, "yA", "AO*sind(thetaAO)"),
@@ -46,4 +46,35 @@ RULES: tuple[tuple[str | None, str, str], ...] = (
     ("yb1 <= yb11 and xB <= xA", "aBAt", "alphaAB*AB"),
     ("yb1 <= yb11 and xB >= xA", "aBAt", "-alphaAB*AB"),
     ("yb1 >= yb11 and xB <= xA", "aBAt", "-alphaAB*AB"),
+)
+
+SLOPE_FREE: tuple[tuple[str | None, str, str], ...] = (
+    (None, "yB", "offset"),
+    (None, "xA", "AO*cosd(thetaAO)"),
+    (None, "yA", "AO*sind(thetaAO)"),
+    ("branch == 'open'", "xB - xA", "sqrt(AB**2 - (yB - yA)**2)"),
+    ("branch != 'open'", "xB - xA", "-sqrt(AB**2 - (yB - yA)**2)"),
+    (None, "thetaAB", "atan2d(yA - yB, xA - xB)"),
+    (None, "vA", "omegaAO*AO"),
+    (None, "xa", "-vA*sind(thetaAO)"),
+    (None, "ya", "vA*cosd(thetaAO)"),
+    (None, "yb", "0"),
+    (None, "yb - ya", "omegaAB*(xB - xA)"),
+    (None, "xb - xa", "-omegaAB*(yB - yA)"),
+    (None, "vAB", "abs(omegaAB)*AB"),
+    (None, "vB", "xb"),
+    (None, "aAt", "alphaAO*AO"),
+    (None, "aAn", "omegaAO**2*AO"),
+    (None, "aBAn", "omegaAB**2*AB"),
+    (None, "yb1", "0"),
+    (None, "xa11", "-aAn*cosd(thetaAO)"),
+    (None, "ya11", "-aAn*sind(thetaAO)"),
+    (None, "xa1", "xa11 - aAt*sind(thetaAO)"),
+    (None, "ya1", "ya11 + aAt*cosd(thetaAO)"),
+    (None, "xb11", "xa1 - omegaAB**2*(xB - xA)"),
+    (None, "yb11", "ya1 - omegaAB**2*(yB - yA)"),
+    (None, "yb1 - yb11", "alphaAB*(xB - xA)"),
+    (None, "xb1 - xb11", "-alphaAB*(yB - yA)"),
+    (None, "aB", "xb1"),
+    (None, "aBAt", "abs(alphaAB)*AB"),
 )

@@ -1,0 +1,104 @@
+"""What following a path leads to: branches on the way, leaves at their ends."""
+
+from __future__ import annotations
+
+from rulesheets.model import Model, Value
+from rulesheets.record import dataclass, field, replace
+from solver.facts import Fact, NoRoot, NoValue, OutOfRange
+from solver.path.activity import activity
+from solver.path.cases import EQUAL
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from solver.attempts import Attempt
+    from solver.forward_error import ForwardErrors
+    from solver.path.cases import Pair
+    from solver.path.steps import SolveBlock, Step
+
+
+@dataclass
+class Branch:
+    """What is known along one way through the path."""
+
+    values: dict[str, Value]
+    decided: dict[int, bool]
+    assumed: dict[int, bool] = field(default_factory=dict)
+    signs: dict[Pair, int] = field(default_factory=dict)
+    void: dict[int, Fact] = field(default_factory=dict)
+    steps: list[Step] = field(default_factory=list)
+    settled: set[int] = field(default_factory=set)
+    blank: set[str] = field(default_factory=set)
+    origins: dict[str, Step] = field(default_factory=dict)
+    facts: tuple[Fact, ...] = ()
+    attempts: dict[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict)
+
+    def fork(self) -> Branch:
+        return replace(
+            self,
+            values=dict(self.values),
+            decided=dict(self.decided),
+            assumed=dict(self.assumed),
+            signs=dict(self.signs),
+            void=dict(self.void),
+            steps=list(self.steps),
+            settled=set(self.settled),
+            blank=set(self.blank),
+            origins=dict(self.origins),
+            attempts=dict(self.attempts),
+        )
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """The end of a branch: all that could be computed along it, checked.
+
+    ``conflicts`` are rules that do not hold there; ``missing`` the wanted names without a value.
+    ``worst`` is the largest scaled residual of the ``checked`` rules. ``loose``: nothing contradicts
+    the cases that follow, and nothing determines them.
+    """
+
+    branch: Branch
+    missing: tuple[str, ...]
+    conflicts: tuple[Fact, ...]
+    worst: float
+    checked: int
+
+    loose: bool = False
+
+    @property
+    def solved(self) -> bool:
+        return not self.missing and not self.conflicts
+
+    @property
+    def on_edge(self) -> bool:
+        """Whether an equality between unknowns was assumed on the way."""
+        return EQUAL in self.branch.signs.values()
+
+
+def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
+    """The error bars of the values of a leaf."""
+    from solver.forward_error import forward_errors
+
+    branch = leaf.branch
+    decided = {**branch.decided, **branch.assumed}
+    return forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided))
+
+
+def blocked(leaf: Leaf) -> bool:
+    """Whether something stands in the way of a leaf's missing values, other than freedom."""
+    facts = leaf.branch.void.values()
+    return any(isinstance(f, NoRoot | OutOfRange) or (isinstance(f, NoValue) and not f.pole) for f in facts)
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """Every leaf that was reached, in order of preference, and whether they are known to be all.
+
+    ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
+    undetermined what they were assumed on.
+    """
+
+    leaves: tuple[Leaf, ...]
+    complete: bool
+    dead: tuple[Leaf, ...]
+    adrift: tuple[Leaf, ...] = ()
