@@ -75,6 +75,23 @@ def cosd(degrees: float) -> float:
     return 0.0 - cosine if (quarters + 1) & 2 else cosine + 0.0
 
 
+def sincosd(degrees: float) -> tuple[float, float]:
+    """Sine and cosine of an angle in degrees, the same floats as ``sind`` and ``cosd`` give."""
+    quarters, rest = _reduced(degrees)
+    spread = SPLITTER * rest
+    head = spread - (spread - rest)
+    product = head * RADIAN[0]
+    tail = (rest - head) * RADIAN[0] + rest * RADIAN[1]
+    high = product + tail
+    low = tail - (high - product)
+    s, c = sin(high), cos(high)
+    cosine = c - low * s + 0.0
+    sine = copysign(0.5, rest) if rest == 30.0 or rest == -30.0 else s + low * c
+    if quarters & 1:
+        sine, cosine = cosine, 0.0 - sine
+    return (0.0 - sine, 0.0 - cosine) if quarters & 2 else (sine, cosine)
+
+
 def tand(degrees: float) -> float:
     """Tangent of an angle in degrees. Raises ZeroDivisionError at its poles."""
     quarters, rest = _reduced(degrees)

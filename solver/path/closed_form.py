@@ -46,7 +46,8 @@ _QUARTER = {"d": 90.0, "": math.pi / 2}
 
 @dataclass(frozen=True, slots=True)
 class Let:
-    """``name := expression``. A ``divisor`` must not vanish; ``size`` is the sum of its terms' sizes."""
+    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, which is
+    the sum of its terms' sizes) must not be negative."""
 
     name: str
     expression: Expression
@@ -89,10 +90,9 @@ Formula = Let | Parabola | Circle
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """Formulas in order; they end with every unknown. ``roots`` must not come out negative."""
+    """Formulas in order; they end with every unknown."""
 
     formulas: tuple[Formula, ...]
-    roots: tuple[str, ...] = ()
 
     @property
     def branches(self) -> int:
@@ -316,8 +316,7 @@ class _Elimination:
         for group in reversed(self.backward):
             formulas += group
         formulas += [self._direction(name, *angle) for name, angle in self.letters.angles.items()]
-        roots = tuple(name for name in self.letters.roots)
-        return ClosedForm(tuple(formulas), roots)
+        return ClosedForm(tuple(formulas))
 
     def _stated(self, name: str) -> bool:
         return name in self.open or name in self.letters.angles
@@ -368,7 +367,8 @@ class _Elimination:
             value = scaled(value, 1 / parts[1][UNIT])
         else:
             value = times(value, letter(self._reciprocal(parts[1])))
-        self.backward.append([Let(name, self._expression(value))])
+        size = self._size(value) if name in self.letters.roots else None
+        self.backward.append([Let(name, self._expression(value), size=size)])
         self.open.discard(name)
         self.equations = [substituted(e, name, value) for e in self.equations]
         return True

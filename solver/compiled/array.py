@@ -1,0 +1,177 @@
+"""A program as numpy source: rows in blocks that stay in the cache, every result into a buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.functions.arrays import ARRAYS
+from solver.compiled.circular import SineAndCosine
+from solver.compiled.flow import TOLERANCE, Flow
+from solver.compiled.schedule import LEAVES, LOGICAL, Schedule, operands, schedule
+
+Array: TypeAlias = NDArray[Any]
+
+BLOCK = 4096
+"""Rows of a block: a few dozen buffers of them fit into the second-level cache."""
+
+_UFUNCS = {
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "div": np.divide,
+    "neg": np.negative,
+    "sqrt": np.sqrt,
+    "abs": np.absolute,
+    "pow": np.power,
+    "sin": np.sin,
+    "cos": np.cos,
+    "lt": np.less,
+    "le": np.less_equal,
+    "eq": np.equal,
+    "and": np.logical_and,
+    "or": np.logical_or,
+    "not": np.logical_not,
+    "finite": np.isfinite,
+}
+
+
+class ArrayKernel:
+    """Computes some nodes of a graph for arrays of inputs (n,)."""
+
+    def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
+        self.flow, self.wanted = flow, tuple(wanted)
+        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted))
+        namespace: dict[str, Any] = dict(writer.namespace)
+        self.source = writer.source()
+        exec(compile(self.source, "<compiled path>", "exec"), namespace)
+        self._block: Callable[..., None] = namespace["block"]
+        self.buffers, self.masks = writer.buffers, writer.masks
+
+    def __call__(self, columns: Sequence[Array], results: Sequence[Array]) -> None:
+        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs."""
+        count = len(results[0])
+        size = min(BLOCK, count)
+        buffers = [np.empty(size) for _ in range(self.buffers)]
+        masks = [np.empty(size, dtype=bool) for _ in range(self.masks)]
+        scratch = SineAndCosine(size)
+        with np.errstate(all="ignore"):
+            for start in range(0, count, size):
+                rows = slice(start, min(start + size, count))
+                if rows.stop - start < size:
+                    short = rows.stop - start
+                    buffers = [buffer[:short] for buffer in buffers]
+                    masks = [mask[:short] for mask in masks]
+                    scratch = SineAndCosine(short)
+                self._block([c[rows] for c in columns], [r[rows] for r in results], buffers, masks, scratch)
+
+
+class _Writer:
+    """Lines of the block function; registers are taken again once nothing reads them any more."""
+
+    def __init__(self, flow: Flow, wanted: tuple[int, ...], plan: Schedule) -> None:
+        self.flow, self.plan = flow, plan
+        self.outputs = {}
+        for place, node in reversed(list(enumerate(wanted))):
+            self.outputs.setdefault(node, place)
+        self.wanted = wanted
+        self.names: dict[int, str] = {}
+        self.free: dict[str, list[str]] = {"b": [], "m": []}
+        self.taken = {"b": 0, "m": 0}
+        self.namespace: dict[str, Any] = {f"{name}_": f for name, f in _UFUNCS.items()}
+        self.namespace.update(copy_=np.copyto, near_=_near)
+        self.lines: list[str] = []
+        for at, node in enumerate(plan.order):
+            self._emit(at, node)
+        for place, node in enumerate(wanted):
+            if flow.nodes[node][0] in LEAVES or self.outputs[node] != place:
+                self.lines.append(f"copy_(r{place}, {self._read(node)})")
+
+    @property
+    def buffers(self) -> int:
+        return self.taken["b"]
+
+    @property
+    def masks(self) -> int:
+        return self.taken["m"]
+
+    def source(self) -> str:
+        head = [
+            *(f"x{i} = columns[{i}]" for i in self._inputs()),
+            *(f"r{i} = results[{i}]" for i in range(len(self.wanted))),
+            *(f"b{i} = buffers[{i}]" for i in range(self.buffers)),
+            *(f"m{i} = masks[{i}]" for i in range(self.masks)),
+        ]
+        body = "\n".join(f"    {line}" for line in [*head, *self.lines]) or "    pass"
+        return f"def block(columns, results, buffers, masks, sincosd):\n{body}\n"
+
+    def _inputs(self) -> list[int]:
+        return sorted(int(node[1]) for node in self.flow.nodes if node[0] == "input")
+
+    def _read(self, node: int) -> str:
+        operation, *rest = self.flow.nodes[node]
+        if operation == "const":
+            return repr(rest[0])
+        return f"x{rest[0]}" if operation == "input" else self.names[node]
+
+    def _emit(self, at: int, node: int) -> None:
+        if node in self.names:
+            return
+        operation, *rest = self.flow.nodes[node]
+        read = [self._read(o) for o in operands(self.flow, node)]
+        if operation in ("sind", "cosd"):
+            self._circular(at, int(rest[0]), read[0])
+            return
+        if operation == "where":
+            # The register of an alternative that is not read again can take the result.
+            target = self._register(node)
+            self.lines.append(f"copy_({target}, {read[2]})")
+            self.lines.append(f"copy_({target}, {read[1]}, where={read[0]})")
+            self._release(at, node)
+            return
+        self._release(at, node)
+        target = self._register(node)
+        if operation == "call":
+            self.namespace[f"f_{rest[0]}"] = ARRAYS[str(rest[0])]
+            self.lines.append(f"copy_({target}, f_{rest[0]}({', '.join(read)}))")
+        else:
+            self.lines.append(f"{operation}_({', '.join((*read, target))})")
+
+    def _circular(self, at: int, angle: int, text: str) -> None:
+        pair = [n for n in self.plan.order if self.flow.nodes[n] in (("sind", angle), ("cosd", angle))]
+        names = {str(self.flow.nodes[n][0]): self._register(n) for n in pair}
+        sine, cosine = names.get("sind", "None"), names.get("cosd", "None")
+        self.lines.append(f"sincosd({text}, {sine}, {cosine})")
+        for node in pair:
+            self._release(at, node)
+
+    def _register(self, node: int) -> str:
+        if node in self.outputs:
+            name = f"r{self.outputs[node]}"
+        else:
+            kind = "m" if self.flow.nodes[node][0] in LOGICAL or self._is_mask(node) else "b"
+            if self.free[kind]:
+                name = self.free[kind].pop()
+            else:
+                name = f"{kind}{self.taken[kind]}"
+                self.taken[kind] += 1
+        self.names[node] = name
+        return name
+
+    def _is_mask(self, node: int) -> bool:
+        operation, *rest = self.flow.nodes[node]
+        return operation == "where" and self.flow.nodes[int(rest[1])][0] in LOGICAL
+
+    def _release(self, at: int, node: int) -> None:
+        """Give back the registers that are read here for the last time."""
+        for operand in dict.fromkeys(operands(self.flow, node)):
+            name = self.names.get(operand)
+            if name is not None and self.plan.last[operand] == at and name[0] in "bm":
+                self.free[name[0]].append(name)
+
+
+def _near(a: Array, b: Array, out: Array) -> None:
+    np.less_equal(np.abs(a - b), TOLERANCE * np.maximum(np.abs(a), np.abs(b)), out)

@@ -1,0 +1,431 @@
+"""A straight-line program as a graph: every operation once, constants folded, angles simplified.
+
+Nodes are numbered in the order in which they can be computed, and equal operations are one node. What
+is simplified keeps the value to rounding: the tangent of the direction of a point is the quotient
+of its coordinates, a cosine moved by right angles is a sine, and where an angle came out of a
+closed form its cosine and sine are there already.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import contextmanager
+
+from rulesheets.functions import TABLE
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.record import dataclass
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from typing import TypeAlias
+
+    Operand: TypeAlias = int | float | str
+    Node: TypeAlias = tuple[Operand, ...]
+"""An operation and the numbers of its operands; of ``const`` the value, of ``call`` the function first."""
+
+TOLERANCE = 16.0 * 2.0**-52
+NEAR = 1e-13
+"""A direction nearer to the axis than this (as a quotient) is left to the step-by-step way."""
+
+
+class NotCompilable(Exception):
+    """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
+
+
+_FOLD: dict[str, Callable[..., float | bool]] = {
+    "neg": lambda a: -a,
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "sqrt": math.sqrt,
+    "abs": abs,
+    "pow": math.pow,
+    "lt": lambda a, b: a < b,
+    "le": lambda a, b: a <= b,
+    "eq": lambda a, b: a == b,
+    "near": lambda a, b: abs(a - b) <= TOLERANCE * max(abs(a), abs(b)),
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "not": lambda a: not a,
+    "where": lambda c, a, b: a if c else b,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """A node that is the direction of the point (x, y), in degrees or (unit "") in radians."""
+
+    y: int
+    x: int
+    unit: str
+    length: int | None
+    """The node of the point's distance from the origin, or None for 1."""
+
+
+class Flow:
+    """The graph. ``plain``: without the simplifications that leave special directions out."""
+
+    def __init__(self, plain: bool = False) -> None:
+        self.plain = plain
+        self.nodes: list[Node] = []
+        self.checks: list[int] = []
+        self.finite: list[int] = []
+        self._numbers: dict[Node, int] = {}
+        self._directions: dict[int, Direction] = {}
+        self.true = self.constant(True)
+        self.false = self.constant(False)
+
+    # --- nodes ---
+
+    def constant(self, value: float | bool) -> int:
+        return self.node("const", value if isinstance(value, bool) else float(value))
+
+    def input(self, place: int) -> int:
+        return self.node("input", place)
+
+    def value_of(self, node: int) -> float | bool | None:
+        """The value of a constant node."""
+        kind = self.nodes[node]
+        return kind[1] if kind[0] == "const" else None  # type: ignore[return-value]
+
+    def add(self, operation: str, *operands: int) -> int:
+        """The node of an operation, simplified."""
+        folded = self._folded(operation, operands)
+        if folded is not None:
+            return folded
+        simple = _SIMPLIFY.get(operation)
+        if simple is not None:
+            found = simple(self, *operands)
+            if found is not None:
+                return found
+        return self.node(operation, *operands)
+
+    def node(self, *node: Operand) -> int:
+        """The number of an operation as it is, unsimplified."""
+        key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
+        number = self._numbers.get(key)
+        if number is None:
+            number = len(self.nodes)
+            self.nodes.append(node)
+            self._numbers[key] = number
+        return number
+
+    def _folded(self, operation: str, operands: tuple[int, ...]) -> int | None:
+        values = [self.value_of(operand) for operand in operands]
+        if any(value is None for value in values):
+            return None
+        try:
+            result = _FOLD[operation](*values)
+        except (ArithmeticError, ValueError):
+            raise NotCompilable from None
+        return self.constant(result)
+
+    def require(self, condition: int) -> None:
+        """A condition that must hold for the results to count."""
+        if condition != self.true and condition not in self.checks:
+            self.checks.append(condition)
+
+    def bound(self, number: int) -> None:
+        """A number that must be finite, because what is computed from it could hide that it is not."""
+        if self.value_of(number) is None and number not in self.finite:
+            self.finite.append(number)
+
+    @contextmanager
+    def only_if(self, condition: int) -> Iterator[None]:
+        """What is required inside is required where the condition holds."""
+        outside, self.checks = self.checks, []
+        yield
+        inside, self.checks = self.checks, outside
+        for check in inside:
+            self.require(self.add("or", self.add("not", condition), check))
+
+    # --- expressions ---
+
+    def expression(self, node: Expression, values: Mapping[str, int]) -> int:
+        """The node of an expression; ``values`` gives that of every variable."""
+        match node:
+            case Number(value):
+                return self.constant(value)
+            case Name(name):
+                return values[name]
+            case Negative(operand):
+                return self.add("neg", self.expression(operand, values))
+            case Sum(terms):
+                return self._sum([(term, self.expression(term, values)) for term in terms])
+            case Product(left, right):
+                return self.add("mul", self.expression(left, values), self.expression(right, values))
+            case Quotient(left, right):
+                divided = self.expression(left, values)
+                divisor = self.expression(right, values)
+                self._divisor(divisor)
+                return self.add("div", divided, divisor)
+            case Power(base, exponent):
+                return self._power(self.expression(base, values), exponent, values)
+            case Call(function, arguments):
+                return self.call(function, *(self.expression(item, values) for item in arguments))
+            case _:
+                raise NotCompilable
+
+    def _sum(self, terms: list[tuple[Expression, int]]) -> int:
+        total = terms[0][1]
+        for _, term in terms[1:]:
+            total = self.add("add", total, term)
+        return total
+
+    def _divisor(self, divisor: int) -> None:
+        if self.value_of(divisor) is None:
+            self.bound(divisor)
+            self.require(self.add("not", self.add("eq", divisor, self.constant(0.0))))
+
+    def _power(self, base: int, exponent: Expression, values: Mapping[str, int]) -> int:
+        match exponent:
+            case Number(2.0):
+                return self.add("mul", base, base)
+            case Number(3.0):
+                return self.add("mul", self.add("mul", base, base), base)
+            case Number(-1.0):
+                self._divisor(base)
+                return self.add("div", self.constant(1.0), base)
+            case Number(0.5):
+                return self.add("sqrt", base)
+            case _:
+                return self.add("pow", base, self.expression(exponent, values))
+
+    def call(self, function: str, *arguments: int) -> int:
+        """The node of a function; those of angles by what is known of the angle."""
+        if function in ("sqrt", "abs"):
+            return self.add(function, *arguments)
+        if all(self.value_of(argument) is not None for argument in arguments):
+            try:
+                return self.constant(TABLE[function].value(*(self.value_of(a) for a in arguments)))
+            except (ArithmeticError, ValueError):
+                raise NotCompilable from None
+        if function in _CIRCULAR:
+            return self._circular(function, arguments[0])
+        for argument in arguments:
+            self.bound(argument)
+        if function in ("atan2", "atan2d"):
+            node = self.node("call", function, *arguments)
+            if node not in self._directions:
+                y, x = arguments
+                self._directions[node] = Direction(y, x, function.removeprefix("atan2"), self._length(y, x))
+            at_zero = [self.add("eq", argument, self.constant(0.0)) for argument in arguments]
+            self.require(self.add("not", self.add("and", *at_zero)))
+            return node
+        return self.node("call", function, *arguments)
+
+    def _length(self, y: int, x: int) -> int:
+        return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))
+
+    def direction(self, y: int, x: int, unit: str) -> int:
+        """The direction of a point on the unit circle."""
+        node = self.node("call", "atan2" + unit, y, x)
+        self._directions[node] = Direction(y, x, unit, None)
+        return node
+
+    # --- angles ---
+
+    def _circular(self, function: str, angle: int) -> int:
+        unit = "d" if function.endswith("d") else ""
+        kind = function.removesuffix("d")
+        known = self._directions.get(angle)
+        if known is not None and known.unit == unit:
+            return self._of_direction(kind, known)
+        operation = self.nodes[angle]
+        if operation[0] == "neg":
+            inside = self._circular(function, int(operation[1]))
+            return inside if kind == "cos" else self.add("neg", inside)
+        if unit == "d" and operation[0] in ("add", "sub"):
+            moved = self._moved(kind, operation)
+            if moved is not None:
+                return moved
+        if kind == "tan":
+            return self.node("call", function, angle)
+        return self.node(function, angle)
+
+    def _of_direction(self, kind: str, known: Direction) -> int:
+        if kind == "tan":
+            self._divisor(known.x)
+            return self.add("div", known.y, known.x)
+        part = known.x if kind == "cos" else known.y
+        if known.length is None:
+            return part
+        return self.add("div", part, known.length)
+
+    def _moved(self, kind: str, operation: Node) -> int | None:
+        """An angle plus or minus a number of right angles."""
+        left, right = int(operation[1]), int(operation[2])
+        subtracted = operation[0] == "sub"
+        shift, angle = self.value_of(right), left
+        if isinstance(shift, float) and subtracted:
+            shift = -shift
+        if shift is None:
+            shift, angle = self.value_of(left), self.add("neg", right) if subtracted else right
+        if not isinstance(shift, float) or shift % 90.0 != 0.0 or abs(shift) > 1e9:
+            return None
+        return self._turned(kind, angle, int(shift / 90.0) % 4)
+
+    def _turned(self, kind: str, angle: int, quarters: int) -> int:
+        if kind == "tan":
+            tangent = self._circular("tand", angle)
+            if quarters % 2 == 0:
+                return tangent
+            self._divisor(tangent)
+            return self.add("neg", self.add("div", self.constant(1.0), tangent))
+        names = ("cosd", "sind") if kind == "cos" else ("sind", "cosd")
+        found = self._circular(names[quarters % 2], angle)
+        minus = quarters in ((1, 2) if kind == "cos" else (2, 3))
+        return self.add("neg", found) if minus else found
+
+    # --- conditions ---
+
+    def compare(self, operator: str, left: int, right: int) -> int:
+        """The node of a comparison of two numbers."""
+        match operator:
+            case "=":
+                return self._near(left, right)
+            case "<>":
+                return self.add("not", self._near(left, right))
+            case "<":
+                return self.add("lt", left, right)
+            case "<=":
+                return self.add("le", left, right)
+            case ">":
+                return self.add("lt", right, left)
+            case _:
+                return self.add("le", right, left)
+
+    def _near(self, left: int, right: int) -> int:
+        for angle, other in ((left, right), (right, left)):
+            known, number = self._directions.get(angle), self.value_of(other)
+            if known is None or known.unit != "d" or not isinstance(number, float) or self.plain:
+                continue
+            if abs(number) > 180.5:
+                return self.false
+            if number in (0.0, 180.0):
+                # Neither to the right nor to the left of the origin: away from the axis, for certain.
+                away = self.add("lt", self._axis(known.x), self.add("abs", known.y))
+                self.require(away)
+                return self.false
+        return self.add("near", left, right)
+
+    def _axis(self, x: int) -> int:
+        return self.add("mul", self.constant(NEAR), self.add("abs", x))
+
+
+_CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
+
+
+# --- simplification: what an operation comes down to, or None ---
+
+
+def _negative(flow: Flow, a: int) -> int | None:
+    node = flow.nodes[a]
+    return int(node[1]) if node[0] == "neg" else None
+
+
+def _add(flow: Flow, a: int, b: int) -> int | None:
+    if flow.value_of(a) == 0.0:
+        return b
+    if flow.value_of(b) == 0.0:
+        return a
+    if flow.nodes[b][0] == "neg":
+        return flow.add("sub", a, int(flow.nodes[b][1]))
+    if flow.nodes[a][0] == "neg":
+        return flow.add("sub", b, int(flow.nodes[a][1]))
+    return None
+
+
+def _subtract(flow: Flow, a: int, b: int) -> int | None:
+    if a == b:
+        return flow.constant(0.0)
+    if flow.value_of(b) == 0.0:
+        return a
+    if flow.value_of(a) == 0.0:
+        return flow.add("neg", b)
+    if flow.nodes[b][0] == "neg":
+        return flow.add("add", a, int(flow.nodes[b][1]))
+    return flow.node("neg", flow.node("sub", b, a)) if b < a else None
+
+
+def _multiply(flow: Flow, a: int, b: int) -> int | None:
+    for one, other in ((a, b), (b, a)):
+        match flow.value_of(one):
+            case 0.0:
+                return flow.constant(0.0)
+            case 1.0:
+                return other
+            case -1.0:
+                return flow.add("neg", other)
+    if flow.nodes[a][0] == "neg":
+        return flow.add("neg", flow.add("mul", int(flow.nodes[a][1]), b))
+    if flow.nodes[b][0] == "neg":
+        return flow.add("neg", flow.add("mul", a, int(flow.nodes[b][1])))
+    return flow.node("mul", b, a) if b < a else None
+
+
+def _divide(flow: Flow, a: int, b: int) -> int | None:
+    if flow.value_of(b) == 1.0:
+        return a
+    if flow.value_of(b) == -1.0:
+        return flow.add("neg", a)
+    if flow.nodes[a][0] == "neg":
+        return flow.add("neg", flow.add("div", int(flow.nodes[a][1]), b))
+    if flow.nodes[b][0] == "neg":
+        return flow.add("neg", flow.add("div", a, int(flow.nodes[b][1])))
+    below = flow.nodes[b]
+    if below[0] == "div" and flow.value_of(int(below[1])) == 1.0:
+        return flow.add("mul", a, int(below[2]))
+    if below[0] == "div" and not flow.plain:
+        return flow.add("div", flow.add("mul", a, int(below[2])), int(below[1]))
+    return None
+
+
+def _both(flow: Flow, a: int, b: int) -> int | None:
+    if flow.false in (a, b):
+        return flow.false
+    if a == flow.true or a == b:
+        return b
+    return a if b == flow.true else None
+
+
+def _either(flow: Flow, a: int, b: int) -> int | None:
+    if flow.true in (a, b):
+        return flow.true
+    if a == flow.false or a == b:
+        return b
+    return a if b == flow.false else None
+
+
+def _opposite(flow: Flow, a: int) -> int | None:
+    return int(flow.nodes[a][1]) if flow.nodes[a][0] == "not" else None
+
+
+def _where(flow: Flow, c: int, a: int, b: int) -> int | None:
+    if c == flow.true or a == b:
+        return a
+    return b if c == flow.false else None
+
+
+def _absolute(flow: Flow, a: int) -> int | None:
+    node = flow.nodes[a]
+    if node[0] == "neg":
+        return flow.add("abs", int(node[1]))
+    return a if node[0] in ("abs", "sqrt") or (node[0] == "mul" and node[1] == node[2]) else None
+
+
+_SIMPLIFY: dict[str, Callable[..., int | None]] = {
+    "neg": _negative,
+    "add": _add,
+    "sub": _subtract,
+    "mul": _multiply,
+    "div": _divide,
+    "and": _both,
+    "or": _either,
+    "not": _opposite,
+    "where": _where,
+    "abs": _absolute,
+}

@@ -1,0 +1,76 @@
+"""The endings of a program merged by selections: one result for each row, and whether it counts."""
+
+from __future__ import annotations
+
+from rulesheets.record import dataclass
+from solver.compiled.flow import NotCompilable
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from solver.compiled.flow import Flow
+    from solver.compiled.program import Ending, Program
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """``results`` are nodes (a symbol by its name) that count where the node ``holds`` is true."""
+
+    results: tuple[int | str, ...]
+    holds: int
+
+
+def primary(program: Program) -> Merged:
+    """The primary answer of every row."""
+    flow, endings = program.flow, program.endings
+    states = [_states(flow, ending) for ending in endings]
+    results, order = endings[0].results, endings[0].order
+    have, sure = states[0]
+    for ending, (holds, known) in zip(endings[1:], states[1:], strict=True):
+        before = flow.add("or", flow.add("not", have), _less(flow, ending.order, order))
+        better = flow.add("and", holds, before)
+        results = tuple(_chosen(flow, better, *pair) for pair in zip(ending.results, results, strict=True))
+        order = tuple(flow.add("where", better, *pair) for pair in zip(ending.order, order, strict=True))
+        have, sure = flow.add("or", have, holds), flow.add("and", sure, known)
+    return Merged(results, flow.add("and", have, sure))
+
+
+def every(program: Program) -> tuple[tuple[Merged, ...], int]:
+    """Each ending by itself, and the node that is true where it is known of all whether they count."""
+    flow = program.flow
+    states = [_states(flow, ending) for ending in program.endings]
+    sure = flow.true
+    for _, known in states:
+        sure = flow.add("and", sure, known)
+    merged = (Merged(e.results, holds) for e, (holds, _) in zip(program.endings, states, strict=True))
+    return tuple(merged), sure
+
+
+def _states(flow: Flow, ending: Ending) -> tuple[int, int]:
+    """Whether an ending is an answer, and whether that is known."""
+    holds = flow.true
+    for check in ending.holds:
+        holds = flow.add("and", holds, check)
+    total = None
+    for node in ending.finite:
+        total = node if total is None else flow.add("add", total, node)
+    if total is not None:
+        holds = flow.add("and", holds, flow.node("finite", total))
+    if ending.gone == flow.false:
+        return holds, holds
+    return flow.add("and", holds, flow.add("not", ending.gone)), flow.add("or", holds, ending.gone)
+
+
+def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
+    """Lexicographic order."""
+    less = flow.false
+    for a, b in reversed(list(zip(one, other, strict=True))):
+        less = flow.add("or", flow.add("lt", a, b), flow.add("and", flow.add("eq", a, b), less))
+    return less
+
+
+def _chosen(flow: Flow, better: int, one: int | str, other: int | str) -> int | str:
+    if isinstance(one, str) or isinstance(other, str):
+        if one != other:
+            raise NotCompilable
+        return one
+    return flow.add("where", better, one, other)
