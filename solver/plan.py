@@ -8,13 +8,17 @@ from typing import TYPE_CHECKING
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value
+from solver.compiled.paths import CompiledPaths
+from solver.compiled.translate import Pattern
 from solver.explain import explain
 from solver.leaves import Exploration
 from solver.result import Status
-from solver.solution import explore
+from solver.solution import explore, planner
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:
+    from solver.compiled.program import Program
+    from solver.compiled.rows import Sweeper
     from solver.table import Column, Table
 
 
@@ -28,7 +32,11 @@ class Unsolved(Exception):
 
 
 class Plan:
-    """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``."""
+    """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``.
+
+    Rows that decide alike share one compiled way, learned from the first of them; rows that no way
+    settles are solved step by step.
+    """
 
     def __init__(
         self,
@@ -40,32 +48,40 @@ class Plan:
     ) -> None:
         self.model, self.inputs, self.want = model, inputs, want
         self.given, self.guesses = given, guesses
+        self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
+        self._sweeper: Sweeper | None = None
 
     def __call__(self, *numbers: Value) -> tuple[Value, ...]:
         """The wanted values of the primary answer. Raises Unsolved where there is none."""
+        for way in self.paths.primary:
+            found = way(*numbers)
+            if found is not None:
+                return found  # type: ignore[no-any-return]
         return self._answers(numbers)[0]
 
     def all(self, *numbers: Value) -> list[tuple[Value, ...]]:
         """The wanted values of every answer, the primary one first. Raises Unsolved where there is none."""
+        for way in self.paths.every:
+            found = way(*numbers)
+            if found is not None:
+                return list(dict.fromkeys(found))
         return self._answers(numbers)
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
-        """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN."""
-        from solver.table import rows
+        """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
 
-        if jit:
-            raise NotImplementedError("compiled sweeps are not there yet: leave jit out")
+        With ``jit`` the ways are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
+        Raises ValueError for columns of different lengths, RuleSheetError where the extra is absent.
+        """
+        from solver.compiled.rows import Sweeper
+        from solver.sweep_rows import sweep_rows
 
-        def answer(numbers: tuple[Value, ...]) -> tuple[Status, tuple[Value, ...]]:
-            verdict, _ = self.judged(numbers)
-            if verdict.status is not Status.SOLVED:
-                return verdict.status, ()
-            return verdict.status, tuple(verdict.leaves[0].branch.values[name] for name in self.want)
-
-        return rows(self.inputs, self.want, columns, answer)
+        if self._sweeper is None or self._sweeper.jit is not jit:
+            self._sweeper = Sweeper(self.paths, jit)
+        return sweep_rows(self, self._sweeper, columns)
 
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
-        """Verdict on one row, unexplained."""
+        """Verdict on one row, unexplained; what it found out serves the rows that decide alike."""
         if len(numbers) != len(self.inputs):
             raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
         row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
@@ -73,11 +89,18 @@ class Plan:
         found = explore(self.model, values, self.want, self.guesses, self.want)
         return judge(self.model, found, self.want, values, self.guesses), found
 
+    def learn(self, numbers: tuple[Value, ...], verdict: Verdict) -> Program | None:
+        """A compiled way from a row that was solved step by step, where it has one."""
+        if verdict.status is not Status.SOLVED:
+            return None
+        return self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
+
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         verdict, _ = self.judged(numbers)
         if verdict.status is not Status.SOLVED:
             values = {**self.given, **dict(zip(self.inputs, numbers, strict=True))}
             raise Unsolved(verdict.status, explain(self.model, verdict, values, self.want))
+        self.learn(numbers, verdict)
         rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
         return list(dict.fromkeys(rows))
 

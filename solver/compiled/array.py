@@ -74,7 +74,7 @@ class _Writer:
 
     def __init__(self, flow: Flow, wanted: tuple[int, ...], plan: Schedule) -> None:
         self.flow, self.plan = flow, plan
-        self.outputs = {}
+        self.outputs: dict[int, int] = {}
         for place, node in reversed(list(enumerate(wanted))):
             self.outputs.setdefault(node, place)
         self.wanted = wanted

@@ -17,7 +17,7 @@ from rulesheets.record import dataclass, field, replace
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.program import Ending, Program
 from solver.kernel.block import BlockKernel
-from solver.path.build import activity
+from solver.path.activity import activity
 from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
 from solver.path.isolate import TARGET
 from solver.path.steps import Check, Decide, Evaluate, Select, SolveBlock
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rulesheets.model import Equation, Model, Value, Variable
-    from solver.path.build import Planner
     from solver.path.closed_form import Coefficient
     from solver.path.isolate import Isolation, Quadratic, Stage
+    from solver.path.planner import Planner
     from solver.path.steps import Step
 
 MAX_ENDINGS = 8
-CLEAR = 1e-9
+CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to the step-by-step way."""
 STRANGE = 1e-6
 """A root that came out negative by more than this, relative to its terms, belongs to no answer."""

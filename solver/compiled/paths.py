@@ -1,0 +1,77 @@
+"""The compiled ways of one pattern of inputs: learned from rows that were solved step by step.
+
+A way is good for every row that decides as the row it was learned from. It is tried on the rows that are
+left, and what it does not settle is for the next way; for a row that none settles the step-by-step
+way has the word, and a new way may be learned from it. A way that does not return what it was
+learned from is not used.
+"""
+
+from __future__ import annotations
+
+from solver.compiled.flow import NotCompilable
+from solver.compiled.scalar import compile_scalar
+from solver.compiled.translate import Pattern, translate
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any
+
+    from rulesheets.model import Model, Value
+    from solver.compiled.program import Program
+    from solver.path.planner import Planner
+
+MAX_WAYS = 24
+"""Ways of one pattern; a sheet whose rows decide in more ways than this is solved step by step beyond."""
+
+MAX_FAILURES = 12
+AGREEMENT = 1e-6
+"""How near a way must come to the row that it was learned from, relative to each number."""
+
+
+class CompiledPaths:
+    """Ways to answer one pattern. ``primary`` gives the first answer of a row, ``every`` all of them."""
+
+    def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
+        self.model, self.planner, self.pattern = model, planner, pattern
+        self.programs: list[Program] = []
+        self.primary: list[Callable[..., Any]] = []
+        self.every: list[Callable[..., Any]] = []
+        self.failures = 0
+
+    def learn(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> Program | None:
+        """A new way from a row that was solved step by step, where there is one and it says the same.
+
+        ``answers`` are the values of every variable in each answer.
+        """
+        if len(self.programs) >= MAX_WAYS or self.failures >= MAX_FAILURES:
+            return None
+        for plain in (False, True):
+            try:
+                program = translate(self.model, self.planner, self.pattern, answers[0], plain)
+                every = compile_scalar(program, all_answers=True)
+            except NotCompilable:
+                break
+            if self._agrees(every(*numbers), answers):
+                self.programs.append(program)
+                self.primary.append(compile_scalar(program))
+                self.every.append(every)
+                return program
+        self.failures += 1
+        return None
+
+    def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
+        if not isinstance(rows, list):
+            return False
+        wanted = list(dict.fromkeys(tuple(answer[n] for n in self.pattern.want) for answer in answers))
+        found = list(dict.fromkeys(rows))
+        if len(found) != len(wanted):
+            return False
+        pairs = (zip(one, other, strict=True) for one, other in zip(found, wanted, strict=True))
+        return all(_near(a, b) for pair in pairs for a, b in pair)
+
+
+def _near(a: Value, b: Value) -> bool:
+    if isinstance(a, str) or isinstance(b, str):
+        return a == b
+    return abs(a - b) <= AGREEMENT * max(abs(a), abs(b)) + 1e-12

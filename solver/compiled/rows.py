@@ -1,0 +1,98 @@
+"""Sweeps by compiled ways: the rows that a way settles at once, block by block, the others one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.model import Value
+from solver.compiled.array import ArrayKernel
+from solver.compiled.flow import NotCompilable
+from solver.compiled.merge import primary
+from solver.compiled.paths import CompiledPaths
+from solver.compiled.program import Program
+from solver.result import Status
+
+Array: TypeAlias = NDArray[Any]
+Solve: TypeAlias = Callable[[int], tuple[Status, tuple[Value, ...], Program | None]]
+"""Solves a row step by step: its status, its values, and a new way where one was learned from it."""
+Keep: TypeAlias = Callable[[int, Status, Sequence[Value]], None]
+
+WORTH = 16
+"""So many rows pay for the set-up of a way on arrays."""
+
+
+class RowKernel:
+    """One way on arrays: ``results`` (n,) for each wanted name and a mask (n,) of the rows that count."""
+
+    def __init__(self, program: Program) -> None:
+        merged = primary(program)
+        self.results = merged.results
+        self.nodes = [node for node in merged.results if isinstance(node, int)]
+        self.kernel = ArrayKernel(program.flow, (*self.nodes, merged.holds))
+
+    def __call__(self, columns: Sequence[Array]) -> tuple[list[Array | str], Array]:
+        count = len(columns[0]) if columns else 1
+        found = [np.empty(count) for _ in self.nodes]
+        holds = np.empty(count, dtype=bool)
+        self.kernel(columns, (*found, holds))
+        numbers = iter(found)
+        return [next(numbers) if isinstance(node, int) else node for node in self.results], holds
+
+
+class Sweeper:
+    """The rows of sweeps of one pattern."""
+
+    def __init__(self, paths: CompiledPaths, jit: bool = False) -> None:
+        self.paths, self.jit = paths, jit
+        self._kernels: dict[int, RowKernel | None] = {}
+
+    def run(self, columns: Sequence[Array], results: list[Array], solve: Solve, keep: Keep) -> None:
+        """Fill ``results`` (n,) from ``columns`` (n,): by the ways there are, by ways learned on the way.
+
+        ``solve`` has the word on a row that no way settles, and ``keep`` takes what it says.
+        """
+        left = np.arange(len(columns[0]))
+        for program in list(self.paths.programs):
+            left = self._settled(program, columns, results, left)
+        while len(left):
+            row = int(left[0])
+            status, values, learned = solve(row)
+            keep(row, status, values)
+            left = left[1:]
+            if learned is not None and len(left) > WORTH:
+                left = self._settled(learned, columns, results, left)
+
+    def _settled(
+        self, program: Program, columns: Sequence[Array], results: list[Array], left: Array
+    ) -> Array:
+        """The rows that are still left after a way had its turn."""
+        kernel = self._kernel(program)
+        if kernel is None or not len(left):
+            return left
+        whole = len(left) == len(columns[0])
+        found, holds = kernel([c if whole else c[left] for c in columns])
+        everything = bool(holds.all())
+        rows = left if everything else left[holds]
+        for place, values in enumerate(found):
+            if isinstance(values, str):
+                if results[place].dtype == float:
+                    results[place] = results[place].astype(object)
+                results[place][rows] = values
+            elif whole and everything and results[place].dtype == float:
+                results[place] = values
+            else:
+                results[place][rows] = values if everything else values[holds]
+        return left[:0] if everything else left[~holds]
+
+    def _kernel(self, program: Program) -> RowKernel | None:
+        key = id(program)
+        if key not in self._kernels:
+            try:
+                self._kernels[key] = RowKernel(program)
+            except NotCompilable:
+                self._kernels[key] = None
+        return self._kernels[key]

@@ -1,0 +1,91 @@
+"""The rows of a sweep: compiled ways for those that decide alike, the step-by-step way for the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.model import Value
+from solver.compiled.rows import Sweeper
+from solver.result import Status
+from solver.table import CODES, Column, Table
+
+if TYPE_CHECKING:
+    from solver.compiled.program import Program
+    from solver.plan import Plan
+
+Array: TypeAlias = NDArray[Any]
+
+
+def sweep_rows(plan: Plan, sweeper: Sweeper, columns: Sequence[Column]) -> Table:
+    """Solve every row of the columns (n,), which stand in the order of the plan's inputs.
+
+    Raises ValueError for columns of different lengths.
+    """
+    arrays = _columns(plan.inputs, columns)
+    count = len(arrays[0]) if arrays else 1
+    status = np.zeros(count, dtype=np.int8)
+    answers: list[Array] = [np.full(count, np.nan) for _ in plan.want]
+    if arrays and all(array.dtype == float for array in arrays):
+        _numbers(plan, sweeper, arrays, answers, status)
+    else:
+        answers = _one_by_one(plan, arrays, status)
+    table = dict(zip(plan.inputs, arrays, strict=True))
+    table.update(zip(plan.want, answers, strict=True))
+    return Table(table, status)
+
+
+def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
+    arrays = [np.atleast_1d(np.asarray(column)) for column in columns]
+    if len({len(array) for array in arrays}) > 1:
+        lengths = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, arrays, strict=True))
+        raise ValueError(f"the columns of a sweep must have one length ({lengths}); or use grid=True")
+    return [np.asarray(a, dtype=float) if a.dtype.kind in "iub" else a for a in arrays]
+
+
+def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], answers: list[Array], status: Array) -> None:
+    """Rows of numbers: by compiled ways first."""
+
+    def solve(row: int) -> tuple[Status, tuple[Value, ...], Program | None]:
+        numbers = tuple(float(column[row]) for column in columns)
+        verdict, _ = plan.judged(numbers)
+        values: tuple[Value, ...] = ()
+        if verdict.status is Status.SOLVED:
+            values = tuple(verdict.leaves[0].branch.values[name] for name in plan.want)
+        return verdict.status, values, plan.learn(numbers, verdict)
+
+    def keep(row: int, outcome: Status, values: Sequence[Value]) -> None:
+        status[row] = CODES[outcome]
+        for place, value in enumerate(values):
+            if isinstance(value, str) and answers[place].dtype == float:
+                answers[place] = answers[place].astype(object)
+            answers[place][row] = value
+
+    sweeper.run(columns, answers, solve, keep)
+
+
+def _one_by_one(plan: Plan, columns: list[Array], status: Array) -> list[Array]:
+    found: list[list[Value | None]] = [[None] * len(status) for _ in plan.want]
+    for row, numbers in enumerate(_rows(columns)):
+        verdict, _ = plan.judged(numbers)
+        status[row] = CODES[verdict.status]
+        if verdict.status is Status.SOLVED:
+            for column, name in zip(found, plan.want, strict=True):
+                column[row] = verdict.leaves[0].branch.values[name]
+    return [_column(values) for values in found]
+
+
+def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:
+    if not columns:
+        yield ()
+    for row in zip(*columns, strict=True):
+        yield tuple(str(v) if isinstance(v, str) else float(v) for v in row)
+
+
+def _column(values: Sequence[Value | None]) -> Array:
+    if any(isinstance(value, str) for value in values):
+        return np.array(values, dtype=object)
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
