@@ -26,6 +26,7 @@ _UFUNCS = {
     "neg": np.negative,
     "sqrt": np.sqrt,
     "abs": np.absolute,
+    "rint": np.rint,
     "pow": np.power,
     "sin": np.sin,
     "cos": np.cos,

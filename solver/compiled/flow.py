@@ -42,6 +42,7 @@ _FOLD: dict[str, Callable[..., float | bool]] = {
     "div": lambda a, b: a / b,
     "sqrt": math.sqrt,
     "abs": abs,
+    "rint": lambda a: float(round(a)),
     "pow": math.pow,
     "lt": lambda a, b: a < b,
     "le": lambda a, b: a <= b,

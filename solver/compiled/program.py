@@ -27,8 +27,9 @@ class Ending:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """``inputs`` is how many numbers it takes; ``checks`` must hold for any of the endings to count."""
+    """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these."""
 
     flow: Flow
     inputs: int
     endings: tuple[Ending, ...]
+    symbols: tuple[tuple[int, str], ...] = ()

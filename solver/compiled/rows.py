@@ -29,6 +29,8 @@ class RowKernel:
     """One way on arrays: ``results`` (n,) for each wanted name and a mask (n,) of the rows that count."""
 
     def __init__(self, program: Program) -> None:
+        if program.symbols:
+            raise NotCompilable
         merged = primary(program)
         self.results = merged.results
         self.nodes = [node for node in merged.results if isinstance(node, int)]

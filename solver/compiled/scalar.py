@@ -38,6 +38,7 @@ _FUNCTIONS: dict[str, object] = {
     "cos": math.cos,
     "float": float,
     "sincosd": sincosd,
+    "rint": lambda x: float(round(x)),
     "sorted": sorted,
     "len": len,
     "ArithmeticError": ArithmeticError,
@@ -96,16 +97,15 @@ class _Writer:
             self._line(
                 "return [row for _, row in found]" if self.all_answers else "return found[0][1]", "    "
             )
-        inputs = [f"        {name} = float({name})" for name in arguments if self._read(name)]
+        symbols = dict(self.program.symbols)
+        inputs = [f"        if a{place} != {said!r}: return None" for place, said in symbols.items()]
+        numbers = [place for place in range(self.program.inputs) if place not in symbols]
+        inputs += [f"        a{place} = float(a{place})" for place in numbers]
         body = "\n".join([*inputs, *("    " + line for line in self.lines)])
         return (
             f"def solve({', '.join(arguments)}):\n    try:\n{body}\n"
             "    except (ArithmeticError, ValueError, TypeError):\n        return None\n"
         )
-
-    def _read(self, argument: str) -> bool:
-        node = self.flow.nodes
-        return any(n[0] == "input" and f"a{n[1]}" == argument for n in node)
 
     def _line(self, text: str, indent: str) -> None:
         if text:

@@ -11,7 +11,7 @@ import math
 
 from rulesheets import nodes
 from rulesheets.construct import subtract
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds, value
 from rulesheets.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol
 from rulesheets.record import dataclass, field, replace
 from solver.compiled.flow import Flow, NotCompilable
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from solver.path.steps import Step
 
 MAX_ENDINGS = 8
+MAX_TURNS = 8
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to the step-by-step way."""
 STRANGE = 1e-6
@@ -116,15 +117,17 @@ class _Translation:
                 symbols[name] = known
             else:
                 values[name] = flow.constant(known)
+        told: list[tuple[int, str]] = []
         for place, name in enumerate(self.pattern.inputs):
             if isinstance(said := self.sample[name], str):
                 symbols[name] = said
+                told.append((place, said))
             else:
                 values[name] = flow.input(place)
         way = _Way(values, symbols, {}, gone=flow.false)
         self._decide(way, range(len(self.model.conditions)))
         self._plan(way)
-        return Program(flow, len(self.pattern.inputs), tuple(self.endings))
+        return Program(flow, len(self.pattern.inputs), tuple(self.endings), tuple(told))
 
     # --- the way ---
 
@@ -270,7 +273,8 @@ class _Translation:
             fork.values[unknown] = node
             fork.order.append(self.flow.constant(float(place)))
             self._leave(fork, variable, node)
-            yield fork
+            if fork.gone != self.flow.true:
+                yield fork
 
     def _within(self, way: _Way, variable: Variable, node: int) -> None:
         """Values outside the declared range do not count; how they fail is for the step-by-step way."""
@@ -297,15 +301,13 @@ class _Translation:
             return self._quadratic(way, isolation.quadratic)
         targets = [self._expression(way, isolation.start)]
         for place, stage in enumerate(isolation.stages):
-            last = place == len(isolation.stages) - 1
-            targets = [
-                node for target in targets for node in self._undone(way, isolation, stage, target, last)
-            ]
+            rest = isolation.stages[place + 1 :]
+            targets = [node for target in targets for node in self._undone(way, stage, target)]
+            if stage.period is not None:
+                return self._turned_values(way, isolation, stage, rest, targets)
         return targets
 
-    def _undone(
-        self, way: _Way, isolation: Isolation, stage: Stage, target: int, last: bool
-    ) -> Iterator[int]:
+    def _undone(self, way: _Way, stage: Stage, target: int) -> list[int]:
         flow = self.flow
         several = len(stage.forms) > 1
         if stage.low > -math.inf:
@@ -318,19 +320,61 @@ class _Translation:
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
             flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
-        forms = [flow.expression(form, here) for form in stage.forms]
-        if stage.period is None:
-            yield from forms
-            return
+        return [flow.expression(form, here) for form in stage.forms]
+
+    def _turned_values(
+        self, way: _Way, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
+    ) -> list[int]:
+        """What is left to undo of an angle, and its whole turns: within the range, else within one turn."""
         variable = self.model.variables[isolation.unknown]
-        turn = self.graph.turn(isolation.unknown)
-        bounded = variable.low > -math.inf or variable.high < math.inf
-        if not last or bounded or turn != stage.period:
+        period, turn = stage.period or 0.0, self.graph.turn(isolation.unknown)
+        if any(step.operation not in ("sum", "negative") for step in rest):
             raise NotCompilable
+        for step in rest:
+            targets = [node for target in targets for node in self._undone(way, step, target)]
+        if variable.low > -math.inf or variable.high < math.inf:
+            images = [_image(form, stage) if not rest else None for form in stage.forms]
+            images *= len(targets) // len(images)
+            return [
+                node
+                for form, image in zip(targets, images, strict=True)
+                for node in self._whole_turns(variable, form, image, period, turn)
+            ]
+        if turn != period:
+            raise NotCompilable
+        return [self._wrapped(form, period) for form in targets]
+
+    def _wrapped(self, node: int, turn: float) -> int:
+        """The angle in the turn around 0, its upper end included."""
+        flow = self.flow
         half, whole = flow.constant(turn / 2), flow.constant(turn)
-        for form in forms:
-            over = flow.add("where", flow.add("lt", half, form), flow.add("sub", form, whole), form)
-            yield over
+        count = flow.add("rint", flow.add("div", node, whole))
+        moved = flow.add("sub", node, flow.add("mul", whole, count))
+        outside = flow.add("lt", half, flow.add("abs", node))
+        wrapped = flow.add("where", outside, moved, node)
+        return flow.add("where", flow.add("eq", wrapped, flow.constant(-turn / 2)), half, wrapped)
+
+    def _whole_turns(
+        self,
+        variable: Variable,
+        node: int,
+        image: tuple[float, float] | None,
+        period: float,
+        turn: float | None,
+    ) -> list[int]:
+        """The angle with every whole turn that can bring it into a range; those outside drop out later."""
+        low, high = variable.low, variable.high
+        span = turn or period
+        if high == math.inf:
+            high = low + span
+        if low == -math.inf:
+            low = high - span
+        least, most = image or (-1.5 * period, 1.5 * period)
+        first, last = math.ceil((low - most) / period), math.floor((high - least) / period)
+        if last - first > MAX_TURNS:
+            raise NotCompilable
+        counts = sorted(range(first, last + 1), key=lambda k: (abs(k), k < 0))
+        return [self.flow.add("add", node, self.flow.constant(k * period)) for k in counts]
 
     def _quadratic(self, way: _Way, quadratic: Quadratic) -> list[int]:
         a, b, c = (self._expression(way, part) for part in (quadratic.a, quadratic.b, quadratic.c))
@@ -409,7 +453,8 @@ class _Translation:
                 self._leave(one, self.model.variables[name], letters[name])
             if len(ways) > 1:
                 self._prefer(one, step)
-            yield one
+            if one.gone != self.flow.true:
+                yield one
 
     def _formula(
         self, way: _Way, letters: dict[str, int], formula: Let | Parabola | Circle
@@ -500,8 +545,9 @@ class _Translation:
             active = self._active(way, equation)
             if active is None or active == flow.false:
                 continue
+            holds = self._witness(way, equation, active)
             with flow.only_if(active):
-                flow.require(self._witness(way, equation))
+                flow.require(holds)
         for name, variable in self.model.variables.items():
             self._turned(way, name, variable)
         results = tuple(self._result(way, name) for name in self.pattern.want)
@@ -536,8 +582,9 @@ class _Translation:
         kind = self.flow.nodes[node]
         return kind[0] == "call" and kind[1] in _DIRECTIONS
 
-    def _witness(self, way: _Way, equation: Equation) -> int:
-        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|."""
+    def _witness(self, way: _Way, equation: Equation, active: int) -> int:
+        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|. One of several values that is far
+        from that is no answer."""
         flow = self.flow
         symbols = [_symbol(side, way.symbols) for side in (equation.left, equation.right)]
         if symbols != [None, None]:
@@ -555,7 +602,20 @@ class _Translation:
             size = flow.add("add", size, flow.add("abs", flow.add("mul", slope, way.values[name])))
         flow.bound(size)
         limit = flow.add("mul", flow.constant(BACKWARD), size)
+        if way.order:
+            far = flow.add("lt", flow.add("mul", flow.constant(STRANGE), size), flow.add("abs", miss))
+            way.gone = flow.add("or", way.gone, flow.add("and", active, far))
         return flow.add("le", flow.add("abs", miss), limit)
+
+
+def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:
+    """Where the values of a form lie, from those at the ends of the stage's image."""
+    ends = [max(-1e300, stage.low), min(1e300, stage.high)]
+    try:
+        found = sorted(value(form, {TARGET.name: end}) for end in ends)
+    except (Undefined, KeyError):
+        return None
+    return found[0], found[1]
 
 
 def _certified(isolation: Isolation) -> bool:

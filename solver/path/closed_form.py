@@ -227,6 +227,10 @@ class _Letters:
 
     def _circular(self, function: str, argument: Expression) -> Polynomial:
         unit = _CIRCULAR[function]
+        turns = _count(argument, _QUARTER[unit])
+        if turns is not None and unit:
+            whole = (1.0, 0.0, -1.0, 0.0)
+            return constant(whole[turns % 4] if function.startswith("cos") else whole[(turns - 1) % 4])
         base, sign, quarters, rest = self._angle(argument, unit)
         if base is None:
             cosine, sine = self._pair(argument, unit)
@@ -346,20 +350,25 @@ class _Elimination:
     # --- a letter that occurs linearly ---
 
     def _substitute(self, by_number: bool) -> bool:
-        """Replace a plain letter that an equation gives as a polynomial in the others."""
+        """Replace a plain letter that an equation gives as a polynomial in the others.
+
+        Equations free of angles come first: what they make zero is exactly zero then.
+        """
         best = None
         for place, equation in enumerate(self.equations):
-            for name in sorted(filter(self._plain, self._unknown(equation))):
+            unknown = self._unknown(equation)
+            turning = sum(1 for name in unknown if not self._plain(name))
+            for name in sorted(filter(self._plain, unknown)):
                 parts = coefficients(equation, name)
                 if set(parts) - {0, 1} or self._unknown(parts[1]):
                     continue
                 number = set(parts[1]) == {UNIT}
-                cost = (not number, len(equation), place, name)
+                cost = (not number, turning, len(equation), place, name)
                 if (number or not by_number) and (best is None or cost < best):
                     best = cost
         if best is None:
             return False
-        _, _, place, name = best
+        *_, place, name = best
         equation = self.equations.pop(place)
         parts = coefficients(equation, name)
         value = scaled(parts.get(0, {}), Fraction(-1))

@@ -1,0 +1,128 @@
+"""Compiled ways and the step-by-step way say the same, row by row, on every shipped model."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from rulesheets.model import Model
+from solver.plan import Plan
+from solver.table import CODES
+
+ROOT = Path(__file__).parents[3] / "models"
+MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
+SLOW = {"loan", "rachford_rice", "colebrook"}
+"""Sheets of one iterated block: nothing of them is compiled, and a row takes long."""
+
+
+def numbers_of(model: Model) -> dict[str, float]:
+    return {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
+
+
+def rows_for(model: Model, name: str, count: int) -> np.ndarray:
+    rng = np.random.default_rng(len(name))
+    value = numbers_of(model)[name]
+    if model.variables[name].unit == "deg":
+        return np.concatenate([rng.uniform(-180, 180, count - 3), [0.0, 90.0, value]])
+    around = value * rng.uniform(0.6, 1.4, count - 1) if value else rng.uniform(-1, 1, count - 1)
+    return np.concatenate([around, [value]])
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if name not in SLOW])
+def test_every_row_of_a_sweep_is_what_a_solve_says(name: str) -> None:
+    model = rulesheets.load(str(ROOT / name / "model.tk"))
+    given_numbers = numbers_of(model)
+    want = [n for n, v in model.variables.items() if v.posted and v.value is None]
+    for driver in [*given_numbers][-2:]:
+        plan = solver.prepare(model, [driver], want)
+        rows = rows_for(model, driver, 7)
+        plan.sweep(rows)  # learns the ways
+        table = plan.sweep(np.tile(rows, 3))
+        for place, number in enumerate(rows):
+            verdict, _ = plan.judged((float(number),))
+            assert set(table.status[place :: len(rows)]) == {CODES[verdict.status]}
+            if table.status[place]:
+                continue
+            for wanted in want:
+                expected = verdict.leaves[0].branch.values[wanted]
+                if isinstance(expected, float):
+                    assert table[wanted][place] == pytest.approx(expected, rel=1e-12, abs=1e-12 * 100)
+            assert_same_answers(plan, float(number), verdict_rows(plan, float(number), want))
+
+
+def verdict_rows(plan: Plan, number: float, want: list[str]) -> list[tuple[float | str, ...]]:
+    verdict, _ = plan.judged((number,))
+    return list(dict.fromkeys(tuple(leaf.branch.values[n] for n in want) for leaf in verdict.leaves))
+
+
+def assert_same_answers(plan: Plan, number: float, expected: list[tuple[float | str, ...]]) -> None:
+    found = plan.all(number)
+    assert len(found) == len(expected)
+    assert found[0] == plan(number)
+    for one, other in zip(found, expected, strict=True):
+        for a, b in zip(one, other, strict=True):
+            assert a == b if isinstance(b, str) else a == pytest.approx(b, rel=1e-12, abs=1e-10)
+
+
+CRANK = rulesheets.load(str(ROOT / "offset_slider_crank" / "model.tk"))
+FORWARD = solver.prepare(CRANK, ["thetaAO"], ["xB", "vB", "omegaAB", "aB", "alphaAB"])
+BACKWARD = solver.prepare(CRANK, ["xB"], ["thetaAO", "vB", "omegaAB"], {"thetaAO": None})
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(-400, 400))
+def test_the_crank_turns_as_step_by_step(theta: float) -> None:
+    FORWARD(-30.0)
+    verdict, _ = FORWARD.judged((theta,))
+    assert FORWARD.sweep([theta]).status[0] == CODES[verdict.status]
+    if str(verdict.status) != "solved":
+        return
+    values = verdict.leaves[0].branch.values
+    for name, number in zip(FORWARD.want, FORWARD(theta), strict=True):
+        # The step-by-step way adds 90 degrees to the angle, which costs it 1e-16 of a right angle.
+        assert number == pytest.approx(values[name], rel=1e-11, abs=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(-12, 12))
+def test_the_slider_drives_as_step_by_step(xB: float) -> None:
+    BACKWARD(9.0)
+    verdict, _ = BACKWARD.judged((xB,))
+    assert BACKWARD.sweep([xB]).status[0] == CODES[verdict.status]
+    if str(verdict.status) == "solved":
+        assert_same_answers(BACKWARD, xB, verdict_rows(BACKWARD, xB, list(BACKWARD.want)))
+
+
+def test_bad_rows_do_not_spoil_their_neighbours() -> None:
+    table = BACKWARD.sweep([9.0, 20.0, 9.5, np.nan, 1e300, 9.7])
+    solved = [0, 2, 5]
+    assert [str(table.STATUSES[code]) for code in table.status[[0, 1, 2, 5]]] == [
+        "solved",
+        "infeasible",
+        "solved",
+        "solved",
+    ]
+    assert np.isfinite(table["vB"][solved]).all()
+    assert np.isnan(table["vB"][[1, 3, 4]]).all()
+
+
+def test_symbols_select_the_rules() -> None:
+    plan = solver.prepare(CRANK, ["branch", "thetaAO"], ["xB"])
+    table = plan.sweep(["open", "crossed", "open"], [-30.0, -30.0, 10.0])
+    xA, reach = 3.0 * math.sqrt(0.75), math.sqrt(64.0 - 3.5**2)
+    assert table["xB"][0] == plan("open", -30.0)[0] == pytest.approx(xA + reach, rel=1e-14)
+    assert table["xB"][1] == plan("crossed", -30.0)[0] == pytest.approx(xA - reach, rel=1e-14)
+
+
+def test_a_direction_on_the_axis_is_left_to_the_step_by_step_way() -> None:
+    """The rod along the slider's line: the slopes of the printed rules end there, the answers do not."""
+    level = solver.prepare(CRANK, ["thetaAO"], ["xB"], {"offset": 0.0})
+    assert level(0.0) == pytest.approx((11.0,), rel=1e-15)
+    assert level.sweep(np.zeros(40))["xB"] == pytest.approx(np.full(40, 11.0), rel=1e-15)
