@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
     from rulesheets.model import Model, Value
-    from solver.report.drawing.page import View
+    from solver.report.drawing.layout import View
     from solver.result import Result
 
 PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)

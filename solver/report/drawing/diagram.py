@@ -38,6 +38,10 @@ class Diagram:
     strokes: tuple[Stroke, ...]
 
     @property
+    def title(self) -> str:
+        return self.caption or self.name
+
+    @property
     def polar(self) -> bool:
         """Whether it is a velocity or acceleration diagram, drawn from a pole."""
         return "pole" in self.kinds.values()

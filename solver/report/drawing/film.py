@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from solver.report.drawing.diagram import Diagram
 from solver.report.drawing.ink import shades
-from solver.report.drawing.page import Placed, View, draw_page, layout
+from solver.report.drawing.layout import View, layout
+from solver.report.drawing.page import Placed, draw_page
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -95,7 +96,7 @@ def images(film: Sequence[Frame], dpi: float) -> Iterator[Image]:
     from matplotlib.figure import Figure
     from PIL import Image
 
-    plan = layout([frame.views for frame in film])
+    plan = layout([frame.views for frame in film], headed=True)
     before: Placed | None = None
     for frame in film:
         figure = Figure(dpi=dpi)

@@ -26,13 +26,6 @@ _DASHES: dict[str, tuple[str, Any]] = {
     "sliding": ("#a0507c", (0, (1.4, 1.2))),
     "coriolis": ("#6a3d9a", (0, (4.0, 1.2, 1.2, 1.2, 1.2, 1.2))),
 }
-ARROW_NAMES = {
-    "vector": "absolute",
-    "normal": "normal",
-    "tangential": "tangential",
-    "sliding": "sliding",
-    "coriolis": "Coriolis",
-}
 
 
 def style(kind: str) -> tuple[str, Any]:

@@ -12,7 +12,8 @@ from rulesheets.nodes import Figure as Declared
 from rulesheets.spelling import suggestion
 from solver.plan import Unsolved
 from solver.report.drawing.diagram import diagram, lacking
-from solver.report.drawing.page import View, draw_page, layout
+from solver.report.drawing.layout import View, layout
+from solver.report.drawing.page import draw_page
 from solver.result import Result, Status
 
 if TYPE_CHECKING:

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
-from solver.report.drawing.diagram import Diagram, diagram, lacking, variables
-from solver.report.drawing.film import Track, frames
+from solver.report.drawing.diagram import Diagram, Stroke, diagram, lacking, variables
+from solver.report.drawing.film import Frame, Track, frames, gif, images
 from solver.report.drawing.labels import Box, Wish, place
-from solver.report.drawing.page import View
+from solver.report.drawing.layout import View
 from solver.report.drawing.panel import Panel
 from solver.report.drawing.scale import Window, bar, scale, window
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
@@ -281,3 +281,16 @@ def test_instants_without_an_answer_give_no_frame() -> None:
     assert [frame.heading for frame in film] == ["1", "3"]
     two = frames([("1", [[view], []]), ("2", [[], [view]])], every=False)
     assert [frame.views for frame in two] == [(view, None), (None, view)]
+
+
+def test_every_frame_has_the_size_of_the_film() -> None:
+    """Though one lacks a view, and with it the only title and the only kind of arrow."""
+    pytest.importorskip("matplotlib")
+    arrows = (Stroke("vector", ("A", "B")), Stroke("normal", ("B", "A")))
+    places = {"A": (0.0, 0.0), "B": (3.0, 1.0)}
+    drawn = Diagram("a figure of a long name", "", "", places, dict.fromkeys(places, "point"), arrows)
+    full, bare = View("a title", (drawn, drawn)), View("", (None, _view(0.0, 0.0).diagrams[0]))
+    pictures = list(images([Frame("1", (full, bare)), Frame("2", (None, bare))], dpi=40))
+    assert len({picture.size for picture in pictures}) == 1
+    assert gif(pictures).startswith(b"GIF89a")
+    assert pictures[0].getpixel((0, 0)) == (255, 255, 255)

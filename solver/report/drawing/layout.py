@@ -1,0 +1,223 @@
+"""Where the panels of a page go, and how large it is: the same for every frame of a film."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from rulesheets.marks import ARROWS
+from solver.report.drawing.diagram import Diagram, Place
+from solver.report.drawing.panel import MARGIN
+from solver.report.drawing.scale import Window, scale, window
+
+GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
+"""Millimetres between panels, above one, below one, above a column, around the page, of a row of legend."""
+
+CAPTION, BOLD, LEGEND = 8.5, 9.0, 7.0
+"""Sizes of captions, of titles and of what stands below a panel, in points."""
+
+ARROW_NAMES = {
+    "vector": "absolute",
+    "normal": "normal",
+    "tangential": "tangential",
+    "sliding": "sliding",
+    "coriolis": "Coriolis",
+}
+
+_ROOM = (58.0, 52.0)
+"""Millimetres that the points of a diagram may take up."""
+
+_NARROW = 48.0
+"""Millimetres that a panel has at least, for its scale."""
+
+_ACROSS = 3
+"""Figures that stand in one row at most."""
+
+
+@dataclass(frozen=True)
+class View:
+    """One state: a title, and its diagrams in the order of the sheet, None where one cannot be drawn."""
+
+    title: str
+    diagrams: tuple[Diagram | None, ...]
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How one figure of the sheet is seen in every view: its scale, and the size of its window in units."""
+
+    scale: float
+    width: float
+    height: float
+
+    @property
+    def on_paper(self) -> Place:
+        """Width and height in millimetres."""
+        return self.width / self.scale, self.height / self.scale
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A page of panels, one for each figure (row) and view (column), in millimetres.
+
+    ``windows`` and ``travel`` (the two farthest places of every slider, by the number of its stroke) are by
+    figure and view, and so are ``cells``: the row and column on the page. ``widths`` and ``heights`` are
+    those of its columns and rows, ``titled`` tells whether views have titles, ``headed`` whether there is a
+    heading above them, ``legend`` has rows of kinds of arrows.
+    """
+
+    extents: tuple[Extent, ...]
+    windows: Mapping[tuple[int, int], Window]
+    travel: Mapping[tuple[int, int], Mapping[int, tuple[Place, Place]]]
+    cells: Mapping[tuple[int, int], tuple[int, int]]
+    widths: tuple[float, ...]
+    heights: tuple[float, ...]
+    titled: bool
+    headed: bool
+    legend: tuple[tuple[str, ...], ...]
+
+    @property
+    def size(self) -> Place:
+        """Width and height of the page."""
+        return _across(self.widths), _across(self.heights) + self.above + ROW * len(self.legend)
+
+    @property
+    def above(self) -> float:
+        """Height of what stands above the panels."""
+        return TITLE * (self.titled + self.headed)
+
+    def corner(self, row: int, column: int) -> Place:
+        """The upper left corner of the cell of a figure and view, from the lower left one of the page."""
+        y, x = self.cells[row, column]
+        return _start(self.widths, x), self.size[1] - self.above - _start(self.heights, y)
+
+    def middle(self, column: int) -> float:
+        """The middle of a view: of the page where there is but one."""
+        if all(view == 0 for _, view in self.cells):
+            return self.size[0] / 2
+        return _start(self.widths, column) + self.widths[column] / 2
+
+
+def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
+    """The layout that fits every view: ``frames`` are the views of each frame, one for a still picture."""
+    views = [view for frame in frames for view in frame if view]
+    rows, columns = len(views[0].diagrams), max(map(len, frames))
+    seen = {
+        (row, column): list(_seen(frames, row, column)) for row in range(rows) for column in range(columns)
+    }
+    least = {cell: window(diagrams) for cell, diagrams in seen.items()}
+    extents = tuple(
+        _extent([least[row, column] for column in range(columns)], _caption(row, views))
+        for row in range(rows)
+    )
+    cells = _cells(rows, columns)
+    widths, heights = _tracks(extents, cells)
+    if columns > 1:
+        titles = [_titles(frames, column) for column in range(columns)]
+        widths = tuple(
+            max(width, text_width(title, BOLD)) for width, title in zip(widths, titles, strict=True)
+        )
+    return Layout(
+        extents=extents,
+        windows={
+            (row, column): box.resized(extents[row].width, extents[row].height)
+            for (row, column), box in least.items()
+        },
+        travel={cell: _travel(diagrams) for cell, diagrams in seen.items()},
+        cells=cells,
+        widths=widths,
+        heights=heights,
+        titled=any(view.title for view in views),
+        headed=headed,
+        legend=_legend(views, _across(widths) - 2 * EDGE),
+    )
+
+
+def text_width(text: str, points: float) -> float:
+    """About how wide a text is, in millimetres, in the font that matplotlib brings along."""
+    return 0.215 * points * len(text)
+
+
+def legend_width(kind: str) -> float:
+    """Width of a kind of arrow in the legend."""
+    return 10.0 + text_width(ARROW_NAMES[kind], LEGEND)
+
+
+def _seen(frames: Sequence[Sequence[View | None]], row: int, column: int) -> Iterator[Diagram]:
+    for views in frames:
+        view = views[column] if column < len(views) else None
+        if view is not None and (diagram := view.diagrams[row]) is not None:
+            yield diagram
+
+
+def _caption(row: int, views: Sequence[View]) -> str:
+    """The longest caption of a figure, which is the same in all views that have it."""
+    captions = (diagram.title for view in views if (diagram := view.diagrams[row]))
+    return max(captions, key=len, default="")
+
+
+def _titles(frames: Sequence[Sequence[View | None]], column: int) -> str:
+    titles = (view.title for views in frames if column < len(views) and (view := views[column]))
+    return max(titles, key=len, default="")
+
+
+def _extent(windows: Sequence[Window], caption: str) -> Extent:
+    width, height = max(w.width for w in windows), max(w.height for w in windows)
+    units = scale(width, height, _ROOM)
+    least = max(_NARROW, text_width(f"(a) {caption}", CAPTION))
+    return Extent(units, max(width + 2 * MARGIN * units, least * units), height + 2 * MARGIN * units)
+
+
+def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
+    found: dict[int, tuple[Place, Place]] = {}
+    for diagram in seen:
+        for number, stroke in enumerate(diagram.strokes):
+            if stroke.kind == "slider":
+                place = diagram.path(stroke)[0]
+                low, high = found.get(number, (place, place))
+                found[number] = min(low, place), max(high, place)
+    return found
+
+
+def _cells(rows: int, columns: int) -> dict[tuple[int, int], tuple[int, int]]:
+    """Figures below each other where there are several views; the figures of one view fill rows."""
+    if columns > 1:
+        return {(row, column): (row, column) for row in range(rows) for column in range(columns)}
+    wide = rows if rows <= _ACROSS else -(-rows // 2)
+    return {(row, 0): divmod(row, wide) for row in range(rows)}
+
+
+def _tracks(
+    extents: Sequence[Extent], cells: Mapping[tuple[int, int], tuple[int, int]]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Widths of the columns and heights of the rows of the page."""
+    widths: dict[int, float] = {}
+    heights: dict[int, float] = {}
+    for (row, _), (y, x) in cells.items():
+        width, height = extents[row].on_paper
+        widths[x] = max(widths.get(x, 0.0), width)
+        heights[y] = max(heights.get(y, 0.0), height + HEAD + FOOT)
+    return tuple(widths[x] for x in sorted(widths)), tuple(heights[y] for y in sorted(heights))
+
+
+def _start(tracks: Sequence[float], number: int) -> float:
+    return EDGE + sum(tracks[:number]) + GAP * number
+
+
+def _across(tracks: Sequence[float]) -> float:
+    return _start(tracks, len(tracks)) - GAP + EDGE
+
+
+def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
+    """The kinds of arrows in the views, if there are several, in rows of that width."""
+    drawn = {
+        stroke.kind for view in views for diagram in view.diagrams if diagram for stroke in diagram.strokes
+    }
+    kinds = [kind for kind in ARROWS if kind in drawn]
+    rows: list[tuple[str, ...]] = []
+    for kind in kinds if len(kinds) > 1 else ():
+        if rows and sum(map(legend_width, (*rows[-1], kind))) <= width:
+            rows[-1] = (*rows[-1], kind)
+        else:
+            rows.append((kind,))
+    return tuple(rows)
