@@ -149,6 +149,7 @@ def test_a_folder_below_a_file_does_no_harm(tmp_path: Path, monkeypatch: pytest.
 
 def test_what_was_used_longest_ago_goes_first(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store, "MAX_ENTRIES", 3)
+    monkeypatch.setattr(store, "EVICTING", 1)
     for number in range(6):
         store.save("thing", bytes([number]), b"said")
         for path in folder.iterdir():

@@ -1,0 +1,56 @@
+"""What a command imports: a process that has nothing to do with a library does not pay for it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+MODULES = (
+    "import sys; from solver.cli import main; code = main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+)
+
+SCIENCE = {"sympy", "lark", "scipy", "numpy", "mpmath", "matplotlib", "numba", "pint"}
+SLOW = {"argparse", "dataclasses", "inspect", "typing", "re", "tempfile", "json", "csv", "hashlib"}
+"""Modules of the standard library that cost a millisecond or more (``rulesheets.record`` spares two)."""
+FIRST = {"rulesheets.parse", "rulesheets.checks", "rulesheets.build", "solver.path.build", "solver.structure"}
+"""Rooms that a sheet goes through once, and what was kept of it never again."""
+
+
+def imported(line: str, store: Path) -> set[str]:
+    """Names of the modules that a command has imported in a process of its own, site customisation apart."""
+    environment = {**os.environ, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
+    call = [sys.executable, "-c", MODULES, *line.split()]
+    ran = subprocess.run(call, capture_output=True, text=True, env=environment, timeout=120, check=False)
+    bare = [sys.executable, "-c", "import sys; print(*sys.modules)"]
+    own = subprocess.run(bare, capture_output=True, text=True, env=environment, timeout=60, check=True)
+    assert ran.returncode == 0, ran.stderr
+    return set(ran.stderr.split()) - set(own.stdout.split())
+
+
+def test_a_warm_solve_imports_no_more_than_it_needs(tmp_path: Path) -> None:
+    line = "solve offset_slider_crank --set thetaAO=-30"
+    assert imported(line, tmp_path / "store") & FIRST == FIRST
+    assert imported(line, tmp_path / "store") & (SCIENCE | SLOW | FIRST) == set()
+
+
+def test_a_warm_backward_solve_imports_no_science(tmp_path: Path) -> None:
+    line = "solve offset_slider_crank --clear thetaAO --set xB=9.79 --all"
+    imported(line, tmp_path / "store")
+    assert imported(line, tmp_path / "store") & (SCIENCE | FIRST | {"argparse"}) == set()
+
+
+@pytest.mark.parametrize("line", ["--help", "models", "cache"])
+def test_other_commands_import_next_to_nothing(line: str, tmp_path: Path) -> None:
+    assert imported(line, tmp_path / "store") & (SCIENCE | FIRST | SLOW) == set()
+
+
+def test_the_packages_import_nothing_by_themselves(tmp_path: Path) -> None:
+    call = [sys.executable, "-c", "import sys, rulesheets, solver; print(*sys.modules)"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ran = subprocess.run(call, capture_output=True, text=True, env=environment, timeout=60, check=True)
+    assert set(ran.stdout.split()) & (SCIENCE | FIRST | {"dataclasses", "argparse"}) == set()
