@@ -226,18 +226,23 @@ SINGULAR = [
     ("rigid_link_chain", {"RU": 1, "UT": 4, "ST": 4, "RS": 3, "thetaST": 90, "omegaST": 0}),
     ("piston_engine", {"sP": 0.25, "vP": 0}),
     ("piston_engine", {"OB": 1, "BP": 3, "phi": 180, "sP": 4, "vP": 0}),
+    ("piston_engine", {"OB": 1, "BP": 2, "thetaBP": -30, "omegaBP": 0}),
     ("two_cylinder_engine", {"OB": 1, "BC": 3, "OE": 1, "EF": 3, "sC": 4, "vC": 0}),
     ("slotted_link", {"thetaCD": 60, "omegaCD": 0}),
     ("slotted_link", {"CS": 0.6, "vSlide": 0}),
     ("slider_outside_link", {"OB": 2, "OC": 3, "gap": 3, "CS": 4, "vSlide": 0}),
+    ("slider_outside_link", {"OB": 1, "OC": 4, "gap": 1, "thetaCD": 60, "omegaCD": 0}),
     ("whitworth_quick_return", {"OB": 2, "OC": 1, "CD": 1, "DE": 3, "sE": 4, "vE": 0}),
     ("whitworth_quick_return", {"OB": 2, "OC": 1, "CS": 3, "vSlide": 0}),
     ("trunnion", {"SC": 0.14, "vSlide": 0}),
+    ("trunnion", {"BC": 1, "BE": 2, "thetaCD": -30, "omegaCD": 0}),
     ("rod_through_trunnion", {"OB": 1, "BC": 3, "xD": -3, "yD": 4, "BE": 6, "vSlide": 0}),
     ("rod_through_trunnion", {"OB": 1, "BC": 3, "xD": -3, "yD": 4, "sC": 4, "vC": 0}),
+    ("rod_through_trunnion", {"OB": 1, "BC": 3, "xD": -2, "yD": 0, "thetaBF": -150, "omegaBF": 0}),
     ("oscillating_cylinder", {"OC": 0.25, "vSlide": 0}),
+    ("oscillating_cylinder", {"BO": 1, "BC": 2, "thetaOC": -30, "omegaOC": 0}),
 ]
-"""Dead points at which all numbers are exact: a 3-4-5 triangle, links in line."""
+"""Dead points at which all numbers are exact: triangles of 3, 4 and 5 or with 30°, links in line."""
 
 
 @pytest.mark.parametrize(("name", "inputs"), SINGULAR, ids=str)

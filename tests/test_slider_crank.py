@@ -298,3 +298,19 @@ def test_variable_sheet_of_the_slider(name: str) -> None:
     found = min(result.solutions, key=lambda solution: solution["thetaAO"])
     assert (found["omegaAO"], found["alphaAO"]) == pytest.approx([float(rate) for rate in rates], rel=1e-9)
     assert found["omegaAO"] == pytest.approx(PAPER.omegaAO, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
+def test_variable_sheet_of_the_rod(name: str) -> None:
+    """Both positions, put back through the crank, give the rod the motion that it was given."""
+    sheet = read_variable_sheet(MODELS / name / "rod_driven.csv", model(name))
+    result = solver.solve(model(name), sheet.inputs)
+    assert str(result.status) == "solved"
+    rise = 2.0 + 8.0 * float(oracle.sind(-154.0))
+    first = math.degrees(math.asin(rise / 3.0))
+    assert sorted(angles(result)) == pytest.approx([-180.0 - first, first], rel=1e-12)
+    for solution in result.solutions:
+        crank = Crank(3.0, 8.0, 2.0, *(solution[f"{rate}AO"] for rate in ("omega", "alpha", "theta")))
+        exact = oracle.forward(crank)
+        for quantity in ("thetaAB", "omegaAB", "alphaAB"):
+            assert sheet.inputs[quantity] == pytest.approx(float(exact[quantity]), rel=1e-10)

@@ -33,7 +33,7 @@ def run(arguments: Namespace) -> int:
 
 
 def summary(model: Model) -> str:
-    """``offset_slider_crank: 12 variables, 16 locals, 31 rules; nothing wrong``."""
+    """``offset_slider_crank: 12 variables, 16 locals, 31 rules, 3 figures; nothing wrong``."""
     from rulesheets.spelling import plural
 
     locals_ = sum("." in name for name in model.variables)
@@ -41,4 +41,6 @@ def summary(model: Model) -> str:
     if locals_:
         parts.append(plural(locals_, "local"))
     parts.append(plural(len(model.equations), "rule"))
+    if model.figures:
+        parts.append(plural(len(model.figures), "figure"))
     return f"{model.name}: {', '.join(parts)}; nothing wrong"
