@@ -487,4 +487,9 @@ CATALOGUE: dict[str, Entry] = {
         "A process that solved rows was ended from outside, again and again: most often for want of memory.",
         "Free some memory, or give --jobs 1.",
     ),
+    "E447": Entry(
+        "a curve that cannot be followed",
+        "--follow goes along a curve: over one range, in this process, without pictures.",
+        "Give one --over and leave the other options out.",
+    ),
 }

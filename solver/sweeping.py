@@ -25,6 +25,7 @@ def sweep(
     *,
     grid: bool = False,
     all: bool = False,
+    follow: bool = False,
     given: Mapping[str, Value | None] | None = None,
     guesses: Mapping[str, float] | None = None,
     jobs: int | None = 1,
@@ -36,8 +37,17 @@ def sweep(
     which stays with its branch from row to row. ``jobs`` processes share the work (None: as many as pay),
     or the workers of a dask cluster, by the address of its ``scheduler``; the table is the same.
 
+    With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
+    every branch has a number, and the table is a ``CurveTable``, which knows limit positions and ends.
+
     Raises RuleSheetError for unknown names and ValueError for arrays of different lengths.
     """
+    if follow:
+        from solver.curves.following import follow_sweep
+
+        if len(inputs) != 1:
+            raise ValueError("a curve is followed over one swept variable")
+        return follow_sweep(model, *next(iter(inputs.items())), want, given, guesses)
     axes = tuple(map(listed, inputs.values()))
     if not grid:
         one_length(tuple(inputs), axes)

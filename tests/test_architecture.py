@@ -26,7 +26,7 @@ FLOORS = (
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.solving", "solver.plan", "solver.sweep_rows"),
-    ("solver.sweeps",),
+    ("solver.sweeps", "solver.curves"),
     ("solver.sweeping", "solver.derivation", "solver.sampling"),
     ("solver.report",),
     ("solver.commands",),

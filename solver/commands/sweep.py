@@ -33,6 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--rows", metavar="FILE", help="inputs from the columns of a CSV or Parquet file, one row a solve")
     add("--columns", metavar="NAME,…", action="append", default=[], help="take these columns of it alone")
     add("--all", action="store_true", help="every answer of a row, each in a row of its own")
+    add("--follow", action="store_true", help="follow every branch of answers through its turning points")
     add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
     add("--jobs", metavar="N", type=_jobs, help="processes that share the work (else as many as pay)")
@@ -53,6 +54,10 @@ def run(arguments: Namespace) -> int:
     from solver.sweeping import followed
     from solver.sweeps.running import solved_pieces
 
+    if arguments.follow:
+        from solver.commands.follow import follow
+
+        return follow(arguments)
     request = read_request(arguments)
     swept = read_swept(arguments, request.model)
     work = _work(arguments, request, swept.names)

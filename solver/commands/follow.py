@@ -1,0 +1,91 @@
+"""``backsolve sweep --follow``: the branches of answers, each followed through its turning points."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from solver.commands.inputs import read_request
+
+if TYPE_CHECKING:
+    from rulesheets.diagnosis import Diagnosis
+    from solver.curves.table import Branch, CurveTable
+
+ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler")
+"""Options of a sweep row by row, which say nothing of a curve."""
+
+
+def follow(arguments: Namespace) -> int:
+    """Follow, write and tell. The exit code is 0 where there are branches and only limits are singular."""
+    from rulesheets.diagnosis import RuleSheetError
+    from solver.commands.option import Option
+    from solver.commands.over import read_axes
+    from solver.curves.following import follow_sweep
+
+    request = read_request(arguments)
+    others = [option for option in ALONE if getattr(arguments, option)]
+    if len(arguments.over) != 1 or others:
+        raise RuleSheetError(_one_range(others))
+    ((name, axis),) = read_axes(arguments.over, request.model).items()
+    if request.inputs.get(name) is not None:
+        raise RuleSheetError(Option("over", name).repeated(name))
+    values = axis.cut(0, len(axis))
+    given = {n: value for n, value in request.inputs.items() if n != name}
+    table = follow_sweep(request.model, name, values, request.want, given, request.guesses)
+    _write(table, arguments.output)
+    print("\n".join(_summary(table)), file=sys.stderr)
+    return 0 if len(table.status) and _only_limits(table) else 1
+
+
+def _one_range(others: list[str]) -> Diagnosis:
+    from rulesheets.diagnosis import error
+
+    said = f"; --{others[0]} does not go with it" if others else ""
+    return error("E447", f"a curve is followed over one range{said}", notes=("give one --over, and --want",))
+
+
+def _write(table: CurveTable, path: str | None) -> None:
+    if path:
+        table.write(path)
+        return
+    from solver.files.columns import Columns
+    from solver.files.csv_table import csv_head, csv_rows
+
+    columns = Columns(dict(table), table.status, tuple(map(str, table.STATUSES)))
+    sys.stdout.write((csv_head(tuple(table)) + csv_rows(columns)).decode("utf-8"))
+
+
+def _only_limits(table: CurveTable) -> bool:
+    limits = {limit.row for branch in table.branches for limit in branch.limits}
+    return all(solved or row in limits for row, solved in enumerate(table.solved.tolist()))
+
+
+def _summary(table: CurveTable) -> Iterator[str]:
+    """How many rows and branches there are; of each branch its ends and where it turns back."""
+    from rulesheets.spelling import plural
+
+    if not table.branches:
+        yield f"no value of {table.swept} has an answer to begin at"
+        return
+    yield f"{plural(len(table.status), 'row')} on {_branches(len(table.branches))}"
+    for branch in table.branches:
+        yield f"branch {branch.number}: {'; '.join(_told(table.swept, branch))}"
+
+
+def _branches(count: int) -> str:
+    return "1 branch" if count == 1 else f"{count} branches"
+
+
+def _told(swept: str, branch: Branch) -> Iterator[str]:
+    yield f"rows {branch.first + 1} to {branch.last}"
+    if branch.limits:
+        limits = (
+            f"{limit.value:.12g} ({'greatest' if limit.greatest else 'least'})" for limit in branch.limits
+        )
+        yield f"{swept} turns back at {', '.join(limits)}"
+    if branch.closed:
+        yield "it is closed"
+    else:
+        yield f"it begins where {branch.start}, and ends where {branch.end}"
