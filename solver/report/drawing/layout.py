@@ -24,8 +24,11 @@ ARROW_NAMES = {
     "coriolis": "Coriolis",
 }
 
-_ROOM = (58.0, 52.0)
-"""Millimetres that the points of a diagram may take up."""
+_ROOM = (58.0, 50.0)
+"""Millimetres that the points of a diagram may take up: three diagrams fit A4 across, twice three upright."""
+
+_FINEST = 1e-9
+"""The least extent of a figure that is seen as one, relative to the coordinates."""
 
 _NARROW = 48.0
 """Millimetres that a panel has at least, for its scale."""
@@ -163,9 +166,11 @@ def _titles(frames: Sequence[Sequence[View | None]], column: int) -> str:
 
 def _extent(windows: Sequence[Window], caption: str) -> Extent:
     width, height = max(w.width for w in windows), max(w.height for w in windows)
-    units = scale(width, height, _ROOM)
-    least = max(_NARROW, text_width(f"(a) {caption}", CAPTION))
-    return Extent(units, max(width + 2 * MARGIN * units, least * units), height + 2 * MARGIN * units)
+    reach = max(w.reach for w in windows)
+    least = reach * (_FINEST if max(width, height) > 0.0 else 1.0)
+    units = scale(max(width, least), height, _ROOM)
+    narrow = max(_NARROW, text_width(f"(a) {caption}", CAPTION))
+    return Extent(units, max(width + 2 * MARGIN * units, narrow * units), height + 2 * MARGIN * units)
 
 
 def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:

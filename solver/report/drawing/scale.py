@@ -33,6 +33,11 @@ class Window:
     def height(self) -> float:
         return self.top - self.bottom
 
+    @property
+    def reach(self) -> float:
+        """The size of the largest coordinate."""
+        return max(map(abs, (self.left, self.bottom, self.right, self.top)))
+
     def resized(self, width: float, height: float) -> Window:
         """The window of that size about the same middle."""
         x, y = (self.left + self.right) / 2, (self.bottom + self.top) / 2

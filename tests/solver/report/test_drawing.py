@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from itertools import pairwise
+from itertools import cycle, pairwise
 from pathlib import Path
 
 import pytest
@@ -14,11 +14,14 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.marks import ARROWS
 from solver.report.drawing.diagram import Diagram, Stroke, diagram, lacking, variables
 from solver.report.drawing.film import Frame, Track, frames, gif, images
 from solver.report.drawing.labels import Box, Wish, place
-from solver.report.drawing.layout import View
+from solver.report.drawing.layout import View, layout
+from solver.report.drawing.output import encode
 from solver.report.drawing.panel import Panel
+from solver.report.drawing.picture import compose
 from solver.report.drawing.scale import Window, bar, scale, window
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
@@ -294,3 +297,43 @@ def test_every_frame_has_the_size_of_the_film() -> None:
     assert len({picture.size for picture in pictures}) == 1
     assert gif(pictures).startswith(b"GIF89a")
     assert pictures[0].getpixel((0, 0)) == (255, 255, 255)
+
+
+def figure_of(places, unit: str = "") -> Diagram:
+    names = {f"p{number}": place for number, place in enumerate(places)}
+    pairs = tuple((one, other) for one, other in pairwise(names))
+    strokes = [Stroke(kind, pair, "v") for kind, pair in zip(cycle(ARROWS), pairs, strict=False)]
+    return Diagram("figure", "", unit, names, dict.fromkeys(names, "point"), tuple(strokes))
+
+
+numbers = st.floats(-1e100, 1e100) | st.sampled_from([0.0, 1e-300, 1e16, 1e16 + 2, -1e100])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(numbers, numbers), min_size=1, max_size=6))
+def test_anything_can_be_drawn(places) -> None:
+    """However large, small or close together: windows have an inside, labels a place."""
+    view = View("", (figure_of(places),))
+    plan = layout([[view]])
+    seen, extent = plan.windows[0, 0], plan.extents[0]
+    assert seen.left < seen.right and seen.bottom < seen.top
+    panel = Panel(view.diagrams[0], seen, extent.scale)
+    assert all(-1e-3 <= x <= panel.size[0] + 1e-3 for x, _ in map(panel.on_paper, places))
+    boxes = panel.labels()
+    assert set(boxes) == set(panel.texts())
+    assert all(math.isfinite(box.x) and math.isfinite(box.y) for box in boxes.values())
+
+
+@pytest.mark.parametrize("places", [[(1e20, 5.0)], [(0.0, 0.0)], [(1e16, 0.0), (1e16 + 2, 0.0)]])
+def test_a_figure_at_one_place_is_a_picture(places) -> None:
+    pytest.importorskip("matplotlib")
+    assert encode(compose([View("", (figure_of(places),))]), "png", 40.0).startswith(b"\x89PNG")
+
+
+def test_a_page_fits_the_paper() -> None:
+    """Three diagrams on A4 across, two states of three upright; margins of 10 mm."""
+    wide = View("a title", (figure_of([(0.0, 0.0), (58.0, 50.0)], "m/s^2"),) * 3)
+    width, height = layout([[View("", wide.diagrams)]], headed=True).size
+    assert width <= 277 and height <= 190
+    width, height = layout([[wide, wide]]).size
+    assert width <= 190 and height <= 277
