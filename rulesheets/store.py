@@ -84,6 +84,8 @@ def folder() -> str | None:
     if own is not None:
         return os.path.abspath(own) if own else None
     home = os.path.expanduser("~")
+    if not os.path.isabs(home):
+        return None  # a user without a home
     if sys.platform == "win32":
         return os.path.join(os.environ.get("LOCALAPPDATA") or home, "backsolve", "Cache")
     if sys.platform == "darwin":

@@ -32,10 +32,7 @@ def write_beside(target: str, data: bytes, mode: int) -> None:
 
     Raises OSError, and leaves nothing behind then.
     """
-    folder = os.path.dirname(target)
-    temporary = os.path.join(folder, f".{os.getpid()}-{os.urandom(8).hex()}.new")
-    exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    handle = os.open(temporary, exclusive, 0o600)
+    temporary, handle = open_beside(target, 0o600)
     try:
         with open(handle, "wb") as file:
             file.write(data)
@@ -44,6 +41,14 @@ def write_beside(target: str, data: bytes, mode: int) -> None:
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+def open_beside(target: str, mode: int) -> tuple[str, int]:
+    """A new file in the folder of ``target`` that no other writer has: its path, and a handle to write to."""
+    name = f".{os.getpid()}-{os.urandom(8).hex()}.new"
+    temporary = os.path.join(os.path.dirname(target), name)
+    exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    return temporary, os.open(temporary, exclusive, mode)
 
 
 def _umask() -> int:

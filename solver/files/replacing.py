@@ -9,6 +9,7 @@ from typing import BinaryIO, Self
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
+from rulesheets.writing import open_beside
 
 
 class Replacement:
@@ -81,11 +82,7 @@ class Replacement:
             there = None
         if there is not None and not stat.S_ISREG(there.st_mode):
             return open(self._target, "wb")
-        folder = os.path.dirname(self._target)
-        beside = os.path.join(folder, f".{os.getpid()}-{os.urandom(8).hex()}.new")
-        exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-        handle = os.open(beside, exclusive, 0o666)
-        self._beside = beside
+        self._beside, handle = open_beside(self._target, 0o666)
         if there is not None:
-            os.chmod(beside, stat.S_IMODE(there.st_mode))
+            os.chmod(self._beside, stat.S_IMODE(there.st_mode))
         return os.fdopen(handle, "wb")

@@ -46,8 +46,9 @@ class Planner:
 
             found = build_path(self.graph, known, decided, void, want)
             self._paths[key] = found
-        if self._asked is not None:
-            self._asked.add(key)
+        asked = self._asked
+        if asked is not None:
+            asked.add(key)
         return found
 
     def recall(self, known: frozenset[str], want: frozenset[str] | None) -> None:

@@ -199,14 +199,15 @@ def _write(number: int) -> None:
         ("darwin", {}, "/home/me/Library/Caches/backsolve"),
         ("win32", {"LOCALAPPDATA": "/local"}, "/local/backsolve/Cache"),
         ("linux", {"BACKSOLVE_CACHE": "/own", "XDG_CACHE_HOME": "/caches"}, "/own"),
+        ("linux", {"HOME": "nowhere"}, None),
     ],
 )
 def test_the_folder_is_where_the_system_keeps_such(
-    platform: str, environment: dict[str, str], expected: str, monkeypatch: pytest.MonkeyPatch
+    platform: str, environment: dict[str, str], expected: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("BACKSOLVE_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(name, raising=False)
     for name, value in {"HOME": "/home/me", **environment}.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.platform", platform)
-    assert Path(store.folder() or "") == Path(expected)
+    assert store.folder() == expected
