@@ -13,6 +13,7 @@ from rulesheets.evaluate import differentiate
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.nodes import Expression
 from solver.kernel.chain import Chain
+from solver.kernel.homogeneity import Scalings
 from solver.kernel.scalar import Emitter
 from solver.numerics.batch_newton import Array
 from solver.path.smooth import smooth
@@ -36,6 +37,7 @@ class BlockArrays:
         self.places = list(partials)
         self._forms = _compiled(forms, self.names)
         self._partials = _compiled(list(partials.values()), self.names)
+        self.scalings = Scalings(kernel.equations, self.names)
         every = kernel.chains()
         self.chains = [_followed(kernel, chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
 

@@ -7,6 +7,7 @@ on floats (compiled) and on arrays of intervals, with its slope by forward accum
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from math import inf
 from typing import Any
@@ -22,6 +23,8 @@ from solver.path.isolate import TARGET, Isolation, Stage
 from solver.path.steps import SolveBlock
 
 MAX_CHAINS = 256
+SLACK = 1e-9
+"""By how much of a turn an angle may pass the half turn: rounding must not lose one that is there."""
 RESIDUAL = "#residual"
 _JUMPS = frozenset({"sgn", "int", "frac", "round", "mod", "step"})
 _CUT = frozenset({"atan2", "atan2d"})
@@ -55,30 +58,34 @@ class Chain:
 
 def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     """One chain for every combination of preimages; at most ``MAX_CHAINS``."""
-    alternatives: list[tuple[tuple[Assignment, ...], ...]] = []
-    for number, step in enumerate(block.order):
-        isolation = graph.isolation(step.equation, graph.number[step.unknown])
-        assert isolation is not None
-        variable = graph.model.variables[step.unknown]
-        alternatives.append(tuple(_through(isolation, f"#{number}", variable)))
     residuals = tuple(_residual(graph, equation) for equation in block.residuals)
     found = []
-    for combination in itertools.islice(itertools.product(*alternatives), MAX_CHAINS):
+    for combination in itertools.islice(itertools.product(*_alternatives(graph, block)), MAX_CHAINS):
         steps = tuple(itertools.chain.from_iterable(combination))
         found.append(Chain(block.tears, (*steps, *residuals), tuple(r.name for r in residuals)))
     return tuple(found)
 
 
+def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[Assignment, ...], ...]]:
+    """For each step of the order its preimages."""
+    for number, step in enumerate(block.order):
+        isolation = graph.isolation(step.equation, graph.number[step.unknown])
+        assert isolation is not None
+        variable = graph.model.variables[step.unknown]
+        turn = graph.turn(step.unknown) if isolation.period else None
+        if turn is not None and variable.low == -inf and variable.high == inf:
+            variable = replace(variable, low=-turn * (0.5 + SLACK), high=turn * (0.5 + SLACK))
+        yield tuple(_through(isolation, f"#{number}", variable))
+
+
 def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
     """Whether the chains cover every preimage: none was cut off, and whole turns make no difference."""
-    count = 1
     for step in block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
-        count *= isolation.branches * (3 if isolation.period else 1)
         if isolation.period and not _covers_turns(graph, step.unknown, isolation.period):
             return False
-    return count <= MAX_CHAINS
+    return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
 
 
 def _covers_turns(graph: ModelGraph, name: str, period: float) -> bool:
@@ -106,6 +113,8 @@ def _through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[
         return
     bounded_unknown = variable.low > -inf or variable.high < inf
     for forms in itertools.product(*(_turned(stage, bounded_unknown) for stage in isolation.stages)):
+        if bounded_unknown and isolation.period and _out_of_range(isolation.stages, forms, variable):
+            continue
         steps: list[Assignment] = []
         expression = isolation.start
         for place, (stage, form) in enumerate(zip(isolation.stages, forms, strict=True)):
@@ -134,6 +143,22 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
         return stage.forms
     turns = (0.0, stage.period, -stage.period)
     return tuple(add(form, Number(turn)) for turn in turns for form in stage.forms)
+
+
+def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
+    """Whether a preimage of a periodic operation lies outside the range whatever its target is."""
+    import numpy as np
+
+    from rulesheets.evaluate.enclosure import enclose
+
+    at = next(i for i, stage in enumerate(stages) if stage.period)
+    expression: Expression = TARGET
+    for form in forms[at:]:
+        expression = substitute(form, {TARGET.name: expression})
+    if any(name != TARGET.name for name in nodes.names(expression)):
+        return False
+    low, high = enclose(expression, {TARGET.name: (np.array([stages[at].low]), np.array([stages[at].high]))})
+    return bool(high[0] < variable.low or low[0] > variable.high)
 
 
 def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:

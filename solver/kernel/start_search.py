@@ -7,7 +7,7 @@ would leave the domain it is held at the edge of it. Nothing is proven about roo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -18,25 +18,33 @@ from solver.numerics.batch_newton import Array, batch_newton
 from solver.numerics.multistart import low_discrepancy
 from solver.numerics.newton import NewtonLimits
 
-STARTS = {1: 96, 2: 192, 3: 320}
-MANY_STARTS = 480
+STARTS = 128
+"""Of each kind in a round."""
+ROUNDS = 6
+PATIENCE = 2
+"""Rounds without any root, after which there is no further one."""
+DECADES = 3.0
 SAME = 1e-6
 NEAR = 1e-5
 FINISH = NewtonLimits(iterations=15, escapes=0)
 
 
 def search_from_starts(question: Question, candidates: Candidates) -> None:
-    """Refine what the starts lead to."""
+    """Refine what the starts lead to, round after round, until a round brings nothing new."""
     arrays = question.kernel.arrays
-    known = question.known
-    scale = np.array(question.scale())
-    with np.errstate(all="ignore"):
-        starts = arrays.starts(known, _tears(question))
-    starts = np.where(np.isfinite(starts), starts, scale)
-    ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
-    for end in _distinct(ends, scale):
-        if _of_the_rules(question, end.tolist()):
-            candidates.refine(end.tolist(), FINISH)
+    known, sizes = question.known, _sizes(question)
+    scale = np.array([sizes[name] for name in question.unknowns])
+    found: list[Array] = []
+    for turn in range(ROUNDS):
+        starts = _starts(question, sizes, turn)
+        ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
+        new = _distinct(_wrapped(question, ends), found, scale)
+        for end in new:
+            if _of_the_rules(question, end.tolist()):
+                candidates.refine(end.tolist(), FINISH)
+        if not new and (found or turn + 1 >= PATIENCE):
+            break
+        found += new
 
 
 def _of_the_rules(question: Question, x: list[float]) -> bool:
@@ -49,37 +57,66 @@ def _of_the_rules(question: Question, x: list[float]) -> bool:
     return all(abs(r) <= NEAR * size + 1e-12 for r, size in zip(residual, sizes, strict=True))
 
 
-def _tears(question: Question) -> Array:
-    """Points (k, tears) spread over the ranges of the tears."""
-    tears = question.kernel.block.tears
-    count = STARTS.get(len(tears), MANY_STARTS)
-    spreads = [_spread(question, name) for name in tears]
-    shares = low_discrepancy(len(tears), count)
+def _starts(question: Question, sizes: Mapping[str, float], turn: int) -> Array:
+    """Half of them along the chains, the others with every unknown on its own."""
+    block = question.kernel.block
+    with np.errstate(all="ignore"):
+        tears = _points(question, block.tears, sizes, turn)
+        along = question.kernel.arrays.starts(question.known, tears)
+    apart = _points(question, question.unknowns, sizes, turn)
+    return np.concatenate([np.where(np.isfinite(along), along, apart), apart])
+
+
+def _points(question: Question, names: Sequence[str], sizes: Mapping[str, float], turn: int) -> Array:
+    """Points (STARTS, names) spread over the ranges of unknowns, others in each turn."""
+    spreads = [_spread(*question.domain(name), sizes[name]) for name in names]
+    shares = low_discrepancy(len(names), STARTS, turn * STARTS)
     return np.array([[spread(u) for spread, u in zip(spreads, row, strict=True)] for row in shares])
 
 
-def _spread(question: Question, name: str) -> Callable[[float], float]:
-    """From shares in [0, 1) to values: even over a finite range, else over the decades of what is known."""
-    low, high = question.domain(name)
+def _sizes(question: Question) -> Mapping[str, float]:
+    """The size of every unknown: that of its guess, else what the known numbers make of it."""
+    known = dict(zip(question.kernel.known, question.known, strict=True))
+    sizes = question.kernel.arrays.scalings.sizes(known)
+    guesses = question.guesses
+    return {
+        name: turn / 4 if (turn := question.turn(name)) else abs(guesses.get(name, 0.0)) or sizes[name]
+        for name in question.unknowns
+    }
+
+
+def _spread(low: float, high: float, size: float) -> Callable[[float], float]:
+    """From shares in [0, 1) to values: even over a finite range, else over some decades around ``size``."""
     if math.isfinite(low) and math.isfinite(high):
         return lambda u: low + u * (high - low)
-    sizes = [abs(v) for v in question.known if v] or [1.0]
-    least, most = math.log(min(sizes) / 10), math.log(max(sizes) * 10)
-
-    def magnitude(u: float) -> float:
-        return math.exp(least + u * (most - least))
-
     if math.isfinite(low):
-        return lambda u: low + magnitude(u)
+        return lambda u: low + _magnitude(u, size)
     if math.isfinite(high):
-        return lambda u: high - magnitude(u)
-    return lambda u: magnitude(2 * u - 1) if u >= 0.5 else -magnitude(1 - 2 * u)
+        return lambda u: high - _magnitude(u, size)
+    return lambda u: _magnitude(2 * u - 1, size) if u >= 0.5 else -_magnitude(1 - 2 * u, size)
 
 
-def _distinct(ends: Array, scale: Array) -> list[Array]:
+def _magnitude(share: float, size: float) -> float:
+    """From 10⁻³ to 10³ times the size, most of them near it."""
+    centred = 2.0 * share - 1.0
+    return size * math.pow(10.0, DECADES * centred * abs(centred))
+
+
+def _wrapped(question: Question, ends: Array) -> Array:
+    """The same with angles in the turn around 0."""
+    ends = ends.copy()
+    for place, name in enumerate(question.unknowns):
+        turn, (low, high) = question.turn(name), question.domain(name)
+        if turn is not None and high - low == turn:
+            ends[:, place] -= turn * np.floor((ends[:, place] - low) / turn)
+    return ends
+
+
+def _distinct(ends: Array, known: Sequence[Array], scale: Array) -> list[Array]:
+    """Those that are neither among the ``known`` nor one another."""
     found: list[Array] = []
     for end in ends:
         size = np.maximum(abs(end), 1e-3 * scale)
-        if not any((abs(end - other) <= SAME * size).all() for other in found):
+        if not any((abs(end - other) <= SAME * size).all() for other in (*known, *found)):
             found.append(end)
     return found

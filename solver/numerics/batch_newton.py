@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 BatchFunction: TypeAlias = Callable[[Array], Array]
 
-LENGTHS = (1.0, 0.5, 0.2, 0.05)
+LENGTHS = (1.0, 0.3)
 """Fractions of the Newton step that are tried."""
 
 
@@ -25,9 +25,9 @@ LENGTHS = (1.0, 0.5, 0.2, 0.05)
 class BatchLimits:
     """``near``: scaled step that counts as having arrived. ``patience``: steps without a gain of a tenth."""
 
-    iterations: int = 40
+    iterations: int = 80
     near: float = 1e-9
-    patience: int = 6
+    patience: int = 12
     longest: float = 10.0
 
 

@@ -103,7 +103,7 @@ class Sheet:
 
     def is_state(self, solution: Mapping[str, Any], choice: Choice) -> bool:
         """Whether every number of the state is there, to what rounding of the inputs makes of it."""
-        tolerance = max(1e-9, 1e-14 * choice.condition)
+        tolerance = max(1e-9, 1e-13 * choice.condition)
         for name in self.numbers:
             apart = abs(solution.get(self.full[name], math.inf) - choice.state[name])
             if name.startswith("theta"):
