@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from typing import Any
 
 _SPAN, _MAPPING, _NAME, _FIRST = range(4)
+_ANY, _ALL_PLAIN, _PLAIN_THEN_PLACE = range(3)
+"""Shapes of a record, told with its class: what needs no look at every field is told apart, for speed."""
+_SHAPES = 3
 _PLAIN = frozenset({int, float, str, bytes, bool, type(None)})
 
 
@@ -52,7 +55,14 @@ class Packing:
         if kind is dict:
             return _MAPPING, list(map(self.pack, value)), list(map(self.pack, value.values()))
         number = self._numbers.get(kind) or self._number(kind)
-        return (number, *[self.pack(getattr(value, name)) for name in kind.__match_args__])
+        fields = [getattr(value, name) for name in kind.__match_args__]
+        kinds = set(map(type, fields[:-1]))
+        last = fields[-1] if fields else None
+        if kinds <= _PLAIN and type(last) in _PLAIN:
+            return (number + _ALL_PLAIN, *fields)
+        if kinds <= _PLAIN and type(last) is Span:
+            return (number + _PLAIN_THEN_PLACE, *fields[:-1], self._source(last.source), last.start, last.end)
+        return (number, *[self.pack(field) for field in fields])
 
     def number_of(self, name: str) -> int:
         return self._names[name]
@@ -67,7 +77,7 @@ class Packing:
         if not hasattr(kind, "__record__"):
             raise Unpackable(kind.__qualname__)
         self.classes.append(f"{kind.__module__}:{kind.__qualname__}")
-        number = self._numbers[kind] = _FIRST + len(self.classes) - 1
+        number = self._numbers[kind] = _FIRST + _SHAPES * (len(self.classes) - 1)
         return number
 
 
@@ -77,7 +87,7 @@ class Unpacking:
     def __init__(
         self, classes: Sequence[str], sources: Sequence[Source] = (), names: Sequence[str] = ()
     ) -> None:
-        self._classes = (*[None] * _FIRST, *map(_record, classes))
+        self._classes = [_record(name) for name in classes for _ in range(_SHAPES)]
         self._sources = sources
         self._names = names
 
@@ -92,7 +102,13 @@ class Unpacking:
                 return Span(self._sources[packed[1]], packed[2], packed[3])
             if number == _MAPPING:
                 return dict(zip(map(self.unpack, packed[1]), map(self.unpack, packed[2]), strict=True))
-            return self._classes[number](*map(self.unpack, packed[1:]))
+            cls = self._classes[number - _FIRST]
+            shape = (number - _FIRST) % _SHAPES
+            if shape == _ALL_PLAIN:
+                return cls(*packed[1:])
+            if shape == _PLAIN_THEN_PLACE:
+                return cls(*packed[1:-3], Span(self._sources[packed[-3]], packed[-2], packed[-1]))
+            return cls(*map(self.unpack, packed[1:]))
         if kind is list:
             return tuple(map(self.unpack, packed))
         return packed
