@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis
@@ -49,14 +49,15 @@ class Plan:
         self.model, self.inputs, self.want = model, inputs, want
         self.given, self.guesses = given, guesses
         self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
+        self._primary: list[Callable[..., tuple[Value, ...] | None]] = self.paths.primary
         self._sweeper: Sweeper | None = None
 
     def __call__(self, *numbers: Value) -> tuple[Value, ...]:
         """The wanted values of the primary answer. Raises Unsolved where there is none."""
-        for way in self.paths.primary:
+        for way in self._primary:
             found = way(*numbers)
             if found is not None:
-                return found  # type: ignore[no-any-return]
+                return found
         return self._answers(numbers)[0]
 
     def all(self, *numbers: Value) -> list[tuple[Value, ...]]:

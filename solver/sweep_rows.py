@@ -28,9 +28,8 @@ def sweep_rows(plan: Plan, sweeper: Sweeper, columns: Sequence[Column]) -> Table
     arrays = _columns(plan.inputs, columns)
     count = len(arrays[0]) if arrays else 1
     status = np.zeros(count, dtype=np.int8)
-    answers: list[Array] = [np.full(count, np.nan) for _ in plan.want]
     if arrays and all(array.dtype == float for array in arrays):
-        _numbers(plan, sweeper, arrays, answers, status)
+        answers = _numbers(plan, sweeper, arrays, status)
     else:
         answers = _one_by_one(plan, arrays, status)
     table = dict(zip(plan.inputs, arrays, strict=True))
@@ -46,7 +45,7 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
     return [np.asarray(a, dtype=float) if a.dtype.kind in "iub" else a for a in arrays]
 
 
-def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], answers: list[Array], status: Array) -> None:
+def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], status: Array) -> list[Array]:
     """Rows of numbers: by compiled ways first."""
 
     def solve(row: int) -> tuple[Status, tuple[Value, ...], Program | None]:
@@ -57,14 +56,10 @@ def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], answers: list[A
             values = tuple(verdict.leaves[0].branch.values[name] for name in plan.want)
         return verdict.status, values, plan.learn(numbers, verdict)
 
-    def keep(row: int, outcome: Status, values: Sequence[Value]) -> None:
+    def keep(row: int, outcome: Status) -> None:
         status[row] = CODES[outcome]
-        for place, value in enumerate(values):
-            if isinstance(value, str) and answers[place].dtype == float:
-                answers[place] = answers[place].astype(object)
-            answers[place][row] = value
 
-    sweeper.run(columns, answers, solve, keep)
+    return sweeper.run(columns, len(plan.want), solve, keep)
 
 
 def _one_by_one(plan: Plan, columns: list[Array], status: Array) -> list[Array]:

@@ -15,8 +15,9 @@ from solver.compiled.schedule import LEAVES, LOGICAL, Schedule, operands, schedu
 
 Array: TypeAlias = NDArray[Any]
 
-BLOCK = 4096
-"""Rows of a block: a few dozen buffers of them fit into the second-level cache."""
+DEGREE = 57.29577951308232
+BLOCK = 8192
+"""Rows of a block: a few dozen buffers of them fit into the second- or third-level cache."""
 
 _UFUNCS = {
     "add": np.add,
@@ -36,6 +37,7 @@ _UFUNCS = {
     "and": np.logical_and,
     "or": np.logical_or,
     "not": np.logical_not,
+    "xor": np.not_equal,
     "finite": np.isfinite,
 }
 
@@ -83,7 +85,7 @@ class _Writer:
         self.free: dict[str, list[str]] = {"b": [], "m": []}
         self.taken = {"b": 0, "m": 0}
         self.namespace: dict[str, Any] = {f"{name}_": f for name, f in _UFUNCS.items()}
-        self.namespace.update(copy_=np.copyto, near_=_near)
+        self.namespace.update(copy_=np.copyto, near_=_near, atan2_=np.arctan2)
         self.lines: list[str] = []
         for at, node in enumerate(plan.order):
             self._emit(at, node)
@@ -135,7 +137,11 @@ class _Writer:
             return
         self._release(at, node)
         target = self._register(node)
-        if operation == "call":
+        if operation in ("direction", "directiond"):
+            self.lines.append(f"atan2_({', '.join((*read, target))})")
+            if operation == "directiond":
+                self.lines.append(f"mul_({target}, {DEGREE!r}, {target})")
+        elif operation == "call":
             self.namespace[f"f_{rest[0]}"] = ARRAYS[str(rest[0])]
             self.lines.append(f"copy_({target}, f_{rest[0]}({', '.join(read)}))")
         else:

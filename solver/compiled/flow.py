@@ -51,6 +51,7 @@ _FOLD: dict[str, Callable[..., float | bool]] = {
     "and": lambda a, b: a and b,
     "or": lambda a, b: a or b,
     "not": lambda a: not a,
+    "xor": lambda a, b: a is not b,
     "where": lambda c, a, b: a if c else b,
 }
 
@@ -123,6 +124,28 @@ class Flow:
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
         return self.constant(result)
+
+    def _alike(self, condition: int, one: Node, other: Node) -> int | None:
+        """A selection between the same operation on operands of which only one differs: of that one."""
+        if one[0] != other[0] or one[0] not in _SELECTABLE:
+            return None
+        differ = [place for place in range(1, len(one)) if one[place] != other[place]]
+        if len(differ) != 1:
+            return None
+        (place,) = differ
+        operands = [int(o) for o in one[1:]]
+        operands[place - 1] = self.add("where", condition, int(one[place]), int(other[place]))
+        return self.add(str(one[0]), *operands)
+
+    def factor(self, node: int) -> tuple[float, int] | None:
+        """The number and the other factor of a product with a number."""
+        kind, *parts = self.nodes[node]
+        if kind == "mul":
+            for one, other in ((0, 1), (1, 0)):
+                value = self.value_of(int(parts[one]))
+                if isinstance(value, float):
+                    return value, int(parts[other])
+        return None
 
     def require(self, condition: int) -> None:
         """A condition that must hold for the results to count."""
@@ -223,8 +246,22 @@ class Flow:
 
     def direction(self, y: int, x: int, unit: str) -> int:
         """The direction of a point on the unit circle."""
-        node = self.node("call", "atan2" + unit, y, x)
+        node = self.node("direction" + unit, y, x)
         self._directions[node] = Direction(y, x, unit, None)
+        return node
+
+    def selected(self, condition: int, one: int, other: int) -> int:
+        """A selection; of two directions it is one, of the selected point."""
+        alike = self._alike(condition, self.nodes[one], self.nodes[other])
+        if alike is not None:
+            return alike
+        node = self.node("where", condition, one, other)
+        first, second = self._directions.get(one), self._directions.get(other)
+        if first and second and first.unit == second.unit and first.length is None is second.length:
+            y, x = (
+                self.add("where", condition, *pair) for pair in ((first.y, second.y), (first.x, second.x))
+            )
+            self._directions.setdefault(node, Direction(y, x, first.unit, None))
         return node
 
     # --- angles ---
@@ -317,6 +354,7 @@ class Flow:
         return self.add("mul", self.constant(NEAR), self.add("abs", x))
 
 
+_SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
 _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
 
 
@@ -324,8 +362,11 @@ _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
 
 
 def _negative(flow: Flow, a: int) -> int | None:
-    node = flow.nodes[a]
-    return int(node[1]) if node[0] == "neg" else None
+    kind, *parts = flow.nodes[a]
+    if kind == "neg":
+        return int(parts[0])
+    number = flow.factor(a)
+    return None if number is None else flow.add("mul", flow.constant(-number[0]), number[1])
 
 
 def _add(flow: Flow, a: int, b: int) -> int | None:
@@ -337,6 +378,10 @@ def _add(flow: Flow, a: int, b: int) -> int | None:
         return flow.add("sub", a, int(flow.nodes[b][1]))
     if flow.nodes[a][0] == "neg":
         return flow.add("sub", b, int(flow.nodes[a][1]))
+    for one, other in ((a, b), (b, a)):
+        number = flow.factor(other)
+        if number is not None and number[0] < 0.0:
+            return flow.add("sub", one, flow.add("mul", flow.constant(-number[0]), number[1]))
     return None
 
 
@@ -349,7 +394,63 @@ def _subtract(flow: Flow, a: int, b: int) -> int | None:
         return flow.add("neg", b)
     if flow.nodes[b][0] == "neg":
         return flow.add("add", a, int(flow.nodes[b][1]))
+    number = flow.factor(b)
+    if number is not None and number[0] < 0.0:
+        return flow.add("add", a, flow.add("mul", flow.constant(-number[0]), number[1]))
+    left = _cancelled(flow, a, b)
+    if left is not None:
+        return left
     return flow.node("neg", flow.node("sub", b, a)) if b < a else None
+
+
+def _ordered(operation: str) -> Callable[[Flow, int, int], int | None]:
+    """A comparison with zero of what has the sign of something simpler, or the opposite one."""
+
+    def simple(flow: Flow, a: int, b: int) -> int | None:
+        for zero, other, turned in ((b, a, False), (a, b, True)):
+            if flow.value_of(zero) != 0.0:
+                continue
+            number = flow.factor(other)
+            if flow.nodes[other][0] == "neg":
+                number = -1.0, int(flow.nodes[other][1])
+            if number is None or not 1e-100 < abs(number[0]) < 1e100:
+                continue
+            swap = (number[0] < 0.0) is not turned
+            return flow.add(operation, *((zero, number[1]) if swap else (number[1], zero)))
+        return None
+
+    return simple
+
+
+def _cancelled(flow: Flow, a: int, b: int) -> int | None:
+    """``(x + y) - y`` and its like: what was added and is taken away again is not rounded twice."""
+    if flow.plain:
+        return None
+    kind, *parts = flow.nodes[a]
+    if kind == "add" and b in parts:
+        return int(parts[1] if parts[0] == b else parts[0])
+    if kind == "sub" and parts[0] == b:
+        return flow.add("neg", int(parts[1]))
+    kind, *parts = flow.nodes[b]
+    if kind == "add" and a in parts:
+        return flow.add("neg", int(parts[1] if parts[0] == a else parts[0]))
+    return int(parts[1]) if kind == "sub" and parts[0] == a else None
+
+
+def _equal(flow: Flow, a: int, b: int) -> int | None:
+    """What is zero: a quotient where its dividend is, a product with a number where its other factor is."""
+    if a == b:
+        return flow.true
+    if flow.value_of(b) != 0.0:
+        return None
+    kind, *parts = flow.nodes[a]
+    if kind in ("neg", "div"):
+        return flow.add("eq", int(parts[0]), b)
+    if kind == "mul":
+        for one, other in ((0, 1), (1, 0)):
+            if flow.value_of(int(parts[one])):
+                return flow.add("eq", int(parts[other]), b)
+    return None
 
 
 def _multiply(flow: Flow, a: int, b: int) -> int | None:
@@ -361,6 +462,10 @@ def _multiply(flow: Flow, a: int, b: int) -> int | None:
                 return other
             case -1.0:
                 return flow.add("neg", other)
+    for one, other in ((a, b), (b, a)):
+        number, value = flow.factor(other), flow.value_of(one)
+        if number is not None and isinstance(value, float):
+            return flow.add("mul", flow.constant(value * number[0]), number[1])
     if flow.nodes[a][0] == "neg":
         return flow.add("neg", flow.add("mul", int(flow.nodes[a][1]), b))
     if flow.nodes[b][0] == "neg":
@@ -408,7 +513,7 @@ def _opposite(flow: Flow, a: int) -> int | None:
 def _where(flow: Flow, c: int, a: int, b: int) -> int | None:
     if c == flow.true or a == b:
         return a
-    return b if c == flow.false else None
+    return b if c == flow.false else flow.selected(c, a, b)
 
 
 def _absolute(flow: Flow, a: int) -> int | None:
@@ -429,4 +534,7 @@ _SIMPLIFY: dict[str, Callable[..., int | None]] = {
     "not": _opposite,
     "where": _where,
     "abs": _absolute,
+    "eq": _equal,
+    "lt": _ordered("lt"),
+    "le": _ordered("le"),
 }

@@ -26,7 +26,7 @@ def primary(program: Program) -> Merged:
     results, order = endings[0].results, endings[0].order
     have, sure = states[0]
     for ending, (holds, known) in zip(endings[1:], states[1:], strict=True):
-        before = flow.add("or", flow.add("not", have), _less(flow, ending.order, order))
+        before = flow.add("or", flow.add("not", have), less(flow, ending.order, order))
         better = flow.add("and", holds, before)
         results = tuple(_chosen(flow, better, *pair) for pair in zip(ending.results, results, strict=True))
         order = tuple(flow.add("where", better, *pair) for pair in zip(ending.order, order, strict=True))
@@ -60,7 +60,7 @@ def _states(flow: Flow, ending: Ending) -> tuple[int, int]:
     return flow.add("and", holds, flow.add("not", ending.gone)), flow.add("or", holds, ending.gone)
 
 
-def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
+def less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
     """Lexicographic order."""
     less = flow.false
     for a, b in reversed(list(zip(one, other, strict=True))):

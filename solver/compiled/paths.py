@@ -53,12 +53,23 @@ class CompiledPaths:
             except NotCompilable:
                 break
             if self._agrees(every(*numbers), answers):
+                program = self._first(program, numbers, answers, plain)
                 self.programs.append(program)
                 self.primary.append(compile_scalar(program))
                 self.every.append(every)
                 return program
         self.failures += 1
         return None
+
+    def _first(
+        self, program: Program, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]], plain: bool
+    ) -> Program:
+        """The program that follows the primary answer only, where that can be told early."""
+        if len(program.endings) == 1:
+            return program
+        first = translate(self.model, self.planner, self.pattern, answers[0], plain, first=True)
+        found = compile_scalar(first, all_answers=True)(*numbers)
+        return first if self._agrees(found, answers[:1]) else program
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):

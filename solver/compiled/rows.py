@@ -19,7 +19,7 @@ from solver.result import Status
 Array: TypeAlias = NDArray[Any]
 Solve: TypeAlias = Callable[[int], tuple[Status, tuple[Value, ...], Program | None]]
 """Solves a row step by step: its status, its values, and a new way where one was learned from it."""
-Keep: TypeAlias = Callable[[int, Status, Sequence[Value]], None]
+Keep: TypeAlias = Callable[[int, Status], None]
 
 WORTH = 16
 """So many rows pay for the set-up of a way on arrays."""
@@ -52,21 +52,29 @@ class Sweeper:
         self.paths, self.jit = paths, jit
         self._kernels: dict[int, RowKernel | None] = {}
 
-    def run(self, columns: Sequence[Array], results: list[Array], solve: Solve, keep: Keep) -> None:
-        """Fill ``results`` (n,) from ``columns`` (n,): by the ways there are, by ways learned on the way.
+    def run(self, columns: Sequence[Array], wanted: int, solve: Solve, keep: Keep) -> list[Array]:
+        """The wanted values (n,) from ``columns`` (n,): by the ways there are, by ways learned on the way.
 
-        ``solve`` has the word on a row that no way settles, and ``keep`` takes what it says.
+        ``solve`` has the word on a row that no way settles, and ``keep`` is told what it says. A row without
+        an answer is NaN.
         """
+        results: list[Array] = []
         left = np.arange(len(columns[0]))
         for program in list(self.paths.programs):
             left = self._settled(program, columns, results, left)
         while len(left):
             row = int(left[0])
             status, values, learned = solve(row)
-            keep(row, status, values)
-            left = left[1:]
             if learned is not None and len(left) > WORTH:
                 left = self._settled(learned, columns, results, left)
+            if len(left) and left[0] == row:
+                _spread(results, wanted, len(columns[0]))
+                left = left[1:]
+                for place, value in enumerate(values):
+                    _put(results, place, row, value)
+                keep(row, status)
+        _spread(results, wanted, len(columns[0]))
+        return results
 
     def _settled(
         self, program: Program, columns: Sequence[Array], results: list[Array], left: Array
@@ -79,15 +87,15 @@ class Sweeper:
         found, holds = kernel([c if whole else c[left] for c in columns])
         everything = bool(holds.all())
         rows = left if everything else left[holds]
-        for place, values in enumerate(found):
-            if isinstance(values, str):
-                if results[place].dtype == float:
-                    results[place] = results[place].astype(object)
-                results[place][rows] = values
-            elif whole and everything and results[place].dtype == float:
-                results[place] = values
-            else:
-                results[place][rows] = values if everything else values[holds]
+        if whole and not results and not any(isinstance(values, str) for values in found):
+            results += found  # type: ignore[arg-type]
+            if not everything:
+                for column in results:
+                    column[~holds] = np.nan
+        else:
+            _spread(results, len(found), len(columns[0]))
+            for place, values in enumerate(found):
+                _put(results, place, rows, values if everything or isinstance(values, str) else values[holds])
         return left[:0] if everything else left[~holds]
 
     def _kernel(self, program: Program) -> RowKernel | None:
@@ -98,3 +106,16 @@ class Sweeper:
             except NotCompilable:
                 self._kernels[key] = None
         return self._kernels[key]
+
+
+def _spread(results: list[Array], wanted: int, count: int) -> None:
+    """Columns without an answer, where there are none yet."""
+    if not results:
+        results += [np.full(count, np.nan) for _ in range(wanted)]
+
+
+def _put(results: list[Array], place: int, rows: Any, values: Any) -> None:
+    """Assign to rows of a column, which takes symbols once there are some."""
+    if isinstance(values, str) and results[place].dtype == float:
+        results[place] = results[place].astype(object)
+    results[place][rows] = values

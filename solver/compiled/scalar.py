@@ -29,6 +29,7 @@ _BINARY = {
     "eq": "==",
     "and": "and",
     "or": "or",
+    "xor": "!=",
 }
 _FUNCTIONS: dict[str, object] = {
     "sqrt": math.sqrt,
@@ -38,6 +39,8 @@ _FUNCTIONS: dict[str, object] = {
     "cos": math.cos,
     "float": float,
     "sincosd": sincosd,
+    "direction": TABLE["atan2"].value,
+    "directiond": TABLE["atan2d"].value,
     "rint": lambda x: float(round(x)),
     "sorted": sorted,
     "len": len,

@@ -15,7 +15,9 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, hol
 from rulesheets.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol
 from rulesheets.record import dataclass, field, replace
 from solver.compiled.flow import Flow, NotCompilable
+from solver.compiled.merge import less
 from solver.compiled.program import Ending, Program
+from solver.compiled.trim import trimmed
 from solver.kernel.block import BlockKernel
 from solver.path.activity import activity
 from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
@@ -82,13 +84,19 @@ class _Way:
 
 
 def translate(
-    model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value], plain: bool = False
+    model: Model,
+    planner: Planner,
+    pattern: Pattern,
+    sample: Mapping[str, Value],
+    plain: bool = False,
+    first: bool = False,
 ) -> Program:
     """The program for all rows that decide as ``sample`` does: values of every variable that has one there.
 
+    ``first``: follow the primary one of several values only, chosen as soon as they are there.
     Raises NotCompilable where a step has no straight-line form.
     """
-    return _Translation(model, planner, pattern, sample, plain).run()
+    return _Translation(model, planner, pattern, sample, plain, first).run()
 
 
 class _Translation:
@@ -99,10 +107,11 @@ class _Translation:
         pattern: Pattern,
         sample: Mapping[str, Value],
         plain: bool,
+        first: bool,
     ) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.graph = planner.graph
-        self.sample = sample
+        self.sample, self.first = sample, first
         self.flow = Flow(plain)
         self.given = frozenset((*pattern.given, *pattern.inputs))
         self.want = frozenset(pattern.want)
@@ -157,12 +166,34 @@ class _Translation:
                     return
                 case _:
                     raise NotCompilable
+            if self.first and len(found) > 1:
+                found = [self._merged(found)]
             if len(found) != 1:
                 for fork in found:
                     self._follow(fork, steps[place + 1 :])
                 return
             way = found[0]
         self._finish(way)
+
+    def _merged(self, ways: list[_Way]) -> _Way:
+        """The first of several ways that is not gone, as one; all that tells which it is must hold."""
+        flow = self.flow
+        best, *others = ways
+        for other in others:
+            sooner = less(flow, tuple(other.order), tuple(best.order))
+            instead = flow.add("and", flow.add("not", other.gone), flow.add("or", best.gone, sooner))
+            for name, node in best.values.items():
+                best.values[name] = flow.add("where", instead, other.values[name], node)
+            pairs = zip(other.order, best.order, strict=True)
+            best.order = [flow.add("where", instead, *pair) for pair in pairs]
+            best.gone = flow.add("and", best.gone, other.gone)
+            best.checks += [check for check in other.checks if check not in best.checks]
+            best.finite += [node for node in other.finite if node not in best.finite]
+        best.order = []
+        flow.checks = best.checks
+        flow.require(flow.add("not", best.gone))
+        best.gone = flow.false
+        return best
 
     # --- conditions ---
 
@@ -425,10 +456,13 @@ class _Translation:
         if not groups:
             raise NotCompilable
         *others, (value, some) = groups.items()
-        for node, active in reversed(others):
-            flow.require(flow.add("not", flow.add("and", active, some)))
-            some = flow.add("or", active, some)
+        for place, (node, active) in enumerate(reversed(others)):
             value = flow.add("where", active, node, value)
+            if place == len(others) - 1:
+                some = flow.add("xor", active, some)
+            else:
+                flow.require(flow.add("not", flow.add("and", active, some)))
+                some = flow.add("or", active, some)
         flow.require(some)
         self._within(way, self.model.variables[unknown], value)
         way.values[unknown] = value
@@ -554,7 +588,8 @@ class _Translation:
         for node in results:
             if isinstance(node, int):
                 flow.bound(node)
-        self.endings.append(Ending(results, tuple(way.checks), tuple(way.finite), way.gone, tuple(way.order)))
+        ending = Ending(results, tuple(way.checks), tuple(way.finite), way.gone, tuple(way.order))
+        self.endings.append(trimmed(flow, ending))
         if len(self.endings) > MAX_ENDINGS:
             raise NotCompilable
 
@@ -580,7 +615,7 @@ class _Translation:
 
     def _is_direction(self, node: int) -> bool:
         kind = self.flow.nodes[node]
-        return kind[0] == "call" and kind[1] in _DIRECTIONS
+        return (kind[0] == "call" and kind[1] in _DIRECTIONS) or kind[0] in ("direction", "directiond")
 
     def _witness(self, way: _Way, equation: Equation, active: int) -> int:
         """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|. One of several values that is far
