@@ -80,15 +80,34 @@ def place(
 
     ``before`` are offsets from the point that labels had in an earlier frame, which they keep where they can.
     """
+    alone = {
+        wish.key: sorted(
+            (
+                (_cost(box, wish, segments, symbols, size, (before or {}).get(wish.key)), number, box)
+                for number, box in enumerate(_candidates(wish))
+            ),
+            key=lambda candidate: candidate[:2],
+        )
+        for wish in wishes
+    }
     placed: dict[str, Box] = {}
     for _ in range(_ROUNDS):
         for wish in wishes:
             others = [box for key, box in placed.items() if key != wish.key]
-            old = (before or {}).get(wish.key)
-            placed[wish.key] = min(
-                _candidates(wish), key=lambda box: _cost(box, wish, others, segments, symbols, size, old)
-            )
+            placed[wish.key] = _cheapest(alone[wish.key], others)
     return placed
+
+
+def _cheapest(candidates: Sequence[tuple[float, int, Box]], others: Sequence[Box]) -> Box:
+    """The box that costs least among the others; the candidates come with what they cost alone, ascending."""
+    best, chosen = math.inf, candidates[0][2]
+    for alone, _, box in candidates:
+        if alone >= best:
+            break
+        cost = alone + 2 * _COVERED * sum(box.overlap(other) for other in others)
+        if cost < best:
+            best, chosen = cost, box
+    return chosen
 
 
 def _candidates(wish: Wish) -> Iterator[Box]:
@@ -114,13 +133,13 @@ def _candidates(wish: Wish) -> Iterator[Box]:
 def _cost(
     box: Box,
     wish: Wish,
-    others: Sequence[Box],
     segments: Sequence[Segment],
     symbols: Sequence[Box],
     size: Place,
     before: Place | None,
 ) -> float:
-    covered = sum(box.overlap(other) for other in others) * 2 + sum(box.overlap(symbol) for symbol in symbols)
+    """What a place costs, other labels not counted."""
+    covered = sum(box.overlap(symbol) for symbol in symbols)
     crossed = sum(box.inside(segment) for segment in segments)
     outside = sum(
         max(0.0, half - middle, middle + half - limit)
