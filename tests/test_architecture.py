@@ -38,6 +38,9 @@ FLOORS = (
 ISLANDS = ("solver.structure", "solver.numerics")
 """Rooms that import nothing of ours but themselves."""
 
+STANDARD = ("rulesheets.record",)
+"""What stands in for a module of the standard library, and is at hand everywhere like one."""
+
 DOORS = {
     "lark": ("rulesheets.parse",),
     "sympy": ("rulesheets.algebra",),
@@ -136,7 +139,7 @@ def _upward(module: str, imported: str) -> bool:
 @pytest.mark.parametrize("room", ISLANDS)
 def test_islands_import_nothing_of_ours(room: str) -> None:
     wrong = [(m, n) for m in modules() if within(m, room) for n in ours(m) if not within(n, room)]
-    assert wrong == []
+    assert [(m, n) for m, n in wrong if n not in STANDARD] == []
 
 
 @pytest.mark.parametrize("dependency", DOORS)

@@ -8,9 +8,9 @@ where all of that found nothing, the methods of ``fallback.py``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from rulesheets.model import Value
+from rulesheets.record import replace
 from solver.attempts import Attempt, Method
 from solver.facts import NoRoot
 from solver.kernel.block import BlockKernel

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from rulesheets.record import dataclass
 from solver.numerics.outcome import Outcome
 
 

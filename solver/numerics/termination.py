@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from rulesheets.record import dataclass
 
 EPS = sys.float_info.epsilon
 
