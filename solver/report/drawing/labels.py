@@ -149,4 +149,4 @@ def _cost(
     cost = _COVERED * covered + _CROSSED * crossed + _OUTSIDE * outside + _FAR * away
     if before is not None:
         cost += 0.4 * math.hypot(box.x - wish.point[0] - before[0], box.y - wish.point[1] - before[1])
-    return cost
+    return round(cost, 6)  # so that rounding decides between no two places that are alike
