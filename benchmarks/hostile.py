@@ -1,0 +1,215 @@
+"""Random, ill-scaled, degenerate and hostile sheets: no crash, no hang, no false claim.
+
+    python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 10] [--show SEED]
+
+solves the sheets of ``hostile_sheets.py`` from a seed on, and prints how they ended, by kind and status, and every one
+that is
+
+- a *crash*: any exception but the refusal of a broken sheet;
+- a *hang*: longer than the limit, in seconds;
+- a *false success*: an answer with a rule that no change of 1e-9 of its values would satisfy, judged with 50
+  digits by a witness that shares no code with the solver;
+- a *false refusal*: called infeasible, contradictory, or completely solved without the planted state, although
+  that state is there, and well-conditioned.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mpmath
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+import rulesheets
+import solver
+from benchmarks.expressions import DIGITS, Undefined, evaluated
+from benchmarks.hostile_sheets import Sheet, condition_of, sheet
+from solver import Result, Status
+
+CHANGE = 1e-9
+"""The relative change of the values that may be needed to satisfy a rule exactly."""
+CONDITION = 1e4
+NEAR = 1e-6
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong with how a sheet was answered."""
+
+    seed: int
+    what: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    kind: str
+    status: str
+    seconds: float
+    finding: Finding | None = None
+
+
+class TooLong(Exception):
+    pass
+
+
+def examine(seed: int, limit: float) -> Outcome:
+    """Solve the sheet of a seed within ``limit`` seconds and judge the answer."""
+    made = sheet(seed)
+    began = time.perf_counter()
+    signal.signal(signal.SIGALRM, _alarm)
+    signal.setitimer(signal.ITIMER_REAL, limit)
+    try:
+        result = solver.solve(rulesheets.loads(made.text))
+    except rulesheets.RuleSheetError as error:
+        return _refused(seed, made, error, time.perf_counter() - began)
+    except TooLong:
+        return Outcome(made.kind, "hang", limit, Finding(seed, "hang", f"over {limit:g} s"))
+    except Exception:
+        said = traceback.format_exc().strip().splitlines()
+        return Outcome(made.kind, "crash", 0.0, Finding(seed, "crash", " | ".join(said[-3:])))
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    seconds = time.perf_counter() - began
+    detail = next(_false_claims(made, result), None)
+    finding = Finding(seed, *detail) if detail else None
+    return Outcome(made.kind, str(result.status), seconds, finding)
+
+
+def _alarm(*_: Any) -> None:
+    raise TooLong
+
+
+def _refused(seed: int, made: Sheet, error: Exception, seconds: float) -> Outcome:
+    """Only broken text, and numbers that no float holds, may be refused."""
+    if made.raw is not None or made.kind == "nasty numbers":
+        return Outcome(made.kind, "refused", seconds)
+    return Outcome(made.kind, "refused", seconds, Finding(seed, "refused", str(error).splitlines()[0]))
+
+
+def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
+    if made.raw is not None:
+        return
+    for solution in result.solutions:
+        for rule in made.rules:
+            known = {name: v for name, v in solution.items() if isinstance(v, float)}
+            if not satisfied(rule, known):
+                yield "false success", f"{result.status}: {rule} at {known}"
+    if not _plant_holds(made):
+        return
+    if result.status in (Status.INFEASIBLE, Status.INCONSISTENT):
+        yield "false refusal", f"{result.status}, but there is {made.planted}"
+    elif result.complete and not any(_is_plant(made, solution) for solution in result.solutions):
+        yield "false refusal", f"complete without {made.planted}"
+
+
+def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
+    """Whether changes of 1e-9 of the values satisfy the rule; rules that do not apply, or that read what has
+    no value, ask nothing."""
+    condition, left, right = rule
+    text = f"{left} - ({right})"
+    try:
+        if condition and not evaluated(condition, values):
+            return True
+        miss = evaluated(text, values)
+    except NameError:
+        return True
+    except Undefined:
+        return any(_reaches(text, values, name) for name in values)
+    with mpmath.workdps(DIGITS):
+        total = mpmath.mpf(0)
+        for name, value in values.items():
+            step = mpmath.mpf(value) * mpmath.mpf(10) ** -25
+            try:
+                moved = [evaluated(text, {**values, name: value + sign * step}) for sign in (1, -1)]
+            except Undefined:
+                continue
+            total += abs(moved[0] - moved[1]) / 2 * mpmath.mpf(10) ** 25
+        if abs(miss) <= CHANGE * total:
+            return True
+    return any(_reaches(text, values, name) for name in values)
+
+
+def _reaches(text: str, values: Mapping[str, float], name: str) -> bool:
+    """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself."""
+    with mpmath.workdps(DIGITS):
+        signs = set()
+        for share in (-1.0, -1e-3, -1e-6, 0.0, 1e-6, 1e-3, 1.0):
+            try:
+                moved = evaluated(text, {**values, name: mpmath.mpf(values[name]) * (1 + CHANGE * share)})
+            except Undefined:
+                continue
+            signs.add(int(mpmath.sign(moved)))
+        return 0 in signs or len(signs) > 1
+
+
+def _plant_holds(made: Sheet) -> bool:
+    return made.planted is not None and bool(made.rules) and condition_of(made) <= CONDITION
+
+
+def _is_plant(made: Sheet, solution: Mapping[str, Any]) -> bool:
+    assert made.planted is not None
+    used = {name for rule in made.rules for name in solution if name in "".join(rule)}
+    return all(
+        abs(solution[name] - value) <= NEAR * abs(value) or _turns(solution[name] - value)
+        for name, value in made.planted.items()
+        if name in used
+    )
+
+
+def _turns(difference: float) -> bool:
+    """Angles are reported within one turn."""
+    return any(
+        abs(difference) > turn / 2 and abs(difference - turn * round(difference / turn)) < 1e-6 * turn
+        for turn in (360.0, 6.283185307179586)
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Hostile sheets: no crash, no hang, no false claim.")
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0, help="the first of as many seeds")
+    parser.add_argument("--limit", type=float, default=10.0, help="seconds for each")
+    parser.add_argument("--show", type=int, metavar="SEED", help="print one sheet and solve it")
+    arguments = parser.parse_args()
+    if arguments.show is not None:
+        print(sheet(arguments.show).text)
+        print(examine(arguments.show, arguments.limit))
+        return
+    outcomes = []
+    for seed in range(arguments.seed, arguments.seed + arguments.count):
+        outcomes.append(examine(seed, arguments.limit))
+        if outcomes[-1].finding:
+            print(outcomes[-1].finding, flush=True)
+    report(outcomes)
+    sys.exit(any(outcome.finding for outcome in outcomes))
+
+
+def report(outcomes: list[Outcome]) -> None:
+    """A table of kinds by statuses, the times, and what was found."""
+    statuses = list(dict.fromkeys([*map(str, Status), *(outcome.status for outcome in outcomes)]))
+    print(f"{'':<16}" + "".join(f"{status:>13}" for status in statuses))
+    for kind in dict.fromkeys(outcome.kind for outcome in outcomes):
+        counts = Counter(outcome.status for outcome in outcomes if outcome.kind == kind)
+        print(f"{kind:<16}" + "".join(f"{counts[status]:>13}" for status in statuses))
+    seconds = sorted(outcome.seconds for outcome in outcomes)
+    middle, most = seconds[len(seconds) // 2], seconds[-1]
+    print(
+        f"{len(outcomes)} sheets; median {1e3 * middle:.1f} ms, longest {most:.1f} s, all {sum(seconds):.0f} s"
+    )
+    found = Counter(outcome.finding.what for outcome in outcomes if outcome.finding)
+    print("found: " + (", ".join(f"{n} × {what}" for what, n in found.items()) or "nothing wrong"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,354 @@
+"""Random, ill-scaled, degenerate and hostile sheets, each from a seed.
+
+Some are built around a planted state, of which every rule is a consequence; some are random rules that may have
+any number of solutions or none; some are made to break things: poles, overflow, 0/0, double roots, rules that say
+the same thing twice or contradict each other, guards that depend on what they guard, and broken text.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from random import Random
+
+import mpmath
+
+from benchmarks.expressions import Undefined, evaluated
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """``rules`` are (condition or "", left, right). ``planted`` is a state that satisfies all of them to the
+    rounding of their constants, None where there is none that is known of."""
+
+    kind: str
+    rules: tuple[tuple[str, str, str], ...]
+    inputs: Mapping[str, float] = field(default_factory=dict)
+    guesses: Mapping[str, float] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    planted: Mapping[str, float] | None = None
+    raw: str | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return NAMES
+
+    @property
+    def text(self) -> str:
+        if self.raw is not None:
+            return self.raw
+        rows = [f"{name} = {value!r}" for name, value in self.inputs.items()]
+        rows += [f"{name} ~ {value!r}" for name, value in self.guesses.items() if name not in self.inputs]
+        shown = {*self.inputs, *self.guesses}
+        rows += [f"{n} in [{low!r}, {high!r}]" for n, (low, high) in self.ranges.items() if n not in shown]
+        head = ["variables", *rows] if rows else []
+        return "\n".join([*head, "rules", *map(_line, self.rules), ""])
+
+
+def _line(rule: tuple[str, str, str]) -> str:
+    condition, left, right = rule
+    return f"if {condition} then {left} = {right}" if condition else f"{left} = {right}"
+
+
+NAMES = ("a", "b", "c", "d", "x", "y", "z", "w")
+SMOOTH = ("sin", "cos", "exp", "sqrt", "ln", "atan", "sind", "cosd", "abs", "tanh")
+ROUGH = (*SMOOTH, "tan", "asin", "acos", "int", "sgn", "tand", "cosh", "acosd", "round", "frac", "log")
+CONSTANTS = ("0", "1", "2", "3", "0.5", "10", "1e-3", "1e6", "7", "360", "90", "pi")
+NASTY = ("0", "1e-300", "1e300", "1e-16", "1e16", "1e-9", "4.9e-324", "1.7e308", "1e150", "1e-150")
+
+
+def sheet(seed: int) -> Sheet:
+    """The sheet of a seed, always the same."""
+    random = Random(seed)
+    kind = random.choice(tuple(KINDS))
+    return KINDS[kind](random)
+
+
+# -- planted ------------------------------------------------------------------------------------------------
+
+
+def _magnitude(random: Random, decades: float) -> float:
+    value = random.choice((-1, 1)) * 10.0 ** random.uniform(-decades, decades)
+    return float(f"{value:.{random.choice((2, 4, 16))}e}")
+
+
+def _planted(random: Random, decades: float = 1.0, extra: int = 0, smooth: bool = True) -> Sheet:
+    n = random.randint(1, 5)
+    names = random.sample(NAMES, n + random.randint(0, 2))
+    unknown = names[:n]
+    state = {name: _magnitude(random, decades) for name in names}
+    rules = []
+    for k in range(n + extra):
+        for _ in range(60):
+            left = _expression(random, names, random.randint(1, 3), SMOOTH if smooth else ROUGH)
+            try:
+                value = float(evaluated(left, state))
+            except (Undefined, OverflowError):
+                continue
+            must = unknown[k % n]
+            if math.isfinite(value) and abs(value) < 1e12 and must in _names(left):
+                rules.append(("", left, repr(value)))
+                break
+    given = {name: state[name] for name in names if name not in unknown}
+    guesses = {}
+    if random.random() < 0.4:
+        guesses = {name: state[name] * random.uniform(0.3, 3) for name in unknown}
+    return Sheet("planted", tuple(rules), given, guesses, planted=state)
+
+
+def _names(text: str) -> set[str]:
+    import re
+
+    return set(re.findall(r"\b[a-z]\b", text))
+
+
+def _expression(random: Random, names: list[str], depth: int, functions: tuple[str, ...]) -> str:
+    if depth == 0 or random.random() < 0.15:
+        return random.choice(names) if random.random() < 0.75 else random.choice(CONSTANTS)
+
+    def part() -> str:
+        return _expression(random, names, depth - 1, functions)
+
+    way = random.random()
+    if way < 0.30:
+        return f"({part()} {random.choice('+-')} {part()})"
+    if way < 0.55:
+        return f"({part()}*{part()})"
+    if way < 0.67:
+        return f"({part()}/{part()})"
+    if way < 0.80:
+        return f"({part()})^{random.choice(('2', '2', '3', '4', '0.5', '-1', '1.5'))}"
+    return f"{random.choice(functions)}({part()})"
+
+
+def _ill_scaled(random: Random) -> Sheet:
+    made = _planted(random, decades=random.choice((6.0, 9.0, 12.0)))
+    return Sheet("ill-scaled", made.rules, made.inputs, made.guesses, planted=made.planted)
+
+
+def _overdetermined(random: Random) -> Sheet:
+    made = _planted(random, extra=random.randint(1, 3))
+    rules = [*made.rules, *random.sample(made.rules, min(len(made.rules), 1))]
+    random.shuffle(rules)
+    return Sheet("redundant", tuple(rules), made.inputs, made.guesses, planted=made.planted)
+
+
+def _contradictory(random: Random) -> Sheet:
+    """A planted sheet, one rule of which is repeated with another value."""
+    made = _planted(random)
+    if not made.rules:
+        return made
+    condition, left, right = random.choice(made.rules)
+    other = float(right) * random.uniform(1.001, 2) + random.choice((0.0, 1.0)) or 1.0
+    rules = [*made.rules, (condition, left, repr(other))]
+    random.shuffle(rules)
+    return Sheet("contradictory", tuple(rules), made.inputs, made.guesses)
+
+
+def _rough(random: Random) -> Sheet:
+    made = _planted(random, smooth=False)
+    return Sheet("rough", made.rules, made.inputs, made.guesses, planted=made.planted)
+
+
+def _ranged(random: Random) -> Sheet:
+    """A planted sheet with finite ranges around its state."""
+    made = _planted(random)
+    assert made.planted is not None
+    ranges = {}
+    for name, value in made.planted.items():
+        if name not in made.inputs:
+            reach = abs(value) * random.uniform(0.1, 5) + random.uniform(0, 3)
+            ranges[name] = (value - reach, value + reach * random.uniform(0.1, 1))
+    return Sheet("ranged", made.rules, made.inputs, {}, ranges, made.planted)
+
+
+# -- whatever comes -----------------------------------------------------------------------------------------
+
+
+def _random(random: Random) -> Sheet:
+    n = random.randint(1, 5)
+    names = random.sample(NAMES, n)
+    rules = [("", *_sides(random, names)) for _ in range(max(1, n + random.randint(-1, 2)))]
+    inputs = {name: _magnitude(random, 2) for name in names if random.random() < 0.3}
+    return Sheet("random", tuple(rules), inputs)
+
+
+def _sides(random: Random, names: list[str]) -> tuple[str, str]:
+    left = _expression(random, names, random.randint(1, 3), ROUGH)
+    if not _names(left):
+        left = random.choice(names)
+    return left, _expression(random, names, random.randint(0, 2), ROUGH)
+
+
+def _nasty(random: Random) -> Sheet:
+    """Numbers at the ends of the floats."""
+    names = random.sample(NAMES, random.randint(1, 3))
+    rules = []
+    for _ in range(len(names)):
+        left = _expression(random, names, random.randint(1, 2), ROUGH)
+        left = left if _names(left) else names[0]
+        rules.append(
+            ("", f"{left}*{random.choice(NASTY)}" if random.random() < 0.5 else left, random.choice(NASTY))
+        )
+    inputs = {name: float(random.choice(NASTY)) for name in names if random.random() < 0.4}
+    return Sheet("nasty numbers", tuple(rules), inputs)
+
+
+DEGENERATE = (
+    ("(x - {a})^2 = 0",),
+    ("(x - {a})^3 = 0",),
+    ("x^2 + y^2 = 0",),
+    ("x^2 + y^2 = {p}", "x*y = 0"),
+    ("x*y = 0", "x + y = {a}"),
+    ("x*y = 0", "x*z = 0", "y + z = {a}"),
+    ("x = x",),
+    ("x + y = y + x", "x - y = {a}"),
+    ("0*x = 0",),
+    ("0*x = {p}",),
+    ("1/x = 0",),
+    ("x/x = 1",),
+    ("x/x = {p}",),
+    ("sqrt(x) = -{p}",),
+    ("sqrt(x^2) = x",),
+    ("ln(x) = {a}", "x = 0"),
+    ("exp(x) = 0",),
+    ("exp(x) = -{p}",),
+    ("exp(1000*x) = {p}",),
+    ("exp(exp(x)) = {p}",),
+    ("x^x = 1",),
+    ("x^0 = 1",),
+    ("0^x = 0",),
+    ("abs(x) = -{p}",),
+    ("abs(x) + abs(y) = 0",),
+    ("sin(x) = {q}",),
+    ("sin(x) = 2",),
+    ("tan(x) = {big}",),
+    ("x - sin(x) = 0",),
+    ("x*(x^2 + y^2) = 0", "y*(x^2 + y^2) = 0"),
+    ("x^2 + y^2 = 1", "(x - 2)^2 + y^2 = 1"),
+    ("x^2 + y^2 = 1", "(x - {t})^2 + y^2 = 1"),
+    ("x + y = {a}", "2*x + 2*y = 2*{a}"),
+    ("x + y = {a}", "2*x + 2*y = 2*{a} + {tiny}"),
+    ("x + y + z = {a}", "x - y = 0", "2*x + z = {a}"),
+    ("x*y = {a}", "x*y = {a} + {p}"),
+    ("x*y = {p}", "2*x*y = 2*{p}"),
+    ("int(x) = 3",),
+    ("round(x) = 2", "x + y = {a}"),
+    ("sgn(x) = 0",),
+    ("frac(x) = 0.25", "x^2 = {p}"),
+    ("1 - exp(-x^2) = 0",),
+    ("y^2*(1 - exp(-x^2)) = 0", "x*(1 - exp(-y^2)) = 0"),
+    ("1 - cosd(x) = {tiny}",),
+    ("x = y + {big}", "y = x - {big}"),
+    ("x = y + {big}", "y = {a}", "z = x - {big}"),
+    ("(x + {big}) - {big} = y", "y = {a}"),
+    ("x^2 - 2*x*y + y^2 = 0", "x + y = {a}"),
+    ("1/(x - {a}) = 1/(y - {a})", "x + y = 2*{a}"),
+    ("x*sin(1/x) = 0",),
+    ("sqrt(x - {a}) + sqrt({a} - x) = 0",),
+    ("asin(x) = 2",),
+    ("acosd(x) + acosd(-x) = 180",),
+    ("tand(x)*tand(90 - x) = 1",),
+    ("sind(x)^2 + cosd(x)^2 = 1",),
+    ("sind(x)^2 + cosd(x)^2 = {p}",),
+    ("x^2 = y^2", "x + y = 0"),
+    ("x = y*z", "y = x/z"),
+    ("x^4 + 4*x^3 + 6*x^2 + 4*x + 1 = 0",),
+    ("x^20 = {tiny}",),
+    ("(x - 1)*(x - 1.0000001)*(x - 1.0000002) = 0",),
+)
+
+
+def _degenerate(random: Random) -> Sheet:
+    a, p, big = _magnitude(random, 1), abs(_magnitude(random, 1)), 10.0 ** random.randint(8, 18)
+    words = {
+        "a": f"({a!r})",
+        "p": repr(p),
+        "q": repr(random.choice((0.0, 1.0, -1.0, 0.5, 1 - 1e-15))),
+        "big": repr(big),
+        "tiny": repr(10.0 ** -random.randint(6, 17)),
+        "t": repr(2 + random.choice((-1, 1)) * 10.0 ** -random.randint(3, 16)),
+    }
+    lines = [rule.format(**words).split(" = ") for rule in random.choice(DEGENERATE)]
+    rules = [("", left, right) for left, right in lines]
+    random.shuffle(rules)
+    names = sorted(_names(" ".join(left + " " + right for _, left, right in rules)))
+    guesses = {name: _magnitude(random, 1) for name in names if random.random() < 0.3}
+    ranges = {name: (-10.0, 10.0) for name in names if random.random() < 0.3}
+    inputs = {n: _magnitude(random, 1) for n in names if random.random() < 0.1}
+    return Sheet("degenerate", tuple(rules), inputs, guesses, ranges)
+
+
+def _guarded(random: Random) -> Sheet:
+    """Branches on what they determine; the arms of some don't fit their condition."""
+    names = random.sample(NAMES, random.randint(2, 4))
+    rules = []
+    for name in names:
+        left, right = _sides(random, names)
+        edge = _magnitude(random, 1)
+        if random.random() < 0.6:
+            test, opposite = random.choice((("<", ">="), (">", "<="), ("<=", ">"), ("=", "<>")))
+            rules.append((f"{name} {test} {edge!r}", left, right))
+            rules.append((f"{name} {opposite} {edge!r}", *_sides(random, names)))
+        else:
+            rules.append(("", left, right))
+    inputs = {name: _magnitude(random, 1) for name in names[1:] if random.random() < 0.4}
+    return Sheet("guarded", tuple(rules), inputs)
+
+
+def _broken(random: Random) -> Sheet:
+    """The text of another sheet with some characters changed: refused, or read as something else."""
+    text = _planted(random).text
+    for _ in range(random.randint(1, 4)):
+        place = random.randrange(len(text) + 1)
+        text = (
+            text[:place] + random.choice("()+-*/^=,;'\"[]~ \n\x00é1e.") + text[place + random.randint(0, 2) :]
+        )
+    return Sheet("broken text", (), raw=text)
+
+
+KINDS: Mapping[str, Callable[[Random], Sheet]] = {
+    "planted": _planted,
+    "ill-scaled": _ill_scaled,
+    "redundant": _overdetermined,
+    "contradictory": _contradictory,
+    "rough": _rough,
+    "ranged": _ranged,
+    "random": _random,
+    "nasty numbers": _nasty,
+    "degenerate": _degenerate,
+    "guarded": _guarded,
+    "broken text": _broken,
+}
+
+
+def condition_of(made: Sheet) -> float:
+    """Condition of the planted state: infinity where its rules do not determine the unknowns there."""
+    import numpy as np
+
+    if made.planted is None:
+        return math.inf
+    unknown = [name for name in made.planted if name not in made.inputs]
+    rows = []
+    with mpmath.workdps(50):
+        step = mpmath.mpf(10) ** -25
+        for _, left, right in made.rules:
+            row = []
+            for name in unknown:
+                value = mpmath.mpf(made.planted[name])
+                ahead, behind = value * (1 + step), value * (1 - step)
+                try:
+                    rise = [
+                        evaluated(f"{left} - ({right})", {**made.planted, name: v}) for v in (ahead, behind)
+                    ]
+                except Undefined:
+                    return math.inf
+                row.append((rise[0] - rise[1]) / (2 * step))
+            size = max(map(abs, row), default=mpmath.mpf(0))
+            if size:
+                rows.append([float(v / size) for v in row])
+    if len(rows) < len(unknown):
+        return math.inf
+    singular = np.linalg.svd(np.array(rows), compute_uv=False)
+    return float(singular[0] / singular[-1]) if singular[-1] else math.inf
