@@ -5,6 +5,7 @@ The text is turned into Python by rewriting ``^``, ``=`` and numbers, and evalua
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -22,9 +23,11 @@ class Undefined(Exception):
     """There is no real value."""
 
 
-def evaluated(text: str, values: Mapping[str, Any]) -> Any:
-    """The value with 50 digits; floats are the exact numbers that they are. Raises Undefined."""
-    with mpmath.workdps(DIGITS):
+def evaluated(text: str, values: Mapping[str, Any], digits: int = DIGITS) -> Any:
+    """The value with 50 digits (more where numbers are large, for whole turns and cancellation); floats are
+    the exact numbers that they are. Raises Undefined."""
+    largest = max((abs(float(value)) for value in values.values()), default=1.0)
+    with mpmath.workdps(digits + (4 * round(math.log10(largest)) if largest > 1e12 else 0)):
         numbers = {name: mpf(value) for name, value in values.items()}
         try:
             found = eval(_code(text), dict(FUNCTIONS), numbers)

@@ -1,20 +1,22 @@
 """Random, ill-scaled, degenerate and hostile sheets, each from a seed.
 
-Some are built around a planted state, of which every rule is a consequence; some are random rules that may have
-any number of solutions or none; some are made to break things: poles, overflow, 0/0, double roots, rules that say
-the same thing twice or contradict each other, guards that depend on what they guard, and broken text.
+Some are built around a planted state, of which every rule is a consequence; some are random rules that may
+have any number of solutions or none; some are made to break things: poles, overflow, 0/0, double roots, rules
+that say the same thing twice or contradict each other, guards that wait on what they guard, and broken text.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from random import Random
 
 import mpmath
+import numpy as np
 
-from benchmarks.expressions import Undefined, evaluated
+from benchmarks.expressions import DIGITS, Undefined, evaluated
 
 
 @dataclass(frozen=True)
@@ -31,19 +33,18 @@ class Sheet:
     raw: str | None = None
 
     @property
-    def names(self) -> tuple[str, ...]:
-        return NAMES
-
-    @property
     def text(self) -> str:
         if self.raw is not None:
             return self.raw
+        if not (self.inputs or self.guesses or self.ranges):
+            return "\n".join([*map(_line, self.rules), ""])
         rows = [f"{name} = {value!r}" for name, value in self.inputs.items()]
-        rows += [f"{name} ~ {value!r}" for name, value in self.guesses.items() if name not in self.inputs]
-        shown = {*self.inputs, *self.guesses}
-        rows += [f"{n} in [{low!r}, {high!r}]" for n, (low, high) in self.ranges.items() if n not in shown]
-        head = ["variables", *rows] if rows else []
-        return "\n".join([*head, "rules", *map(_line, self.rules), ""])
+        for name in sorted(_names(" ".join(" ".join(rule) for rule in self.rules)) - {*self.inputs}):
+            guess = f" ~ {self.guesses[name]!r}" if name in self.guesses else ""
+            low, high = self.ranges.get(name, (-math.inf, math.inf))
+            range_ = f" in [{low!r}, {high!r}]" if low > -math.inf and not guess else ""
+            rows.append(f"{name}{guess}{range_}")
+        return "\n".join(["variables", *rows, "rules", *map(_line, self.rules), ""])
 
 
 def _line(rule: tuple[str, str, str]) -> str:
@@ -98,8 +99,6 @@ def _planted(random: Random, decades: float = 1.0, extra: int = 0, smooth: bool 
 
 
 def _names(text: str) -> set[str]:
-    import re
-
     return set(re.findall(r"\b[a-z]\b", text))
 
 
@@ -323,32 +322,41 @@ KINDS: Mapping[str, Callable[[Random], Sheet]] = {
 }
 
 
-def condition_of(made: Sheet) -> float:
-    """Condition of the planted state: infinity where its rules do not determine the unknowns there."""
-    import numpy as np
-
-    if made.planted is None:
+def uncertainty(made: Sheet) -> float:
+    """The relative change of the planted values that the rounding of the rules' constants and of their
+    evaluation in floats explains; infinite where the rules do not determine the unknowns there."""
+    if made.planted is None or not made.rules:
         return math.inf
     unknown = [name for name in made.planted if name not in made.inputs]
-    rows = []
-    with mpmath.workdps(50):
-        step = mpmath.mpf(10) ** -25
-        for _, left, right in made.rules:
-            row = []
-            for name in unknown:
-                value = mpmath.mpf(made.planted[name])
-                ahead, behind = value * (1 + step), value * (1 - step)
-                try:
-                    rise = [
-                        evaluated(f"{left} - ({right})", {**made.planted, name: v}) for v in (ahead, behind)
-                    ]
-                except Undefined:
-                    return math.inf
-                row.append((rise[0] - rise[1]) / (2 * step))
-            size = max(map(abs, row), default=mpmath.mpf(0))
-            if size:
-                rows.append([float(v / size) for v in row])
-    if len(rows) < len(unknown):
+    try:
+        rows = [_row(rule, made.planted, unknown) for rule in made.rules]
+    except Undefined:
         return math.inf
-    singular = np.linalg.svd(np.array(rows), compute_uv=False)
-    return float(singular[0] / singular[-1]) if singular[-1] else math.inf
+    matrix, noise = np.array([row for row, _ in rows]), np.array([off for _, off in rows])
+    if len(rows) < len(unknown) or not (np.isfinite(matrix).all() and np.isfinite(noise).all()):
+        return math.inf
+    sizes = abs(matrix).max(axis=1)
+    matrix, noise = matrix[sizes > 0] / sizes[sizes > 0, None], noise[sizes > 0] / sizes[sizes > 0]
+    singular = np.linalg.svd(matrix, compute_uv=False)
+    if len(matrix) < len(unknown) or singular[-1] < 1e-12:
+        return math.inf
+    return float((abs(np.linalg.pinv(matrix)) @ noise).max())
+
+
+def _row(
+    rule: tuple[str, str, str], state: Mapping[str, float], unknown: list[str]
+) -> tuple[list[float], float]:
+    """∂F/∂ln v of a rule by the unknowns, and how far it is off by rounding."""
+    _, left, right = rule
+    text, step, row = f"{left} - ({right})", mpmath.mpf(10) ** -25, []
+    with mpmath.workdps(DIGITS):
+        for name in unknown:
+            moved = [
+                evaluated(text, {**state, name: mpmath.mpf(state[name]) * (1 + sign * step)})
+                for sign in (1, -1)
+            ]
+            row.append(float((moved[0] - moved[1]) / (2 * step)))
+        exact = evaluated(left, state)
+    rough = evaluated(left, state, digits=15)
+    tiny = abs(float(right)) < 1e-290
+    return row, math.inf if tiny else float(10 * abs(rough - exact) + 2.0**-52 * abs(exact))

@@ -62,6 +62,8 @@ def judge(
         verdict = _unfinished(model, _ordered(model, leaves, guesses), judged, inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
+        if verdict.status is Status.INFEASIBLE and found.dead:
+            return _contradicted(found)  # there is a way that has every value, and only a rule against it
         return verdict
     if found.dead:
         return _contradicted(found)

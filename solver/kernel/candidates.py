@@ -18,6 +18,8 @@ EPSILON = 2.0**-52
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
+VANISHED = 1e-150
+"""A number that small beside its typical size is 0, if the rules hold at 0."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
 BLUR = 3e-3
@@ -55,8 +57,8 @@ class Candidates:
         result = newton(question.residual, question.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
-            rounded = tuple(0.0 if abs(v) <= EPSILON * s else v for v, s in zip(result.x, sizes, strict=True))
-            trials = [result.x, rounded, *trials]
+            vanished, rounded = (_zeroed(result.x, sizes, share) for share in (VANISHED, EPSILON))
+            trials = list(dict.fromkeys((vanished, result.x, rounded, *trials)))
         for x in trials:
             point = question.named(x)
             self.note(point)
@@ -152,6 +154,11 @@ def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> 
     with np.errstate(all="ignore"):
         errors: list[float] = (np.abs(inverted) @ np.array(tolerance)).tolist()
     return errors
+
+
+def _zeroed(x: Sequence[float], sizes: Sequence[float], share: float) -> tuple[float, ...]:
+    """The point with 0 for what is no more than a share of its size."""
+    return tuple(0.0 if abs(v) <= share * size else v for v, size in zip(x, sizes, strict=True))
 
 
 def _near(

@@ -83,16 +83,21 @@ def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
     for step in block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
-        if isolation.period and not _covers_turns(graph, step.unknown, isolation.period):
+        if isolation.period and not _covers_turns(graph, isolation):
             return False
     return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
 
 
-def _covers_turns(graph: ModelGraph, name: str, period: float) -> bool:
-    variable = graph.model.variables[name]
+def _covers_turns(graph: ModelGraph, isolation: Isolation) -> bool:
+    """Whether the forms cover every whole turn: the unknown itself, or its negative, is the one angle."""
+    operations = [stage.operation for stage in isolation.stages]
+    periodic = [place for place, stage in enumerate(isolation.stages) if stage.period]
+    if len(periodic) > 1 or any(operation != "negative" for operation in operations[periodic[0] + 1 :]):
+        return False
+    variable = graph.model.variables[isolation.unknown]
     if variable.low == -inf and variable.high == inf:
-        return graph.turn(name) is not None
-    return max(abs(variable.low), abs(variable.high)) <= period
+        return graph.turn(variable.name) is not None
+    return max(abs(variable.low), abs(variable.high)) <= (isolation.period or 0.0)
 
 
 def _residual(graph: ModelGraph, equation: int) -> Assignment:

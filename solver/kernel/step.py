@@ -14,9 +14,13 @@ from solver.facts import AsksNothing, DoubleRoot, Fact, NoValue, OutOfRange
 from solver.kernel.exponents import exponents
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
-from solver.witness import testify
+from solver.witness import gross, testify
 
 MAX_TURNS = 2_000
+MAX_BENT_TURNS = 400
+EPSILON = 2.0**-52
+SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
+"""Where an equation is tried that may not depend on its unknown; no special points of anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +185,9 @@ class _Step:
 
     def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
         """The principal preimage and its whole turns within the window of the unknown."""
+        bent = next((place for place, stage in enumerate(rest) if not _affine(stage)), None)
+        if bent is not None:
+            return self._bent_turns(principal, period, rest, bent)
         first, second = self._through(principal, rest), self._through(principal + period, rest)
         stride = second - first
         window = self._window(stride, bare=not rest)
@@ -195,6 +202,42 @@ class _Step:
         slack = 1e-12 * abs(stride)
         inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
         return [principal + k * period for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
+
+    def _bent_turns(self, principal: float, period: float, rest: tuple[Stage, ...], bent: int) -> list[float]:
+        """Whole turns where what is left to undo is not affine from stage ``bent`` on: all that the image of
+        that stage admits, or that may lead into a finite range of the unknown.
+
+        Each form of each stage is monotone, so that turns which lead into the range are neighbours.
+        """
+        low, high = rest[bent].low, rest[bent].high
+        if math.isfinite(low) and math.isfinite(high):
+            first = self._through(principal, rest[:bent])
+            stride = self._through(principal + period, rest[:bent]) - first
+            slack = 1e-9 * max(abs(low), abs(high), abs(first))
+            ends = sorted(((low - slack - first) / stride, (high + slack - first) / stride)) if stride else []
+            if ends and ends[1] - ends[0] <= MAX_TURNS:
+                turns = range(math.ceil(ends[0]), math.floor(ends[1]) + 1)
+                return [principal + k * period for k in sorted(turns, key=abs)]
+        if not (math.isfinite(self.variable.low) and math.isfinite(self.variable.high)):
+            self.complete = False
+            return [principal]
+        counts = range(-MAX_BENT_TURNS, MAX_BENT_TURNS + 1)
+        inside = [k for k in counts if self._leads_inside(principal + k * period, rest)]
+        if inside and (inside[0] == counts[0] or inside[-1] == counts[-1]):
+            self.complete = False
+        return [principal + k * period for k in sorted(inside, key=abs)]
+
+    def _leads_inside(self, target: float, rest: tuple[Stage, ...]) -> bool:
+        """Whether some preimage of the stages left over lies in the range of the unknown, or near it."""
+        try:
+            found = [target]
+            for place, stage in enumerate(rest):
+                found = self._undo(stage, found, rest[place + 1 :])
+        except (_Refused, Undefined):
+            return False
+        low, high = self.variable.low, self.variable.high
+        slack = 1e-9 * max(abs(low), abs(high))
+        return any(low - slack <= number <= high + slack for number in found)
 
     def _window(self, stride: float, bare: bool) -> tuple[float, float] | None:
         """Where to look for whole turns: the declared range, else one turn. None: the principal one only.
@@ -269,9 +312,25 @@ class _Step:
         unknown = self.isolation.unknown
         if outside is not None:
             return StepOutcome(fact=OutOfRange(self.index, unknown, outside))
+        if self.isolation.verify and self._indifferent():
+            return StepOutcome(fact=AsksNothing(self.index, unknown))
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
         reading = f"{last} to come out otherwise"
         return StepOutcome(fact=NoValue(self.index, unknown, reading))
+
+    def _indifferent(self) -> bool:
+        """Whether the equation holds to rounding wherever it is tried: its unknown cancels."""
+        unknown, tried = self.isolation.unknown, 0
+        for number in SAMPLES:
+            at = {**self.values, unknown: number}
+            try:
+                miss = value(self.equation.left, at) - value(self.equation.right, at)
+            except Undefined:
+                continue
+            if not abs(miss) <= 8 * EPSILON * gross(self.equation, at):
+                return False
+            tried += 1
+        return tried >= 2
 
     def _double(self, number: float) -> DoubleRoot | None:
         """Where two preimages coincide, the equation does not change to first order. (A kink does.)"""
@@ -311,6 +370,11 @@ class _Step:
         except Undefined:
             return None, 0.0
         return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
+
+
+def _affine(stage: Stage) -> bool:
+    """Whether equal steps of the target are undone to equal steps of the operand."""
+    return stage.operation in ("negative", "sum", "product", "quotient") and stage.divisor != TARGET
 
 
 def _reading(operation: str, target: float) -> str:

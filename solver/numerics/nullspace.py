@@ -14,9 +14,10 @@ def null_direction(matrix: Sequence[Sequence[float]], x: Sequence[float]) -> tup
     columns scaled (Golub & Van Loan, *Matrix Computations*, section 2.4).
     """
     scale = np.array([abs(v) or 1.0 for v in x])
-    a = np.asarray(matrix, dtype=float) * scale
-    rows = np.abs(a).max(axis=1)
-    a = a / np.where(rows > 0, rows, 1.0)[:, None]
+    with np.errstate(all="ignore"):  # what overflows is refused
+        a = np.asarray(matrix, dtype=float) * scale
+        rows = np.abs(a).max(axis=1)
+        a = a / np.where(rows > 0, rows, 1.0)[:, None]
     if not np.isfinite(a).all():
         return tuple(1.0 for _ in x)
     direction = np.linalg.svd(a)[2][-1] * scale
