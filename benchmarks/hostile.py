@@ -67,9 +67,9 @@ class TooLong(Exception):
     pass
 
 
-def examine(seed: int, limit: float) -> Outcome:
-    """Solve the sheet of a seed within ``limit`` seconds and judge the answer."""
-    made = sheet(seed)
+def examine(seed: int, limit: float, most: int = 5) -> Outcome:
+    """Solve the sheet of a seed (``most`` unknowns) within ``limit`` seconds and judge the answer."""
+    made = sheet(seed, most)
     began = time.perf_counter()
     signal.signal(signal.SIGALRM, _alarm)
     signal.setitimer(signal.ITIMER_REAL, limit)

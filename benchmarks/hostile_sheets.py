@@ -59,9 +59,20 @@ CONSTANTS = ("0", "1", "2", "3", "0.5", "10", "1e-3", "1e6", "7", "360", "90", "
 NASTY = ("0", "1e-300", "1e300", "1e-16", "1e16", "1e-9", "4.9e-324", "1.7e308", "1e150", "1e-150")
 
 
-def sheet(seed: int) -> Sheet:
-    """The sheet of a seed, always the same."""
-    random = Random(seed)
+class Dice(Random):
+    """``most``: unknowns of a sheet, and levels of an expression, at most."""
+
+    def __init__(self, seed: int, most: int) -> None:
+        super().__init__(seed)
+        self.most = most
+
+    def __new__(cls, seed: int, most: int) -> Dice:
+        return super().__new__(cls, seed)
+
+
+def sheet(seed: int, most: int = 5) -> Sheet:
+    """The sheet of a seed, always the same, with at most so many unknowns."""
+    random = Dice(seed, most)
     kind = random.choice(tuple(KINDS))
     return KINDS[kind](random)
 
@@ -69,20 +80,22 @@ def sheet(seed: int) -> Sheet:
 # -- planted ------------------------------------------------------------------------------------------------
 
 
-def _magnitude(random: Random, decades: float) -> float:
+def _magnitude(random: Dice, decades: float) -> float:
     value = random.choice((-1, 1)) * 10.0 ** random.uniform(-decades, decades)
     return float(f"{value:.{random.choice((2, 4, 16))}e}")
 
 
-def _planted(random: Random, decades: float = 1.0, extra: int = 0, smooth: bool = True) -> Sheet:
-    n = random.randint(1, 5)
+def _planted(random: Dice, decades: float = 1.0, extra: int = 0, smooth: bool = True) -> Sheet:
+    n = random.randint(1, random.most)
     names = random.sample(NAMES, n + random.randint(0, 2))
     unknown = names[:n]
     state = {name: _magnitude(random, decades) for name in names}
     rules = []
     for k in range(n + extra):
         for _ in range(60):
-            left = _expression(random, names, random.randint(1, 3), SMOOTH if smooth else ROUGH)
+            left = _expression(
+                random, names, random.randint(1, min(3, random.most)), SMOOTH if smooth else ROUGH
+            )
             try:
                 value = float(evaluated(left, state))
             except (Undefined, OverflowError):
@@ -102,7 +115,7 @@ def _names(text: str) -> set[str]:
     return set(re.findall(r"\b[a-z]\b", text))
 
 
-def _expression(random: Random, names: list[str], depth: int, functions: tuple[str, ...]) -> str:
+def _expression(random: Dice, names: list[str], depth: int, functions: tuple[str, ...]) -> str:
     if depth == 0 or random.random() < 0.15:
         return random.choice(names) if random.random() < 0.75 else random.choice(CONSTANTS)
 
@@ -121,19 +134,19 @@ def _expression(random: Random, names: list[str], depth: int, functions: tuple[s
     return f"{random.choice(functions)}({part()})"
 
 
-def _ill_scaled(random: Random) -> Sheet:
+def _ill_scaled(random: Dice) -> Sheet:
     made = _planted(random, decades=random.choice((6.0, 9.0, 12.0)))
     return Sheet("ill-scaled", made.rules, made.inputs, made.guesses, planted=made.planted)
 
 
-def _overdetermined(random: Random) -> Sheet:
+def _overdetermined(random: Dice) -> Sheet:
     made = _planted(random, extra=random.randint(1, 3))
     rules = [*made.rules, *random.sample(made.rules, min(len(made.rules), 1))]
     random.shuffle(rules)
     return Sheet("redundant", tuple(rules), made.inputs, made.guesses, planted=made.planted)
 
 
-def _contradictory(random: Random) -> Sheet:
+def _contradictory(random: Dice) -> Sheet:
     """A planted sheet, one rule of which is repeated with another value."""
     made = _planted(random)
     if not made.rules:
@@ -145,12 +158,12 @@ def _contradictory(random: Random) -> Sheet:
     return Sheet("contradictory", tuple(rules), made.inputs, made.guesses)
 
 
-def _rough(random: Random) -> Sheet:
+def _rough(random: Dice) -> Sheet:
     made = _planted(random, smooth=False)
     return Sheet("rough", made.rules, made.inputs, made.guesses, planted=made.planted)
 
 
-def _ranged(random: Random) -> Sheet:
+def _ranged(random: Dice) -> Sheet:
     """A planted sheet with finite ranges around its state."""
     made = _planted(random)
     assert made.planted is not None
@@ -165,22 +178,22 @@ def _ranged(random: Random) -> Sheet:
 # -- whatever comes -----------------------------------------------------------------------------------------
 
 
-def _random(random: Random) -> Sheet:
-    n = random.randint(1, 5)
+def _random(random: Dice) -> Sheet:
+    n = random.randint(1, random.most)
     names = random.sample(NAMES, n)
     rules = [("", *_sides(random, names)) for _ in range(max(1, n + random.randint(-1, 2)))]
     inputs = {name: _magnitude(random, 2) for name in names if random.random() < 0.3}
     return Sheet("random", tuple(rules), inputs)
 
 
-def _sides(random: Random, names: list[str]) -> tuple[str, str]:
-    left = _expression(random, names, random.randint(1, 3), ROUGH)
+def _sides(random: Dice, names: list[str]) -> tuple[str, str]:
+    left = _expression(random, names, random.randint(1, min(3, random.most)), ROUGH)
     if not _names(left):
         left = random.choice(names)
     return left, _expression(random, names, random.randint(0, 2), ROUGH)
 
 
-def _nasty(random: Random) -> Sheet:
+def _nasty(random: Dice) -> Sheet:
     """Numbers at the ends of the floats."""
     names = random.sample(NAMES, random.randint(1, 3))
     rules = []
@@ -259,7 +272,7 @@ DEGENERATE = (
 )
 
 
-def _degenerate(random: Random) -> Sheet:
+def _degenerate(random: Dice) -> Sheet:
     a, p, big = _magnitude(random, 1), abs(_magnitude(random, 1)), 10.0 ** random.randint(8, 18)
     words = {
         "a": f"({a!r})",
@@ -279,9 +292,9 @@ def _degenerate(random: Random) -> Sheet:
     return Sheet("degenerate", tuple(rules), inputs, guesses, ranges)
 
 
-def _guarded(random: Random) -> Sheet:
+def _guarded(random: Dice) -> Sheet:
     """Branches on what they determine; the arms of some don't fit their condition."""
-    names = random.sample(NAMES, random.randint(2, 4))
+    names = random.sample(NAMES, random.randint(2, max(2, random.most - 1)))
     rules = []
     for name in names:
         left, right = _sides(random, names)
@@ -296,7 +309,7 @@ def _guarded(random: Random) -> Sheet:
     return Sheet("guarded", tuple(rules), inputs)
 
 
-def _broken(random: Random) -> Sheet:
+def _broken(random: Dice) -> Sheet:
     """The text of another sheet with some characters changed: refused, or read as something else."""
     text = _planted(random).text
     for _ in range(random.randint(1, 4)):
@@ -307,7 +320,7 @@ def _broken(random: Random) -> Sheet:
     return Sheet("broken text", (), raw=text)
 
 
-KINDS: Mapping[str, Callable[[Random], Sheet]] = {
+KINDS: Mapping[str, Callable[[Dice], Sheet]] = {
     "planted": _planted,
     "ill-scaled": _ill_scaled,
     "redundant": _overdetermined,
