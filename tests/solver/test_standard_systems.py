@@ -14,6 +14,11 @@ from benchmarks.standard import PROBLEMS, Problem
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.attempts import Method
+from solver.kernel.block import BlockKernel
+from solver.kernel.candidates import Candidates
+from solver.kernel.fallback import fall_back
+from solver.kernel.question import Question
+from solver.solution import planner
 
 MULTIPLE = (2, 18, 19)
 """Problems whose only roots are multiple ones, or not isolated."""
@@ -95,10 +100,24 @@ def test_a_multiple_root_is_not_passed_off_as_a_simple_one(number: int) -> None:
 
 
 def test_the_methods_tried_are_told() -> None:
+    result = solved(PROBLEMS[10], 1.0)
+    (attempts,) = result.attempts.values()
+    assert attempts[0].method is Method.STARTS
+    assert sum(attempt.found for attempt in attempts) == len(result.solutions)
+
+
+def test_what_descent_does_not_find_full_steps_do() -> None:
     """Descent from the standard start of the trigonometric function ends in a minimum that is no root."""
-    (attempts,) = solved(PROBLEMS[10], 1.0).attempts.values()
-    assert [attempt.method for attempt in attempts] == [Method.STARTS, Method.FULL]
-    assert [attempt.found for attempt in attempts] == [0, 1]
+    problem = PROBLEMS[10]
+    (block,) = solved(problem, 1.0).attempts
+    kernel = BlockKernel(planner(model(problem.number)).graph, block)
+    candidates = Candidates(Question(kernel, {}, problem.guesses()))
+    fall_back(candidates.question, candidates)
+    (attempt,) = candidates.attempts
+    assert (attempt.method, attempt.found) == (Method.FULL, 1)
+    (answer,) = candidates.answers
+    values = list(answer.values.values())
+    assert values == pytest.approx(refined(problem, values), rel=1e-12)
 
 
 def test_no_finite_root_is_said() -> None:

@@ -1,0 +1,64 @@
+"""Whole turns inside other functions: every preimage in a range, against a count of crossings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import rulesheets
+import solver
+
+CASES: dict[str, tuple[str, Callable[[float], float], float, float]] = {
+    "sine of a sine": ("sin(sin(x)) = 0.5", lambda x: math.sin(math.sin(x)) - 0.5, -math.pi, math.pi),
+    "sine of a cosine": ("sin(cos(x)) = 0.5", lambda x: math.sin(math.cos(x)) - 0.5, -math.pi, math.pi),
+    "sine of an exponential": ("sin(exp(x)) = 0.5", lambda x: math.sin(math.exp(x)) - 0.5, 0.0, 3.0),
+    "sine of a square": ("sin(x^2) = 0.5", lambda x: math.sin(x * x) - 0.5, -5.0, 6.0),
+    "sine of a multiple": ("sin(7*x + 1) = 0.5", lambda x: math.sin(7 * x + 1) - 0.5, -2.0, 5.0),
+    "sine of a reciprocal": ("sin(1/x) = 0.5", lambda x: math.sin(1 / x) - 0.5, 0.05, 3.0),
+    "twofold turns": (
+        "sind(720*cosd(x)) = 0.5",
+        lambda x: math.sin(4 * math.pi * math.cos(math.radians(x))) - 0.5,
+        -180.0,
+        180.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_preimage_in_the_range(case: str) -> None:
+    rule, function, low, high = CASES[case]
+    result = solver.solve(rulesheets.loads(f"variables\nx in [{low!r}, {high!r}]\nrules\n{rule}"))
+    found = sorted(float(str(solution["x"])) for solution in result.solutions)
+    grid = np.linspace(low, high, 40_001)
+    signs = np.sign([function(x) for x in grid])
+    crossings = [(grid[i], grid[i + 1]) for i in np.flatnonzero(signs[:-1] * signs[1:] < 0)]
+    assert str(result.status) == "solved"
+    assert result.complete
+    assert len(found) == len(crossings)
+    assert all(a <= x <= b for x, (a, b) in zip(found, crossings, strict=True))
+
+
+def test_an_infinite_number_of_preimages_is_not_called_complete() -> None:
+    for rule in ("sin(exp(x)) = 0.5", "sin(x^2) = 0.5", "sin(1/x) = 0.5"):
+        result = solver.solve(rulesheets.loads(rule))
+        assert str(result.status) == "solved"
+        assert not result.complete
+    near = solver.solve(rulesheets.loads("variables\nx in [0, 3]\nrules\nsin(1/x) = 0.5"))
+    assert not near.complete
+
+
+def test_an_unknown_that_cancels_is_free() -> None:
+    for rule in ("sin(a)*x/x = y", "(x - x)/(10 - x) + a = y"):
+        text = f"variables\na = 0.3\ny = {math.sin(0.3) if 'sin' in rule else 0.3!r}\nx\nrules\n{rule}"
+        assert str(solver.solve(rulesheets.loads(text)).status) == "singular"
+
+
+@pytest.mark.parametrize("ranges", ["", "variables\nx in [-5, 5]\ny in [-5, 5]\nrules\n"])
+def test_a_root_where_a_quotient_says_nothing(ranges: str) -> None:
+    """The origin is the only root; solved for one unknown, either rule divides 0 by 0 there."""
+    result = solver.solve(rulesheets.loads(f"{ranges}x*(x^2 + y^2) = 0\ny*(x^2 + y^2) = 0"))
+    assert str(result.status) == "singular"
+    assert [(s["x"], s["y"]) for s in result.solutions] == [(0.0, 0.0)]

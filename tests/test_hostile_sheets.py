@@ -1,0 +1,55 @@
+"""A thousand random, ill-scaled, degenerate and hostile sheets: no crash, no hang, no false claim.
+
+``benchmarks/hostile.py`` makes and judges them, and as many more as one has patience for.
+"""
+
+from __future__ import annotations
+
+import warnings
+from math import sqrt
+
+import pytest
+
+from benchmarks.expressions import Undefined, evaluated
+from benchmarks.hostile import examine, satisfied
+from benchmarks.hostile_sheets import KINDS, Dice, sheet
+
+LIMIT = 60.0
+"""Seconds for one sheet; it takes some milliseconds on an idle machine."""
+KNOWN = frozenset({322, 502, 598, 731, 879})
+"""Seeds whose answer holds by the rounding of a rule alone: its terms cancel beyond the digits of floats."""
+QUICK = 350
+"""Seeds from here on are tried with ``-m slow``."""
+
+
+@pytest.mark.parametrize(
+    "first",
+    [pytest.param(k, marks=() if k < QUICK else pytest.mark.slow) for k in range(0, 1000, 50)],
+)
+def test_hostile_sheets(first: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        outcomes = {seed: examine(seed, LIMIT, most=2) for seed in range(first, first + 50)}
+    found = [outcome.finding for seed, outcome in outcomes.items() if outcome.finding and seed not in KNOWN]
+    assert found == []
+
+
+def test_there_are_sheets_of_every_kind() -> None:
+    assert {sheet(seed, 2).kind for seed in range(300)} == {KINDS[name](Dice(1, 2)).kind for name in KINDS}
+
+
+def test_the_witness_sees_what_is_wrong() -> None:
+    rule = ("", "x^2 + y", "7")
+    assert satisfied(rule, {"x": 2.0, "y": 3.0})
+    assert satisfied(rule, {"x": sqrt(5.0), "y": 2.0})
+    assert not satisfied(rule, {"x": 2.0, "y": 3.0001})
+    assert satisfied(("x < 0", "x^2 + y", "7"), {"x": 2.0, "y": 30.0})
+    assert satisfied(("", "sind(x)", "z"), {"x": 180.0})
+    assert not satisfied(("", "ln(x)", "1"), {"x": -2.0})
+
+
+def test_the_witness_refuses_what_is_not_real() -> None:
+    for text in ("sqrt(-1)", "ln(0)", "1/0", "abs((-2)^0.5)", "acos(2)"):
+        with pytest.raises(Undefined):
+            evaluated(text, {})
+    assert evaluated("sind(30) + 2^-1", {}) == 1
