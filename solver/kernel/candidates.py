@@ -78,6 +78,8 @@ class Candidates:
             error > VAGUE * max(abs(v), scale)
             for v, error, scale in zip(point.values(), blur, scales, strict=True)
         )
+        if vague and self._leads_away(point):
+            return
         found = Answer(point, self._double(point) if singular or vague else None)
         for index, answer in enumerate(self.answers):
             here = self.question.beside(point, answer.values)
@@ -86,6 +88,11 @@ class Candidates:
                     self.answers[index] = found  # the other one is what rounding makes of it
                 return
         self.answers.append(found)
+
+    def _leads_away(self, point: Mapping[str, float]) -> bool:
+        from solver.kernel.assay import leads_away
+
+        return leads_away(self.question, point)
 
     def note(self, point: dict[str, float]) -> None:
         """Remember the nearest miss inside the ranges."""

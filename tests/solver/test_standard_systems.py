@@ -126,3 +126,10 @@ def test_no_finite_root_is_said() -> None:
         result = solver.solve(rulesheets.loads(sheet))
         assert result.status in (Status.INFEASIBLE, Status.INCONSISTENT)
         assert not result.solutions
+
+
+@pytest.mark.parametrize("number", [15, 16])
+def test_a_limit_at_infinity_is_no_root(number: int) -> None:
+    """Far out, square roots of a trace near 0 satisfy each rule to rounding; there are two that exist."""
+    result = solved(PROBLEMS[number - 1], 1.0)
+    assert all(abs(abs(float(str(solution["x1"]))) - 0.01) <= 1e-6 for solution in result.solutions)
