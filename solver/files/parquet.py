@@ -13,6 +13,8 @@ from solver.files.replacing import Replacement
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
+SAMPLE = 4096
+"""Rows by which it is judged whether a column repeats."""
 
 
 class ParquetTable:
@@ -50,14 +52,19 @@ class ParquetTable:
     def _write(self, table: Columns) -> None:
         batch = self._batch(table)
         if self._writer is None:
-            self._writer = self._opened(batch.schema)
+            self._writer = self._opened(batch.schema, [n for n in self._names if self._repeats(n, table)])
         self._guarded(lambda: self._writer.write_table(batch, row_group_size=ROW_GROUP))
 
-    def _opened(self, schema: Any) -> Any:
-        """Doubles are written plain: they hardly repeat, a dictionary costs more than it gains."""
-        texts = [field.name for field in schema if self._arrow.types.is_dictionary(field.type)]
+    def _repeats(self, name: str, table: Columns) -> bool:
+        """Whether a column has few values: symbols, the number of an answer, an outer input of a grid."""
+        column = table.values[name][:SAMPLE]
+        return name in self._symbols or len(set(column.tolist())) <= len(column) // 8
+
+    def _opened(self, schema: Any, repeating: list[str]) -> Any:
+        """What repeats is written as runs of a dictionary; other doubles would not get smaller."""
+        texts = [*repeating, free_name("status", self._names)]
         return self._parquet.ParquetWriter(
-            _Sink(self._file), schema, use_dictionary=texts, compression="snappy", write_statistics=True
+            _Sink(self._file), schema, use_dictionary=texts, compression="none", write_statistics=True
         )
 
     def _batch(self, table: Columns) -> Any:
@@ -69,12 +76,15 @@ class ParquetTable:
         return self._arrow.table(arrays)
 
     def _array(self, name: str, column: Array) -> Any:
+        import numpy as np
+
         if name in self._symbols:
             texts = [_text(value) for value in column.tolist()]
             return self._arrow.array(texts, self._arrow.string()).dictionary_encode()
         if column.dtype.kind == "i":
             return self._arrow.array(column, self._arrow.int32())
-        return self._arrow.array(column, self._arrow.float64(), from_pandas=True)
+        gaps = bool(np.isnan(column).any())  # without any, the column need not be copied
+        return self._arrow.array(column, self._arrow.float64(), from_pandas=gaps)
 
     def _empty(self) -> Columns:
         import numpy as np
