@@ -10,9 +10,9 @@ from rulesheets.model import Model, Value
 from solver.files.columns import joined
 from solver.plan import Plan, prepare
 from solver.solution import planner
-from solver.sweeps.chunks import Chunk, grid_chunks
+from solver.sweeps.chunks import Chunk, grid_chunks, grid_lessons
 from solver.sweeps.following import Follower
-from solver.sweeps.grid import Grid, Rows, Zipped, listed, one_length
+from solver.sweeps.grid import Grid, Zipped, listed, one_length
 from solver.sweeps.running import solved_pieces
 from solver.sweeps.work import Solved, Work
 from solver.table import Column, Table
@@ -53,16 +53,18 @@ def sweep(
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
     rows = Grid(axes) if grid else Zipped(axes)
-    work = work_of(plan, every=all)
-    chunks = _chunks(rows, jobs, scheduler)
+    work = work_of(plan, grid_lessons(rows), every=all)
+    chunks = grid_chunks(rows) if len(rows) else iter([rows.columns(0, 0)])
     pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.shape[-1])
     table = joined([piece.table for piece in pieces if piece.table is not None])
     return Table(table.values, table.status)
 
 
-def work_of(plan: Plan, *, every: bool = False, tabled: bool = True, texted: bool = False) -> Work:
+def work_of(
+    plan: Plan, lessons: Chunk = (), *, every: bool = False, tabled: bool = True, texted: bool = False
+) -> Work:
     """A plan as something that any process can do."""
-    return Work(plan.model, plan.inputs, plan.want, plan.given, plan.guesses, every, tabled, texted)
+    return Work(plan.model, plan.inputs, plan.want, plan.given, plan.guesses, lessons, every, tabled, texted)
 
 
 def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved]:
@@ -76,10 +78,3 @@ def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved
     for piece in pieces:
         assert piece.table is not None
         yield replace(piece, table=follow(piece.table))
-
-
-def _chunks(rows: Rows, jobs: int | None, scheduler: object) -> Iterator[Chunk]:
-    """In this process the whole at once: it is in memory anyway."""
-    if (jobs == 1 and scheduler is None) or not len(rows):
-        return iter([rows.columns(0, len(rows))])
-    return grid_chunks(rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
@@ -28,6 +29,7 @@ class Swept:
     total: int | None
     shape: tuple[int, ...] | None
     chunks: Iterator[Chunk]
+    lessons: Chunk
 
     @property
     def line(self) -> int:
@@ -38,20 +40,20 @@ class Swept:
 def read_swept(arguments: Namespace, model: Model) -> Swept:
     """The rows of ``--over`` or ``--rows``. Raises RuleSheetError where these make no sense."""
     from solver.commands.over import read_over
-    from solver.sweeps.chunks import grid_chunks
+    from solver.sweeps.chunks import grid_chunks, grid_lessons
 
     if bool(arguments.over) == bool(arguments.rows):
         raise RuleSheetError(_either())
     if arguments.rows:
         return _file_rows(arguments.rows, arguments.columns, model)
     names, rows = read_over(arguments.over, model, side_by_side=arguments.zip)
-    return Swept(names, len(rows), rows.shape, grid_chunks(rows))
+    return Swept(names, len(rows), rows.shape, grid_chunks(rows), grid_lessons(rows))
 
 
 def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     """``columns`` are those to take; none means all."""
     from solver.files.rows import heading, pieces
-    from solver.sweeps.chunks import file_chunks
+    from solver.sweeps.chunks import file_chunks, first_lessons
 
     there, total = heading(path)
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
@@ -61,7 +63,9 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
     if complaints:
         raise RuleSheetError(*complaints)
-    return Swept(names, total, None, file_chunks(pieces(path, names), total))
+    chunks = file_chunks(pieces(path, names), total)
+    first = next(chunks, ())
+    return Swept(names, total, None, chain([first] if first else [], chunks), first_lessons(first))
 
 
 def _either() -> Diagnosis:

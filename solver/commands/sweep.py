@@ -60,7 +60,7 @@ def run(arguments: Namespace) -> int:
         return follow(arguments)
     request = read_request(arguments)
     swept = read_swept(arguments, request.model)
-    work = _work(arguments, request, swept.names)
+    work = _work(arguments, request, swept)
     sinks = _sinks(arguments, work, swept)
     pieces = solved_pieces(work, swept.chunks, swept.total, arguments.jobs, arguments.scheduler)
     outcome = _streamed(
@@ -75,19 +75,19 @@ def run(arguments: Namespace) -> int:
     return 0 if outcome.all_solved else 1
 
 
-def _work(arguments: Namespace, request: Request, names: tuple[str, ...]) -> Work:
+def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     """What is to be solved for each row. Lines of CSV are made where the rows are solved, if they can be."""
     from solver.files.tables import is_csv
     from solver.plan import prepare
     from solver.sweeping import work_of
 
-    request.swept(names)
-    given = {name: value for name, value in request.inputs.items() if name not in names}
-    plan = prepare(request.model, names, request.want, given, request.guesses)
+    request.swept(swept.names)
+    given = {name: value for name, value in request.inputs.items() if name not in swept.names}
+    plan = prepare(request.model, swept.names, request.want, given, request.guesses)
     lines = not arguments.output or is_csv(arguments.output)
     texted = lines and not arguments.all
     tabled = not texted or bool(arguments.plot)
-    return work_of(plan, every=arguments.all, tabled=tabled, texted=texted)
+    return work_of(plan, swept.lessons, every=arguments.all, tabled=tabled, texted=texted)
 
 
 def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:

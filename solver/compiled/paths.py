@@ -71,6 +71,16 @@ class CompiledPaths:
         found = compile_scalar(first, all_answers=True)(*numbers)
         return first if self._agrees(found, answers[:1]) else program
 
+    def mark(self) -> tuple[int, int]:
+        """What has been learned so far, for ``forget``."""
+        return len(self.programs), self.failures
+
+    def forget(self, mark: tuple[int, int]) -> None:
+        """Go back to what was known at a mark."""
+        count, self.failures = mark
+        for ways in (self.programs, self.primary, self.every):
+            del ways[count:]
+
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):
             return False

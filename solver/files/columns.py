@@ -44,11 +44,12 @@ def stacked(pieces: Sequence[Array]) -> Array:
     import numpy as np
 
     if any(piece.dtype == object for piece in pieces):
-        pieces = [piece if piece.dtype == object else _objects(piece) for piece in pieces]
+        pieces = [piece if piece.dtype == object else objects(piece) for piece in pieces]
     return np.concatenate(pieces)
 
 
-def _objects(column: Array) -> Array:
+def objects(column: Array) -> Array:
+    """A column of floats as one that may hold symbols, None for NaN."""
     import numpy as np
 
     return np.array([None if value != value else value for value in column.tolist()], dtype=object)

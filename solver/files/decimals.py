@@ -7,8 +7,8 @@ a trailing ``.0``. Between 1e-4 and 1e16, where decimals have no exponent, it ta
 * ``D = x·10^k`` with 17 digits before the point is known exactly: 10^k is a float for k ≤ 22, and
   the error of the product is a float, too (Dekker 1971);
 * decimals read back as x if they lie within half the gap between x and its neighbours, which is 0.5 to
-  12 units of D. Of the decimals of 15 digits (100 units apart) at most one does, of those of 16 the nearest does if
-  any, and of 17 digits the nearest always;
+  12 units of D. Of the decimals of 15 digits (100 units apart) at most one does, of those of 16 the
+  nearest does if any, and of 17 digits the nearest always;
 * if one of 15 digits does, the shortest is that one without its trailing zeros.
 
 Every other float (and where rounding leaves a doubt which decimal lies within) is left to ``repr``.
@@ -41,11 +41,12 @@ _MINUS, _POINT, _ZERO = np.frombuffer(b"-.0", dtype=np.uint8)
 
 
 def decimals(numbers: Array, cells: NDArray[np.uint8], starts: Array) -> NDArray[np.intp]:
-    """Write the texts of floats (n,) into a buffer, each WIDTH bytes from its start; return their lengths (n,).
+    """Write the texts of floats (n,) into a buffer, each into WIDTH bytes from its start.
 
-    What follows a text in its cell means nothing. NaN is the empty text.
+    Returns their lengths (n,). What follows a text in its cell means nothing. NaN is the empty text.
     """
-    numbers = numbers + 0.0
+    with np.errstate(invalid="ignore"):  # there are NaN that signal
+        numbers = numbers + 0.0
     size = np.abs(numbers)
     plain = (size >= _POWERS[0]) & (size < _POWERS[-1])
     power, digits, doubt = _shortest(np.where(plain, size, 1.0))
@@ -62,7 +63,7 @@ def _spelled(number: float) -> bytes:
 
 
 def _shortest(size: Array) -> tuple[Array, Array, Array]:
-    """The power of the first digit (counted from ``_LEAST``), 17 digits as an integer, and where there is doubt."""
+    """The power of the first digit (from ``_LEAST``), 17 digits as an integer, and where there is doubt."""
     power = np.searchsorted(_POWERS, size, side="right") - 1
     scale = _SCALES[power]
     product = size * scale
@@ -139,7 +140,7 @@ def windows(buffer: NDArray[np.uint8], width: int) -> NDArray[np.void]:
 
 
 def _characters(digits: Array) -> tuple[Array, Array]:
-    """The 17 digits as characters (n, 40), from the fourth on, and how many are left without trailing zeros."""
+    """The 17 digits as characters (n, 40), from the fourth on, and how many of them no zeros trail."""
     upper = digits // 10**8
     first, upper = np.divmod(upper.astype(np.uint32), np.uint32(10**8))
     lower = (digits % 10**8).astype(np.uint32)

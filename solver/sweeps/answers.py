@@ -1,4 +1,4 @@
-"""Every answer of every row, one below the other."""
+"""The answers of rows as a table: the primary one of each, or every one, one below the other."""
 
 from __future__ import annotations
 
@@ -9,42 +9,63 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Value
-from solver.files.columns import Array
-from solver.plan import Plan
-from solver.result import Status
+from solver.files.columns import Array, objects
+from solver.sweeps.ways import Answers, SteadyPlans
 from solver.table import CODES, Table
 
 
+def one_answer(
+    plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8], names: Sequence[str]
+) -> Table:
+    """A row for each row of inputs. ``refused`` (n,) has the status code of a row that is not asked, or 0."""
+    status = refused.copy()
+    wanted = names[len(columns) :]
+    found: dict[str, Array] = {name: np.full(len(status), np.nan) for name in wanted}
+    for plan, rows, numbers in plans.groups(_asked(columns, refused)):
+        table = plan.primary(numbers)
+        places = np.flatnonzero(refused == 0)[rows]
+        whole = len(places) == len(status) == len(table.status)
+        status[places] = table.status
+        for name in wanted:
+            if whole:
+                found[name] = table[name]
+                continue
+            if table[name].dtype == object and found[name].dtype != object:
+                found[name] = objects(found[name])
+            found[name][places] = table[name]
+    return Table({**dict(zip(names, columns, strict=False)), **found}, status)
+
+
 def every_answer(
-    plan: Plan, columns: Sequence[Array], refused: NDArray[np.int8], names: Sequence[str]
+    plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8], names: Sequence[str]
 ) -> Table:
     """A row for each answer, numbered 1, 2, … in its column after the inputs, the primary answer first.
 
     A row of inputs without an answer keeps one row, numbered 0. ``names`` are those of the columns.
     """
-    given = [column.tolist() for column in columns]
-    sources: list[int] = []
-    numbers: list[int] = []
-    answers: list[tuple[Value | None, ...]] = []
-    status: list[int] = []
-    nothing = (None,) * len(plan.want)
-    for row, code in enumerate(refused.tolist()):
-        found: list[tuple[Value, ...]] = []
-        if code == 0:
-            verdict, _ = plan.judged(tuple(values[row] for values in given))
-            code = CODES[verdict.status]
-            if verdict.status is Status.SOLVED:
-                values = (leaf.branch.values for leaf in verdict.leaves)
-                found = list(dict.fromkeys(tuple(v[n] for n in plan.want) for v in values))
-        numbers.extend(range(1, len(found) + 1) if found else (0,))
-        answers.extend(found or (nothing,))
-        sources.extend([row] * (len(found) or 1))
-        status.extend([code] * (len(found) or 1))
-    table: dict[str, NDArray[Any]] = {n: c[sources] for n, c in zip(plan.inputs, columns, strict=True)}
-    table[names[len(columns)]] = np.array(numbers, dtype=np.int32)
-    for place, name in enumerate(plan.want):
-        table.setdefault(name, _column([answer[place] for answer in answers]))
-    return Table(table, np.array(status, dtype=np.int8))
+    answers: list[Answers] = [(Table.STATUSES[code], []) for code in refused.tolist()]
+    for plan, rows, numbers in plans.groups(_asked(columns, refused)):
+        found = plan.every(numbers)
+        for number, place in enumerate(np.flatnonzero(refused == 0)[rows].tolist()):
+            answers[place] = found[number if numbers else 0]
+    counts = [len(values) for _, values in answers]
+    sources = np.repeat(np.arange(len(answers)), np.maximum(np.array(counts, dtype=int), 1))
+    wanted = plans.want
+    nothing: list[tuple[Value | None, ...]] = [(None,) * len(wanted)]
+    values = [row or nothing for _, row in answers]
+    table: dict[str, NDArray[Any]] = {n: c[sources] for n, c in zip(names, columns, strict=False)}
+    numbered = [number for count in counts for number in (range(1, count + 1) if count else (0,))]
+    table[names[len(columns)]] = np.array(numbered, dtype=np.int32)
+    for place, name in enumerate(wanted):
+        table.setdefault(name, _column([answer[place] for row in values for answer in row]))
+    codes = np.array([CODES[status] for status, _ in answers], dtype=np.int8)
+    return Table(table, codes[sources])
+
+
+def _asked(columns: Sequence[Array], refused: NDArray[np.int8]) -> Sequence[Array]:
+    if not refused.any():
+        return columns
+    return [column[refused == 0] for column in columns]
 
 
 def _column(values: Sequence[Value | None]) -> NDArray[Any]:

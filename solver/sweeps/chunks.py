@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 from solver.files.columns import Array, stacked
 from solver.sweeps.grid import Rows
 
 SMALLEST, LARGEST = 256, 65_536
+LESSONS = 32
 
 Chunk = tuple[Array, ...]
 """The inputs of some rows, a column each."""
@@ -30,6 +33,26 @@ def grid_chunks(rows: Rows) -> Iterator[Chunk]:
         end = min(total, done + size(done, total))
         yield rows.columns(done, end)
         done = end
+
+
+def grid_lessons(rows: Rows) -> Chunk:
+    """Some rows from all over a grid, to learn from; of a short one none."""
+    count = lessons(len(rows))
+    places = np.linspace(0, len(rows) - 1, count).astype(np.int64) if count else ()
+    made = [rows.columns(int(place), int(place) + 1) for place in places]
+    return _joined(made) if made else ()
+
+
+def first_lessons(chunk: Chunk) -> Chunk:
+    """Some rows of the first piece, where nothing is known of the others."""
+    count = lessons(16 * len(chunk[0])) if chunk else 0
+    places = np.linspace(0, len(chunk[0]) - 1, count).astype(np.int64)
+    return tuple(column[places] for column in chunk) if count else ()
+
+
+def lessons(total: int) -> int:
+    """Rows to learn from: as many as do not weigh among so many."""
+    return min(LESSONS, total // 64)
 
 
 def file_chunks(pieces: Iterable[Chunk], total: int | None) -> Iterator[Chunk]:

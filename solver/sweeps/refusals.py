@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rulesheets.model import Variable
 from solver.files.columns import Array
 from solver.result import Status
-from solver.table import CODES, Table
+from solver.table import CODES
 
 
 def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np.int8]:
@@ -47,17 +47,3 @@ def _outside(numbers: Array, variable: Variable) -> NDArray[np.bool_]:
     below = numbers <= variable.low if variable.low_open else numbers < variable.low
     above = numbers >= variable.high if variable.high_open else numbers > variable.high
     return np.asarray(below | above)
-
-
-def spread(found: Table, columns: Sequence[Array], refused: NDArray[np.int8]) -> Table:
-    """The table of all rows, from that of those which were not refused."""
-    kept = refused == 0
-    status = refused.copy()
-    status[kept] = found.status
-    names = list(found)
-    whole = dict(zip(names, columns, strict=False))
-    for name in names[len(columns) :]:
-        empty = None if found[name].dtype == object else np.nan
-        whole[name] = np.full(len(status), empty, dtype=found[name].dtype)
-        whole[name][kept] = found[name]
-    return Table(whole, status)

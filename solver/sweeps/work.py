@@ -12,10 +12,10 @@ import numpy as np
 from rulesheets.model import Model, Value
 from solver.files.columns import Array, Columns, free_name
 from solver.files.csv_table import csv_rows
-from solver.plan import Plan
 from solver.result import Status
-from solver.sweeps.answers import every_answer
-from solver.sweeps.refusals import refusals, spread
+from solver.sweeps.answers import every_answer, one_answer
+from solver.sweeps.refusals import refusals
+from solver.sweeps.ways import Pattern, SteadyPlans
 from solver.table import Table
 
 if TYPE_CHECKING:
@@ -38,8 +38,9 @@ class Solved:
 class Work:
     """What has to be known to solve any piece of a sweep. It pickles, whatever its model has cached.
 
-    ``every`` asks for all answers of a row instead of the primary one, ``tabled`` for arrays,
-    ``texted`` for lines of CSV (which are worth making where the rows are solved).
+    ``lessons`` are rows (a column an input) from which compiled ways are learned beforehand. ``every``
+    asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
+    lines of CSV (which are worth making where the rows are solved).
     """
 
     model: Model
@@ -47,6 +48,7 @@ class Work:
     want: tuple[str, ...]
     given: Mapping[str, Value]
     guesses: Mapping[str, float]
+    lessons: tuple[Array, ...] = ()
     every: bool = False
     tabled: bool = True
     texted: bool = False
@@ -71,12 +73,14 @@ def unpacked(data: bytes) -> Work:
 
 
 class Solver:
-    """Solves pieces of one sweep, one after another; the plan is made once."""
+    """Solves pieces of one sweep, each from the same state: what it solved before leaves no trace."""
 
     def __init__(self, work: Work) -> None:
         self.work = work
-        self._plan = Plan(work.model, work.inputs, work.want, work.given, work.guesses)
         self._inputs = [work.model.variables[name] for name in work.inputs]
+        asked = refusals(work.lessons, self._inputs) == 0 if work.lessons else ()
+        pattern = Pattern(work.model, work.inputs, work.want, work.given, work.guesses)
+        self._plans = SteadyPlans(pattern, [column[asked] for column in work.lessons])
 
     def __call__(self, columns: Sequence[Array]) -> Solved:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
@@ -89,12 +93,9 @@ class Solver:
     def table(self, columns: Sequence[Array]) -> Table:
         """The rows as arrays."""
         refused = refusals(columns, self._inputs)
-        if self.work.every:
-            return every_answer(self._plan, columns, refused, self.work.names)
-        if not refused.any():
-            return self._plan.sweep(*columns)
-        kept = refused == 0
-        return spread(self._plan.sweep(*(column[kept] for column in columns)), columns, refused)
+        if not self.work.every:
+            return one_answer(self._plans, columns, refused, self.work.names)
+        return every_answer(self._plans, columns, refused, self.work.names)
 
     def _first_answers(self, table: Table) -> NDArray[np.int8]:
         if not self.work.every:

@@ -1,0 +1,123 @@
+"""A plan that solves pieces of a sweep alike, whatever it has solved before.
+
+A plan learns compiled ways from the rows that it meets, and a row comes out of a way with other last
+bits than out of the step-by-step solve that teaches it. So ways are learned from ``lessons``, some rows
+of the whole sweep, before the first piece, and what a piece teaches beyond is forgotten after it: its
+numbers depend on nothing but itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.model import Model, Value
+from solver.files.columns import Array
+from solver.plan import Plan
+from solver.result import Status
+from solver.table import Table
+
+Answers = tuple[Status, list[tuple[Value, ...]]]
+"""The status of a row, and the wanted values of its answers, the primary one first."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """What is the same for all rows of a plan: its inputs and outputs, and the inputs that are fixed."""
+
+    model: Model
+    inputs: tuple[str, ...]
+    want: tuple[str, ...]
+    given: Mapping[str, Value]
+    guesses: Mapping[str, float]
+
+
+class SteadyPlan:
+    """Solves pieces of one pattern, every one from the same ways."""
+
+    def __init__(self, pattern: Pattern, lessons: Sequence[Array]) -> None:
+        self._plan = Plan(pattern.model, pattern.inputs, pattern.want, pattern.given, pattern.guesses)
+        for numbers in zip(*(column.tolist() for column in lessons), strict=True):
+            if all(way(*numbers) is None for way in self._plan.paths.primary):
+                self._plan.learn(numbers, self._plan.judged(numbers)[0])
+        self._known = self._plan.paths.mark()
+
+    def primary(self, columns: Sequence[Array]) -> Table:
+        """One answer a row, for columns (n,) of numbers; one row where there are none."""
+        self._plan.paths.forget(self._known)
+        return self._plan.sweep(*columns)
+
+    def every(self, columns: Sequence[Array]) -> list[Answers]:
+        """All answers of each row; those of one row where there are no columns."""
+        self._plan.paths.forget(self._known)
+        rows = zip(*(column.tolist() for column in columns), strict=True) if columns else [()]
+        return [self._answers(numbers) for numbers in rows]
+
+    def _answers(self, numbers: tuple[float, ...]) -> Answers:
+        for way in self._plan.paths.every:
+            found = way(*numbers)
+            if found is not None:
+                return Status.SOLVED, list(dict.fromkeys(found))
+        verdict, _ = self._plan.judged(numbers)
+        if verdict.status is not Status.SOLVED:
+            return verdict.status, []
+        self._plan.learn(numbers, verdict)
+        values = (leaf.branch.values for leaf in verdict.leaves)
+        return verdict.status, list(dict.fromkeys(tuple(v[n] for n in self._plan.want) for v in values))
+
+
+class SteadyPlans:
+    """Plans by the symbols of a row: a symbol that is swept is fixed in a plan of its own."""
+
+    def __init__(self, pattern: Pattern, lessons: Sequence[Array]) -> None:
+        self._pattern = pattern
+        self._lessons = tuple(lessons) or tuple(np.zeros(0) for _ in pattern.inputs)
+        self._plans: dict[tuple[str | None, ...], SteadyPlan] = {}
+
+    @property
+    def want(self) -> tuple[str, ...]:
+        return self._pattern.want
+
+    def groups(self, columns: Sequence[Array]) -> list[tuple[SteadyPlan, NDArray[np.intp], list[Array]]]:
+        """The rows by their plans: which they are, and their columns of numbers."""
+        symbols = _symbols(columns)
+        if symbols is None:
+            everything = np.arange(len(columns[0]) if columns else 1)
+            return [(self._plan((None,) * len(columns)), everything, list(columns))]
+        rows: dict[tuple[str | None, ...], list[int]] = {}
+        for row, key in enumerate(symbols):
+            rows.setdefault(key, []).append(row)
+        return [(self._plan(k), np.array(found), _numbers(columns, k, found)) for k, found in rows.items()]
+
+    def _plan(self, key: tuple[str | None, ...]) -> SteadyPlan:
+        if key not in self._plans:
+            symbols = _symbols(self._lessons)
+            if symbols is None:
+                symbols = [(None,) * len(key)] * len(self._lessons[0])
+            lessons = _numbers(self._lessons, key, [row for row, other in enumerate(symbols) if other == key])
+            fixed = {n: s for n, s in zip(self._pattern.inputs, key, strict=True) if s is not None}
+            names = tuple(name for name in self._pattern.inputs if name not in fixed)
+            given = {**self._pattern.given, **fixed}
+            pattern = Pattern(self._pattern.model, names, self._pattern.want, given, self._pattern.guesses)
+            self._plans[key] = SteadyPlan(pattern, lessons)
+        return self._plans[key]
+
+
+def _symbols(columns: Sequence[Array]) -> list[tuple[str | None, ...]] | None:
+    """The symbols of each row, None at the place of a number; None where no column has any."""
+    if all(column.dtype != object for column in columns):
+        return None
+    kinds = [
+        [value if isinstance(value, str) else None for value in column.tolist()]
+        if column.dtype == object
+        else [None] * len(column)
+        for column in columns
+    ]
+    return list(zip(*kinds, strict=True))
+
+
+def _numbers(columns: Sequence[Array], key: tuple[str | None, ...], rows: list[int]) -> list[Array]:
+    return [column[rows].astype(float) for column, symbol in zip(columns, key, strict=True) if symbol is None]
