@@ -212,9 +212,7 @@ def test_an_interrupt_leaves_what_is_done(sheet: Path, tmp_path: Path, ending: s
     process = subprocess.Popen(
         [sys.executable, "-m", "solver", *map(str, words)], cwd=ROOT, stderr=subprocess.PIPE, text=True
     )
-    while (
-        process.poll() is None and len(list(tmp_path.iterdir())) < 2
-    ):  # until the file under construction is there
+    while process.poll() is None and len(list(tmp_path.iterdir())) < 2:
         time.sleep(0.05)
     time.sleep(1)
     process.send_signal(signal.SIGINT)
