@@ -9,7 +9,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from rulesheets.construct import subtract
 from rulesheets.model import Model
+from rulesheets.nodes import names as names_in
+from solver.path.linearity import is_linear
 from solver.path.steps import Evaluate, Select, SolveBlock, Step, equations_of
 
 
@@ -54,17 +57,21 @@ def _made(model: Model, step: Step) -> _Made | None:
         case Evaluate(_, unknown, branches) | Select(_, unknown, branches):
             names: tuple[str, ...] = (unknown,)
             forks = branches > 1
-        case SolveBlock(_, names):
-            forks = True
+        case SolveBlock(equations, names):
+            forks = not all(_linear(model, index, names) for index in equations)
         case _:
             return None
     read = {name for index in equations_of(step) for name in _read(model, index)}
     return _Made(names, frozenset(read.difference(names)), forks)
 
 
-def _read(model: Model, index: int) -> Collection[str]:
-    from rulesheets.nodes import names
-
+def _linear(model: Model, index: int, unknowns: Sequence[str]) -> bool:
+    """Whether a rule is linear in the unknowns of its block: such a block has one answer, none or all."""
     equation = model.equations[index]
-    guards = (name for p in equation.guard for name in names(model.conditions[p.condition]))
+    return is_linear(subtract(equation.left, equation.right), unknowns)
+
+
+def _read(model: Model, index: int) -> Collection[str]:
+    equation = model.equations[index]
+    guards = (name for p in equation.guard for name in names_in(model.conditions[p.condition]))
     return {*equation.names, *guards}

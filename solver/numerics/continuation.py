@@ -49,7 +49,7 @@ class Steps:
     shortest: float = 1e-9
     turning: float = 0.985
     away: float = 0.15
-    most: int = 20_000
+    most: int = 5_000
 
 
 STEPS = Steps()

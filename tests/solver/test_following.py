@@ -11,8 +11,11 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.variables import read_variable_sheet
 from solver.cli import main
 from solver.curves.table import CurveTable
+
+MODELS = Path(__file__).parent.parent.parent / "models"
 
 
 def followed(sheet: str, name: str, values: object, want: list[str], given: dict | None = None) -> CurveTable:
@@ -169,3 +172,31 @@ def test_the_command_writes_rows_and_tells_limits(tmp_path: Path, capsys: pytest
     assert main(["sweep", str(sheet), "--over", "x=6:9:1", "--follow"]) == 1
     assert "no value of x has an answer to begin at" in capsys.readouterr().err
     assert main(["sweep", str(sheet), "--over", "x=6:9:1", "--follow", "--all"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("sheet", "file", "driver", "span", "crank", "reach"),
+    [
+        ("piston_engine", "piston_driven.csv", "sP", (0.1, 0.3), "thetaOB", (0.15, 0.25)),
+        ("trunnion", "slide_driven.csv", "SC", (0.02, 0.2), "thetaBC", (0.06, 0.14)),
+        ("slotted_link", "slide_driven.csv", "CS", (0.1, 0.7), "thetaOB", (0.2, 0.6)),
+        ("whitworth_quick_return", "ram_driven.csv", "sE", (0.2, 0.8), "thetaOB", (0.35, 0.65)),
+    ],
+)
+def test_a_driven_mechanism_closes_and_turns_back_at_its_reach(
+    sheet: str, file: str, driver: str, span: tuple[float, float], crank: str, reach: tuple[float, float]
+) -> None:
+    """The reach is the sum and the difference of two links; there the driver stands while the crank turns."""
+    model = rulesheets.load(sheet)
+    given = dict(read_variable_sheet(MODELS / sheet / file, model).inputs)
+    given.pop(driver)
+    table = solver.sweep(model, {driver: np.linspace(*span, 7)}, [crank], given=given, follow=True)
+    assert isinstance(table, CurveTable)
+    (branch,) = table.branches
+    assert branch.closed
+    assert sorted(at.value for at in branch.limits) == pytest.approx(reach, rel=1e-12)
+    for at in branch.limits:
+        angle = float(table[crank][at.row])
+        there = solver.solve(model, {**given, driver: None, crank: angle}, [driver], {driver: at.value})
+        assert there[driver] == pytest.approx(at.value, rel=1e-12)
+        assert there.sensitivity([driver], [crank])[driver, crank] == pytest.approx(0.0, abs=1e-10)
