@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rulesheets.model import Model, Tolerance
     from solver.attempts import Attempt
     from solver.forward_error import ForwardErrors
+    from solver.one_sided import Near
     from solver.path.steps import Path, SolveBlock, Step
     from solver.sensitivities import Sensitivities
     from solver.tolerances import ToleranceBands
@@ -80,7 +81,8 @@ class Result:
     ``wanted`` are the names by which the status was judged, ``undetermined`` those that stay unknown.
     Where the status is not ``solved``, ``partial`` holds what the inputs do determine. ``origins`` are
     the steps of the path that the values of the primary answer (or of ``partial``) came from;
-    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order.
+    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order. ``near`` solves the
+    same for other inputs, near to given values.
     """
 
     model: Model
@@ -96,6 +98,7 @@ class Result:
     partial: Mapping[str, Value] = field(default_factory=dict)
     origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
     attempts: Mapping[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict, repr=False)
+    near: Near | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> Value | None:
         """Value of the primary answer (or what is determined of it); None where it has none.
@@ -123,7 +126,7 @@ class Result:
         shown = chosen_outputs(self.model, outputs, self.wanted, self.inputs, values)
         by = chosen_inputs(self.model, inputs, self.inputs)
         used = [e for step in self.path.steps for e in equations_of(step)]
-        return sensitivities(self.model, values, self.inputs, shown, by, prefer=used)
+        return sensitivities(self.model, values, self.inputs, shown, by, prefer=used, near=self.near)
 
     def tolerance_bands(
         self,

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
 from rulesheets.format import format_expression
 from rulesheets.inputs import variable_named
 from rulesheets.model import Model, Value
 from solver.edges import MOST, edges, sides
+from solver.one_sided import Near, one_sided
 from solver.path.cases import Pair
 from solver.total_derivatives import Total, totals
+
+_APPROACHABLE = ("rough", "edges", "free")
+"""Reasons that hold at a point, and perhaps not beside it."""
+
+CANCELLED = 1e-50
+"""Relative size of a derivative that is taken for 0."""
 
 SAME = 1e-12
 """Relative difference of the derivatives on both sides of an edge that is no kink."""
@@ -55,13 +62,17 @@ class Sensitivities(Mapping[tuple[str, str], "float | None"]):
 def sensitivities(
     model: Model,
     values: Mapping[str, Value],
-    inputs: Collection[str],
+    inputs: Mapping[str, Value],
     outputs: Sequence[str],
     by: Sequence[str],
     prefer: Iterable[int] = (),
+    near: Near | None = None,
 ) -> Sensitivities:
-    """Derivatives of ``outputs`` at an answer (``values``) for ``inputs``, by those of them in ``by``."""
-    return _Study(model, values, inputs, outputs, by, tuple(prefer)).run()
+    """Derivatives of ``outputs`` at an answer (``values``) for ``inputs``, by those of them in ``by``.
+
+    Where the rules have no slope there, ``near`` finds answers beside it, whose derivatives may have a limit.
+    """
+    return _Study(model, values, inputs, outputs, by, tuple(prefer), near).run()
 
 
 def chosen_outputs(
@@ -113,13 +124,14 @@ class _Study:
         self,
         model: Model,
         values: Mapping[str, Value],
-        inputs: Collection[str],
+        inputs: Mapping[str, Value],
         outputs: Sequence[str],
         by: Sequence[str],
         prefer: tuple[int, ...],
+        near: Near | None,
     ) -> None:
         self.model, self.values, self.inputs = model, values, inputs
-        self.outputs, self.by, self.prefer = outputs, by, prefer
+        self.outputs, self.by, self.prefer, self.near = outputs, by, prefer, near
         self.slopes: dict[tuple[str, str], float] = {}
         self.reasons: dict[tuple[str, str], _Reason] = {}
 
@@ -134,6 +146,8 @@ class _Study:
             assert whole is not None
             for given in self.by:
                 self._take(given, whole, whole, ())
+        for given in self.by:
+            self._approach(given)
         diagnoses = tuple(self._diagnoses())
         return Sensitivities(self.model, tuple(self.outputs), tuple(self.by), self.slopes, diagnoses)
 
@@ -165,10 +179,27 @@ class _Study:
                 self.reasons[output, given] = after
             elif isinstance(before, _Reason):
                 self.reasons[output, given] = before
-            elif abs(after - before) > SAME * max(abs(after), abs(before)):
-                self.reasons[output, given] = _Reason("kink", pairs=pairs, sides=(after, before))
             else:
-                self.slopes[output, given] = after
+                self._settle(output, given, after, before, _Reason("kink", pairs=pairs))
+
+    def _approach(self, given: str) -> None:
+        """Limits of the derivatives from both sides, where the rules at the point itself tell nothing."""
+        lost = [o for o in self.outputs if (r := self.reasons.get((o, given))) and r.kind in _APPROACHABLE]
+        if not lost or self.near is None:
+            return
+        after, before = (
+            one_sided(self.model, self.values, self.inputs, lost, given, way, self.near) for way in (1, -1)
+        )
+        for output in after.keys() & before.keys():
+            reason = self.reasons.pop((output, given))
+            self._settle(output, given, after[output], before[output], reason)
+
+    def _settle(self, output: str, given: str, after: float, before: float, reason: _Reason) -> None:
+        """The derivative where both sides agree; else the corner, at the rule or the guards that make it."""
+        if abs(after - before) <= SAME * max(abs(after), abs(before)):
+            self.slopes[output, given] = after
+        else:
+            self.reasons[output, given] = replace(reason, kind="kink", sides=(after, before))
 
     # --- why there is none ---
 
@@ -193,7 +224,10 @@ class _Study:
                 note = "it has a corner or a vertical tangent there; move an input a little and ask again"
             case "kink":
                 after, before = reason.sides
-                text = f"{what} does not exist: the rules change at {_comparisons(reason.pairs)}"
+                where = (
+                    f"the rules change at {_comparisons(reason.pairs)}" if reason.pairs else "it has a corner"
+                )
+                text = f"{what} does not exist: {where}"
                 note = f"it is {after:.10g} upwards and {before:.10g} downwards"
             case "blank":
                 text = f"{what} does not exist: {_listed(outputs)} has no number here"
@@ -222,10 +256,19 @@ def _one(total: Total, output: str, given: str) -> float | _Reason:
         return 1.0
     if given in total.tied:
         return _Reason("tied", total.tied[given])
+    corner = total.cornered.get(given, {}).get(output)
+    if corner is not None:
+        return _Reason("rough", corner)
     if output in total.by and output not in total.loose:
-        return float(total.by[output].get(given, 0.0))
+        return _cleared(float(total.by[output].get(given, 0.0)), total, output, given)
     rule = next((e for e, read in total.rough.items() if read & {output, *total.loose}), None)
     return _Reason("free") if rule is None else _Reason("rough", rule)
+
+
+def _cleared(slope: float, total: Total, output: str, given: str) -> float:
+    """The slope; 0 where it is no more than what is left of terms that cancel at the digits computed with."""
+    above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
+    return slope if abs(slope) * below > CANCELLED * above else 0.0
 
 
 def _listed(names: Sequence[str]) -> str:

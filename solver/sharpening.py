@@ -102,10 +102,10 @@ def miss(left: Expression, right: Expression, values: Mapping[str, Any]) -> Exte
 def slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
     """∂(left − right)/∂v for every variable in them, to half the digits. Raises Undefined."""
     found = {}
-    for name in dict.fromkeys((*names(left), *names(right))):
-        middle = values[name]
+    near = {name: values[name] for name in (*names(left), *names(right))}
+    for name, middle in near.items():
         step = number(10.0) ** -STEP * max(abs(middle), number(10.0) ** -LEAST)
-        above, below = {**values, name: middle + step}, {**values, name: middle - step}
+        above, below = {**near, name: middle + step}, {**near, name: middle - step}
         found[name] = (miss(left, right, above) - miss(left, right, below)) / (2 * step)
     return found
 
@@ -113,11 +113,13 @@ def slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> di
 def _settle(equations: Sequence[Equation], block: SquareBlock, exact: dict[str, Any]) -> None:
     """Newton steps with the slopes of the first point, taken anew where they contract slowly."""
     start = {name: exact[name] for name in block.unknowns}
-    matrix = _matrix(equations, block, exact)
-    sizes = _sizes(equations, block, exact)
+    rows = _rows(equations, exact)
+    matrix, sizes = _matrix(rows, block), _sizes(rows, block, exact)
     before: Extended | None = None
     for _ in range(ROUNDS):
         misses = [miss(e.left, e.right, exact) for e in equations]
+        if not any(misses):
+            return
         (step,) = solve_exactly(matrix, [misses])
         exact.update((name, exact[name] - d) for name, d in zip(block.unknowns, step, strict=True))
         if any(abs(exact[n] - x) > FAR * abs(x) + ASTRAY * sizes[n] for n, x in start.items()):
@@ -128,18 +130,21 @@ def _settle(equations: Sequence[Equation], block: SquareBlock, exact: dict[str, 
         if moved <= number(10.0) ** -SETTLED:
             return
         if before is not None and moved > before / 1000:
-            matrix = _matrix(equations, block, exact)
+            matrix = _matrix(_rows(equations, exact), block)
         before = moved
     raise _Blunt
 
 
+def _rows(equations: Sequence[Equation], values: Mapping[str, Any]) -> list[dict[str, Extended]]:
+    return [slopes(equation.left, equation.right, values) for equation in equations]
+
+
 def _sizes(
-    equations: Sequence[Equation], block: SquareBlock, values: Mapping[str, Any]
+    rows: Sequence[Mapping[str, Extended]], block: SquareBlock, values: Mapping[str, Any]
 ) -> dict[str, Extended]:
     """How large the terms are that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules."""
     found = dict.fromkeys(block.unknowns, number(0.0))
-    for equation in equations:
-        row = slopes(equation.left, equation.right, values)
+    for row in rows:
         total = sum(abs(slope * values[name]) for name, slope in row.items())
         for name in found.keys() & row.keys():
             if row[name]:
@@ -147,11 +152,5 @@ def _sizes(
     return found
 
 
-def _matrix(
-    equations: Sequence[Equation], block: SquareBlock, values: Mapping[str, Any]
-) -> list[dict[int, Extended]]:
-    found = []
-    for equation in equations:
-        row = slopes(equation.left, equation.right, values)
-        found.append({j: row[name] for j, name in enumerate(block.unknowns) if name in row})
-    return found
+def _matrix(rows: Sequence[Mapping[str, Extended]], block: SquareBlock) -> list[dict[int, Extended]]:
+    return [{j: row[name] for j, name in enumerate(block.unknowns) if name in row} for row in rows]

@@ -16,6 +16,7 @@ from solver.verdict import Verdict, judge
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
+    from solver.one_sided import Near
 
 
 def solve(
@@ -42,7 +43,9 @@ def solve(
     found = explore(model, given, wanted, hints, judged)
     paths.keep()
     verdict = judge(model, found, judged, given, hints)
-    return _result(model, verdict, found.complete, given, hints, judged)
+    return _result(
+        model, verdict, found.complete, given, hints, judged, partial(_near, model, wanted, judged)
+    )
 
 
 def posted(model: Model) -> tuple[str, ...]:
@@ -58,6 +61,7 @@ def _result(
     inputs: Mapping[str, Value],
     guesses: Mapping[str, float],
     judged: tuple[str, ...],
+    near: Near,
 ) -> Result:
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
     solutions = tuple(_solution(model, leaf) for leaf in verdict.leaves) if answered else ()
@@ -77,7 +81,20 @@ def _result(
         partial=_determined(verdict, inputs),
         origins={} if primary is None else primary.branch.origins,
         attempts={} if primary is None else primary.branch.attempts,
+        near=near,
     )
+
+
+def _near(
+    model: Model,
+    wanted: tuple[str, ...] | None,
+    judged: tuple[str, ...],
+    inputs: Mapping[str, Value],
+    guesses: Mapping[str, float],
+) -> Mapping[str, Value] | None:
+    """The answer nearest to the guesses, None where there is none."""
+    verdict = judge(model, explore(model, inputs, wanted, guesses, judged), judged, inputs, guesses)
+    return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 
 def _explained(

@@ -8,10 +8,11 @@ wherever the derivative exists.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Model, Value
+from solver.corners import corners
 from solver.edges import outcomes
 from solver.linearization import Linearization, active_equations, linearize
 from solver.numerics.refinement import solve_exactly
@@ -28,7 +29,8 @@ class Total:
     """``by[u][p]`` is du/dp; names of ``loose`` are not determined to first order, or lost.
 
     ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules
-    without a slope there, and what they read.
+    without a slope there, and what they read. ``cornered[p]`` are the unknowns that a function of some rule
+    has a corner or a jump for as p moves, each with that rule.
     """
 
     by: Mapping[str, Mapping[str, Extended]]
@@ -36,6 +38,7 @@ class Total:
     tied: Mapping[str, int]
     rough: Mapping[int, frozenset[str]]
     sharp: Sharp
+    cornered: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def of(self, pair: Pair, parameter: str) -> Extended | None:
         """d(left − right)/dp of a comparison; None where it is not determined."""
@@ -66,7 +69,29 @@ def totals(
     sharp = sharpened(model, linear, values, inputs)
     by = _solved(sharp, parameters)
     rough = {e: frozenset(model.equations[e].names) for e in linear.rough}
-    return Total(by, sharp.lost, _ties(linear, sharp, by, parameters), rough, sharp)
+    found = Total(by, sharp.lost, _ties(linear, sharp, by, parameters), rough, sharp)
+    return replace(found, cornered=_cornered(model, values, found, parameters))
+
+
+def _cornered(
+    model: Model, values: Mapping[str, Value], found: Total, parameters: Sequence[str]
+) -> dict[str, dict[str, int]]:
+    """The unknowns of every rule at a corner that comes apart with a parameter, and all that follows."""
+    sharp = found.sharp
+    corner_of = {e: pairs for e in sharp.rows if (pairs := [*corners(model.equations[e], values)])}
+    if not corner_of:
+        return {}
+    lost: dict[str, dict[str, int]] = {}
+    for parameter in parameters:
+        met = {e for e, pairs in corner_of.items() if any(found.of(p, parameter) != 0 for p in pairs)}
+        names: dict[str, int] = {}
+        for block in sharp.blocks:
+            blamed = [e for e in block.equations if e in met]
+            blamed += [names[n] for e in block.equations for n in sharp.rows[e] if n in names]
+            if blamed:
+                names.update(dict.fromkeys(block.unknowns, blamed[0]))
+        lost[parameter] = names
+    return lost
 
 
 def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Extended]]:

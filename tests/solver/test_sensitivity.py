@@ -116,6 +116,53 @@ def test_an_edge_that_an_input_does_not_move_is_none_for_it() -> None:
     assert found["y", "k"] is None
 
 
+@pytest.mark.parametrize(("theta", "offset"), [(90.0, 2.0), (-90.0, 2.0), (0.0, 0.0), (180.0, 0.0)])
+def test_where_rules_have_no_slope_or_are_exchanged_the_limit_is_told(theta: float, offset: float) -> None:
+    """Link AB at rest, and horizontal: the printed rules there against those that need no slope of AB."""
+    given, names = (
+        {"thetaAO": theta, "offset": offset},
+        (["vB", "omegaAB", "aB", "alphaAB"], ["thetaAO", "offset"]),
+    )
+    printed = solver.solve(rulesheets.load("offset_slider_crank"), given).sensitivity(*names)
+    plain = solver.solve(rulesheets.load("offset_slider_crank_slope_free"), given).sensitivity(*names)
+    assert printed.diagnoses == plain.diagnoses == ()
+    for pair, slope in plain.items():
+        assert printed[pair] == pytest.approx(slope, rel=1e-12, abs=1e-15), pair
+
+
+def test_a_corner_of_a_function_is_told_with_its_slopes() -> None:
+    found = solver.solve(rulesheets.loads("y = 3*abs(x) + x"), {"x": 0.0}).sensitivity(["y"])
+    assert found["y", "x"] is None
+    assert "y by x does not exist: it has a corner" in reasons(found)
+    assert found.diagnoses[0].notes == ("it is 4 upwards and -2 downwards",)
+
+
+@pytest.mark.parametrize(
+    ("rule", "x", "slope"),
+    [
+        ("y = max(x, 2*x - 1, 5*x - 4)", 1.0, None),
+        ("y = max(2*x, x^2 + 1)", 1.0, 2.0),
+        ("y = int(x)", 2.0, None),
+        ("y = int(x)", 2.5, 0.0),
+        ("y = round(x)", 2.5, None),
+        ("y = mod(x, 3)", 6.0, None),
+        ("y = step(x, 1) + 2*x", 1.0, None),
+        ("y = abs(x - 1)*(x - 1)", 1.0, 0.0),
+        ("y = abs(k)*x + 3*x", 1.0, 3.0),
+    ],
+)
+def test_corners_and_jumps_of_functions(rule: str, x: float, slope: float | None) -> None:
+    found = solver.solve(rulesheets.loads(rule), {"x": x, **({"k": 0.0} if "k" in rule else {})})
+    assert found.sensitivity(["y"], ["x"])["y", "x"] == slope
+
+
+def test_a_jump_has_no_derivative_though_its_slopes_agree() -> None:
+    found = solver.solve(rulesheets.loads("if x >= 1 then y = x + 1 else y = x"), {"x": 1.0}).sensitivity(
+        ["y"]
+    )
+    assert found["y", "x"] is None
+
+
 def test_a_rule_without_a_slope_is_blamed() -> None:
     found = solver.solve(rulesheets.loads("y = sqrt(x)\nz = y + 1"), {"x": 0.0}).sensitivity(["y", "z"])
     assert set(found.values()) == {None}
