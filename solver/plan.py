@@ -72,7 +72,7 @@ class Plan:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
 
         With ``jit`` the ways are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
-        Raises ValueError for columns of different lengths, RuleSheetError where the extra is absent.
+        Raises ValueError for columns of different lengths, ImportError where the extra is absent.
         """
         from solver.compiled.rows import Sweeper
         from solver.sweep_rows import sweep_rows

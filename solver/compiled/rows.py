@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from rulesheets.model import Value
 from solver.compiled.array import ArrayKernel
-from solver.compiled.flow import NotCompilable
+from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.merge import primary
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.program import Program
@@ -28,13 +29,13 @@ WORTH = 16
 class RowKernel:
     """One way on arrays: ``results`` (n,) for each wanted name and a mask (n,) of the rows that count."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, jit: bool = False) -> None:
         if program.symbols:
             raise NotCompilable
         merged = primary(program)
         self.results = merged.results
         self.nodes = [node for node in merged.results if isinstance(node, int)]
-        self.kernel = ArrayKernel(program.flow, (*self.nodes, merged.holds))
+        self.kernel = _kernel(program.flow, (*self.nodes, merged.holds), jit)
 
     def __call__(self, columns: Sequence[Array]) -> tuple[list[Array | str], Array]:
         count = len(columns[0]) if columns else 1
@@ -104,10 +105,22 @@ class Sweeper:
         key = id(program)
         if key not in self._kernels:
             try:
-                self._kernels[key] = RowKernel(program)
+                self._kernels[key] = RowKernel(program, self.jit)
             except NotCompilable:
                 self._kernels[key] = None
         return self._kernels[key]
+
+
+def _kernel(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]:
+    """Machine code where it is asked for and can hold the functions, else blocks of numpy."""
+    if jit:
+        from solver.compiled.native import NativeKernel, available
+
+        if not available():
+            raise ImportError("machine code needs llvmlite: pip install 'backsolve[jit]'")
+        with suppress(NotCompilable):
+            return NativeKernel(flow, wanted)
+    return ArrayKernel(flow, wanted)
 
 
 def _spread(results: list[Array], wanted: int, count: int) -> None:

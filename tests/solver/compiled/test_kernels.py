@@ -1,0 +1,148 @@
+"""Floats, arrays and machine code compute the same, and the pieces they are made of are right."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from rulesheets import nodes
+from rulesheets.functions.degrees import cosd, sincosd, sind
+from solver.compiled.array import ArrayKernel
+from solver.compiled.circular import SineAndCosine
+from solver.compiled.flow import Flow
+from solver.compiled.native import NativeKernel, available
+from solver.compiled.rows import RowKernel
+
+ROOT = Path(__file__).parents[3] / "models"
+MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
+needs_llvm = pytest.mark.skipif(not available(), reason="needs the extra jit")
+X, Y = nodes.Name("x"), nodes.Name("y")
+
+
+def flow_of(expression: nodes.Expression) -> tuple[Flow, int]:
+    flow = Flow()
+    return flow, flow.expression(expression, {"x": flow.input(0), "y": flow.input(1)})
+
+
+def ulps(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    return np.abs(found - expected) / np.spacing(np.maximum(np.abs(expected), 1e-300))
+
+
+def sines(degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    sine, cosine = np.empty_like(degrees), np.empty_like(degrees)
+    SineAndCosine(len(degrees))(degrees, sine, cosine)
+    return sine, cosine
+
+
+def test_sine_and_cosine_of_blocks_are_within_two_ulp_of_the_exact_ones() -> None:
+    degrees = np.random.default_rng(7).uniform(-720, 720, 500)
+    with mpmath.workdps(40):
+        for function, found in zip((mpmath.sin, mpmath.cos), sines(degrees), strict=True):
+            exact = [function(mpmath.mpf(float(d)) * mpmath.pi / 180) for d in degrees]
+            errors = [abs(float(mpmath.mpf(float(f)) - e)) for f, e in zip(found, exact, strict=True)]
+            assert max(e / math.ulp(float(abs(x))) for e, x in zip(errors, exact, strict=True)) < 2
+
+
+def test_special_angles_are_exact() -> None:
+    special = np.array([0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0, 270.0, -30.0, -90.0, 360e9 + 30.0])
+    sine, cosine = sines(special)
+    for degrees, s, c in zip(special, sine, cosine, strict=True):
+        assert (abs(s) == 0.5) == (abs(sind(degrees)) == 0.5)
+        assert (s, c) == pytest.approx((sind(degrees), cosd(degrees)), abs=1e-15)
+        if sind(degrees) in (0.0, 1.0, -1.0, 0.5, -0.5):
+            assert s == sind(degrees)
+        if cosd(degrees) in (0.0, 1.0, -1.0, 0.5, -0.5):
+            assert c == cosd(degrees)
+
+
+@given(st.floats(-1e15, 1e15))
+def test_sine_and_cosine_together_are_the_two_alone(degrees: float) -> None:
+    assert sincosd(degrees) == (sind(degrees), cosd(degrees))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("tand(atan2d(y, x))", lambda x, y: y / x),
+        ("cosd(x + 90)", lambda x, y: -sind(x)),
+        ("sind(180 - x)", lambda x, y: sind(x)),
+        ("cosd(x - 270)", lambda x, y: -sind(x)),
+        ("(x + y) - y", lambda x, y: x),
+        ("x/(1/y)", lambda x, y: x * y),
+        ("-1/(-1/x)", lambda x, y: x),
+        ("2*(3*x) - y*(-4)", lambda x, y: 6 * x + 4 * y),
+    ],
+)
+def test_simplified_expressions_keep_their_value(text: str, expected: object) -> None:
+    model = rulesheets.loads(f"z = {text}")
+    flow, node = flow_of(model.equations[0].right)
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(0.5, 80, 40), rng.uniform(0.5, 80, 40)
+    found = np.empty(40)
+    ArrayKernel(flow, [node])([x, y], [found])
+    assert found == pytest.approx([expected(a, b) for a, b in zip(x, y, strict=True)], rel=1e-15)  # type: ignore[operator]
+
+
+@needs_llvm
+@given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
+def test_directions_of_machine_code_are_within_four_ulp(x: float, y: float) -> None:
+    if math.hypot(x, y) < 1e-290 or 0.0 < abs(y) < 1e-290 * abs(x) + 1e-290:
+        return  # what is subnormal in radians has fewer digits
+    found = np.empty(1)
+    _direction()([np.array([x]), np.array([y])], [found])
+    with mpmath.workdps(40):
+        exact = mpmath.degrees(mpmath.atan2(mpmath.mpf(y + 0.0), mpmath.mpf(x)))
+        apart = abs(float(mpmath.mpf(float(found[0])) - exact))
+    assert apart <= 4 * math.ulp(float(abs(exact)))
+
+
+_KERNELS: dict[str, NativeKernel] = {}
+
+
+def _direction() -> NativeKernel:
+    if "direction" not in _KERNELS:
+        flow = Flow()
+        node = flow.call("atan2d", flow.input(1), flow.input(0))
+        _KERNELS["direction"] = NativeKernel(flow, [node])
+    return _KERNELS["direction"]
+
+
+@needs_llvm
+@pytest.mark.parametrize("name", MODELS)
+def test_arrays_and_machine_code_agree_on_every_model(name: str) -> None:
+    """Within 4 ulp on the paper's crank, 8 where more terms cancel, and what as much in the input would do."""
+    model = rulesheets.load(str(ROOT / name / "model.tk"))
+    numbers = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
+    want = [n for n, v in model.variables.items() if v.posted and v.value is None]
+    driver = next((n for n in numbers if model.variables[n].unit == "deg"), None) or next(iter(numbers), None)
+    if driver is None:
+        return
+    plan = solver.prepare(model, [driver], want)
+    value = numbers[driver]
+    plan(value)
+    rows = np.linspace(value - 0.02 * abs(value), value + 0.02 * abs(value), 101)
+    for program in plan.paths.programs:
+        kernels = RowKernel(program), RowKernel(program, jit=True)
+        (arrays, holds), (native, also) = (kernel([rows]) for kernel in kernels)
+        (up, _), (down, _) = (kernels[0]([rows * (1 + sign * 2**-50)]) for sign in (1, -1))
+        assert (holds == also).all()
+        scalar = [plan.paths.primary[0](float(row)) for row in rows]
+        for place, (one, other) in enumerate(zip(arrays, native, strict=True)):
+            if isinstance(one, str) or isinstance(other, str):
+                assert one == other
+                continue
+            moved = np.abs(np.asarray(up[place]) - np.asarray(down[place]))
+            units = 4 if name.startswith("offset_slider_crank") else 8
+            allowed = units * np.spacing(np.abs(one)) + 8 * moved + 1e-300
+            assert (np.abs(one - other)[holds] <= allowed[holds]).all()
+            for row, found in enumerate(scalar):
+                if found is not None and holds[row]:
+                    assert abs(one[row] - found[place]) <= allowed[row]
