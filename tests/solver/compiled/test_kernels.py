@@ -118,7 +118,7 @@ def _direction() -> NativeKernel:
 @needs_llvm
 @pytest.mark.parametrize("name", MODELS)
 def test_arrays_and_machine_code_agree_on_every_model(name: str) -> None:
-    """Within 4 ulp on the paper's crank, 8 where more terms cancel, and what as much in the input would do."""
+    """Within 4 ulp on the crank, 8 where more terms cancel, and what as much in the input would do."""
     model = rulesheets.load(str(ROOT / name / "model.tk"))
     numbers = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
     want = [n for n, v in model.variables.items() if v.posted and v.value is None]
