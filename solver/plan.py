@@ -12,6 +12,7 @@ from solver.compiled.paths import CompiledPaths
 from solver.compiled.translate import Pattern
 from solver.explain import explain
 from solver.leaves import Exploration
+from solver.path.activity import activity
 from solver.result import Status
 from solver.solution import explore, planner
 from solver.verdict import Verdict, judge
@@ -81,6 +82,20 @@ class Plan:
             self._sweeper = Sweeper(self.paths, jit)
         return sweep_rows(self, self._sweeper, columns)
 
+    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
+        """The status of one row and, where it is solved, the wanted values of every answer."""
+        for way in self.paths.every:
+            rows = way(*numbers)
+            if rows is not None:
+                return Status.SOLVED, list(dict.fromkeys(rows))
+        verdict, found = self.judged(numbers)
+        self.learn(numbers, verdict, found)
+        return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
+
+    def _rows(self, verdict: Verdict) -> list[tuple[Value, ...]]:
+        rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
+        return list(dict.fromkeys(rows))
+
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike."""
         if len(numbers) != len(self.inputs):
@@ -90,20 +105,30 @@ class Plan:
         found = explore(self.model, values, self.want, self.guesses, self.want)
         return judge(self.model, found, self.want, values, self.guesses), found
 
-    def learn(self, numbers: tuple[Value, ...], verdict: Verdict) -> Program | None:
-        """A compiled way from a row that was solved step by step, where it has one."""
-        if verdict.status is not Status.SOLVED:
+    def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> Program | None:
+        """A compiled way from a row that was judged step by step, where it has one.
+
+        Of an infeasible row it is the way to its refusal, where nothing but that is known of it.
+        """
+        if verdict.status is Status.SOLVED:
+            return self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
+        ends = (*found.leaves, *found.dead, *found.adrift)
+        if verdict.status is not Status.INFEASIBLE or len(ends) != 1 or found.dead:
             return None
-        return self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
+        branch = ends[0].branch
+        known = [e for e in self.model.equations if all(name in branch.values for name in e.names)]
+        active = [e.index for e in known if activity(e, branch.decided)]
+        if branch.assumed or not branch.settled.issuperset(active):
+            return None
+        return self.paths.refuse(numbers, branch.values)
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        verdict, _ = self.judged(numbers)
+        verdict, found = self.judged(numbers)
         if verdict.status is not Status.SOLVED:
             values = {**self.given, **dict(zip(self.inputs, numbers, strict=True))}
             raise Unsolved(verdict.status, explain(self.model, verdict, values, self.want))
-        self.learn(numbers, verdict)
-        rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
-        return list(dict.fromkeys(rows))
+        self.learn(numbers, verdict, found)
+        return self._rows(verdict)
 
 
 def prepare(

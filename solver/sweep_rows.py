@@ -50,14 +50,14 @@ def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], status: Array) 
 
     def solve(row: int) -> tuple[Status, tuple[Value, ...], Program | None]:
         numbers = tuple(float(column[row]) for column in columns)
-        verdict, _ = plan.judged(numbers)
+        verdict, found = plan.judged(numbers)
         values: tuple[Value, ...] = ()
         if verdict.status is Status.SOLVED:
             values = tuple(verdict.leaves[0].branch.values[name] for name in plan.want)
-        return verdict.status, values, plan.learn(numbers, verdict)
+        return verdict.status, values, plan.learn(numbers, verdict, found)
 
-    def keep(row: int, outcome: Status) -> None:
-        status[row] = CODES[outcome]
+    def keep(rows: Array, outcome: Status) -> None:
+        status[rows] = CODES[outcome]
 
     return sweeper.run(columns, len(plan.want), solve, keep)
 

@@ -9,6 +9,7 @@ learned from is not used.
 from __future__ import annotations
 
 from solver.compiled.flow import NotCompilable
+from solver.compiled.refusal import refusals
 from solver.compiled.scalar import compile_scalar
 from solver.compiled.translate import Pattern, translate
 
@@ -37,6 +38,7 @@ class CompiledPaths:
         self.programs: list[Program] = []
         self.primary: list[Callable[..., Any]] = []
         self.every: list[Callable[..., Any]] = []
+        self.refusals: list[Program] = []
         self.failures = 0
 
     def learn(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> Program | None:
@@ -57,6 +59,17 @@ class CompiledPaths:
                 self.programs.append(program)
                 self.primary.append(compile_scalar(program))
                 self.every.append(every)
+                return program
+        self.failures += 1
+        return None
+
+    def refuse(self, numbers: Sequence[Value], sample: Mapping[str, Value]) -> Program | None:
+        """A program that tells the rows that are refused as this one, of which ``sample`` was computed."""
+        if len(self.refusals) >= MAX_WAYS or self.failures >= MAX_FAILURES:
+            return None
+        for program in refusals(self.model, self.planner, self.pattern, sample):
+            if compile_scalar(program)(*numbers) is not None:
+                self.refusals.append(program)
                 return program
         self.failures += 1
         return None

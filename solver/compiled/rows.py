@@ -20,7 +20,8 @@ from solver.result import Status
 Array: TypeAlias = NDArray[Any]
 Solve: TypeAlias = Callable[[int], tuple[Status, tuple[Value, ...], Program | None]]
 """Solves a row step by step: its status, its values, and a new way where one was learned from it."""
-Keep: TypeAlias = Callable[[int, Status], None]
+Keep: TypeAlias = Callable[[Array, Status], None]
+"""Takes the status of rows."""
 
 WORTH = 16
 """So many rows pay for the set-up of a way on arrays."""
@@ -65,19 +66,34 @@ class Sweeper:
         left = np.arange(len(columns[0]))
         for program in list(self.paths.programs):
             left = self._settled(program, columns, results, left)
+        for program in list(self.paths.refusals):
+            left = self._refused(program, columns, left, keep)
         while len(left):
             row = int(left[0])
             status, values, learned = solve(row)
             if learned is not None and len(left) > WORTH:
-                left = self._settled(learned, columns, results, left)
+                if status is Status.SOLVED:
+                    left = self._settled(learned, columns, results, left)
+                else:
+                    left = self._refused(learned, columns, left, keep)
             if len(left) and left[0] == row:
                 _spread(results, wanted, len(columns[0]))
                 left = left[1:]
                 for place, value in enumerate(values):
                     _put(results, place, row, value)
-                keep(row, status)
+                keep(np.array([row]), status)
         _spread(results, wanted, len(columns[0]))
         return results
+
+    def _refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
+        """The rows that are still left after a refusal had its turn."""
+        kernel = self._kernel(program)
+        if kernel is None or not len(left):
+            return left
+        _, holds = kernel([c if len(left) == len(c) else c[left] for c in columns])
+        if holds.any():
+            keep(left[holds], Status.INFEASIBLE)
+        return left[~holds]
 
     def _settled(
         self, program: Program, columns: Sequence[Array], results: list[Array], left: Array

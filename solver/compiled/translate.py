@@ -56,7 +56,7 @@ class Pattern:
 
 
 @dataclass
-class _Way:
+class Way:
     """What is known along one way through the forks."""
 
     values: dict[str, int]
@@ -69,7 +69,7 @@ class _Way:
     order: list[int] = field(default_factory=list)
     gone: int = 1
 
-    def fork(self) -> _Way:
+    def fork(self) -> Way:
         return replace(
             self,
             values=dict(self.values),
@@ -96,18 +96,20 @@ def translate(
     ``first``: follow the primary one of several values only, chosen as soon as they are there.
     Raises NotCompilable where a step has no straight-line form.
     """
-    return _Translation(model, planner, pattern, sample, plain, first).run()
+    return Translation(model, planner, pattern, sample, plain, first).run()
 
 
-class _Translation:
+class Translation:
+    """Follows a path as the sample did."""
+
     def __init__(
         self,
         model: Model,
         planner: Planner,
         pattern: Pattern,
         sample: Mapping[str, Value],
-        plain: bool,
-        first: bool,
+        plain: bool = False,
+        first: bool = False,
     ) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.graph = planner.graph
@@ -133,14 +135,14 @@ class _Translation:
                 told.append((place, said))
             else:
                 values[name] = flow.input(place)
-        way = _Way(values, symbols, {}, gone=flow.false)
+        way = Way(values, symbols, {}, gone=flow.false)
         self._decide(way, range(len(self.model.conditions)))
         self._plan(way)
         return Program(flow, len(self.pattern.inputs), tuple(self.endings), tuple(told))
 
     # --- the way ---
 
-    def _plan(self, way: _Way) -> None:
+    def _plan(self, way: Way) -> None:
         for condition in way.chosen:
             self._pin(way, condition)
         way.chosen.clear()
@@ -148,7 +150,7 @@ class _Translation:
         path = self.planner.path(known, way.decided, frozenset(), self.want)
         self._follow(way, path.steps)
 
-    def _follow(self, way: _Way, steps: Sequence[Step]) -> None:
+    def _follow(self, way: Way, steps: Sequence[Step]) -> None:
         for place, step in enumerate(steps):
             self.flow.checks, self.flow.finite = way.checks, way.finite
             match step:
@@ -175,7 +177,7 @@ class _Translation:
             way = found[0]
         self._finish(way)
 
-    def _merged(self, ways: list[_Way]) -> _Way:
+    def _merged(self, ways: list[Way]) -> Way:
         """The first of several ways that is not gone, as one; all that tells which it is must hold."""
         flow = self.flow
         best, *others = ways
@@ -197,7 +199,7 @@ class _Translation:
 
     # --- conditions ---
 
-    def _decide(self, way: _Way, conditions: Sequence[int]) -> None:
+    def _decide(self, way: Way, conditions: Sequence[int]) -> None:
         """Take the outcome that the sample had, and require it."""
         self.flow.checks = way.checks
         known = {n: v for n, v in self.sample.items() if n in way.values or n in way.symbols}
@@ -213,7 +215,7 @@ class _Translation:
             way.decided[index] = outcome
             self._pin(way, index, outcome)
 
-    def _pin(self, way: _Way, index: int, outcome: bool | None = None) -> None:
+    def _pin(self, way: Way, index: int, outcome: bool | None = None) -> None:
         self.flow.checks = way.checks
         if outcome is None:
             known = {n: v for n, v in self.sample.items() if n in way.values or n in way.symbols}
@@ -224,7 +226,7 @@ class _Translation:
             raise NotCompilable
         self.flow.require(node if outcome else self.flow.add("not", node))
 
-    def _condition(self, way: _Way, condition: nodes.Condition, missing: bool | None = None) -> int | None:
+    def _condition(self, way: Way, condition: nodes.Condition, missing: bool | None = None) -> int | None:
         """The node of a condition; None where a variable is missing.
 
         With ``missing``, terms that are not known are left out where the others settle that outcome.
@@ -250,7 +252,7 @@ class _Translation:
                 return flow.constant(name in self.given)
         raise NotCompilable
 
-    def _comparison(self, way: _Way, operator: str, left: Expression, right: Expression) -> int | None:
+    def _comparison(self, way: Way, operator: str, left: Expression, right: Expression) -> int | None:
         used = {*nodes.names(left), *nodes.names(right)}
         if not all(name in way.values or name in way.symbols for name in used):
             return None
@@ -260,7 +262,7 @@ class _Translation:
             return self.flow.constant(same is (operator == "=") and operator in ("=", "<>"))
         return self.flow.compare(operator, *(self._expression(way, side) for side in (left, right)))
 
-    def _active(self, way: _Way, equation: Equation) -> int | None:
+    def _active(self, way: Way, equation: Equation) -> int | None:
         """The node of an equation's guard; None where it is not known."""
         total = self.flow.true
         for premise in equation.guard:
@@ -272,7 +274,7 @@ class _Translation:
 
     # --- one equation for one unknown ---
 
-    def _expression(self, way: _Way, expression: Expression) -> int:
+    def _expression(self, way: Way, expression: Expression) -> int:
         try:
             return self.flow.expression(expression, way.values)
         except KeyError:
@@ -283,7 +285,7 @@ class _Translation:
         assert isolation is not None
         return isolation
 
-    def _evaluated(self, way: _Way, equation: int, unknown: str) -> Iterator[_Way]:
+    def _evaluated(self, way: Way, equation: int, unknown: str) -> Iterator[Way]:
         isolation = self._isolation(equation, unknown)
         if _certified(isolation):
             way.settled.add(equation)
@@ -307,11 +309,11 @@ class _Translation:
             if fork.gone != self.flow.true:
                 yield fork
 
-    def _within(self, way: _Way, variable: Variable, node: int) -> None:
+    def _within(self, way: Way, variable: Variable, node: int) -> None:
         """Values outside the declared range do not count; how they fail is for the step-by-step way."""
         self.flow.require(self._in_range(variable, node))
 
-    def _leave(self, way: _Way, variable: Variable, node: int) -> None:
+    def _leave(self, way: Way, variable: Variable, node: int) -> None:
         """One of several values is no answer outside the declared range."""
         outside = self.flow.add("not", self._in_range(variable, node))
         way.gone = self.flow.add("or", way.gone, outside)
@@ -326,7 +328,7 @@ class _Translation:
             inside = flow.add("and", inside, flow.add("lt" if variable.high_open else "le", node, high))
         return inside
 
-    def _preimages(self, way: _Way, isolation: Isolation) -> list[int]:
+    def _preimages(self, way: Way, isolation: Isolation) -> list[int]:
         """The nodes of all preimages, the principal one first."""
         if isolation.quadratic is not None:
             return self._quadratic(way, isolation.quadratic)
@@ -338,7 +340,7 @@ class _Translation:
                 return self._turned_values(way, isolation, stage, rest, targets)
         return targets
 
-    def _undone(self, way: _Way, stage: Stage, target: int) -> list[int]:
+    def _undone(self, way: Way, stage: Stage, target: int) -> list[int]:
         flow = self.flow
         several = len(stage.forms) > 1
         if stage.low > -math.inf:
@@ -354,7 +356,7 @@ class _Translation:
         return [flow.expression(form, here) for form in stage.forms]
 
     def _turned_values(
-        self, way: _Way, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
+        self, way: Way, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
     ) -> list[int]:
         """What is left to undo of an angle, and its whole turns: within the range, else within one turn."""
         variable = self.model.variables[isolation.unknown]
@@ -407,7 +409,7 @@ class _Translation:
         counts = sorted(range(first, last + 1), key=lambda k: (abs(k), k < 0))
         return [self.flow.add("add", node, self.flow.constant(k * period)) for k in counts]
 
-    def _quadratic(self, way: _Way, quadratic: Quadratic) -> list[int]:
+    def _quadratic(self, way: Way, quadratic: Quadratic) -> list[int]:
         a, b, c = (self._expression(way, part) for part in (quadratic.a, quadratic.b, quadratic.c))
         one, other = self._roots(a, b, c)
         larger = self.flow.add("lt", other, one)
@@ -416,10 +418,8 @@ class _Translation:
     def _roots(self, a: int, b: int, c: int) -> tuple[int, int]:
         """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
         flow = self.flow
-        four_ac = flow.add("mul", flow.constant(4.0), flow.add("mul", a, c))
-        square = flow.add("mul", b, b)
+        square, four_ac, size = self._discriminant(a, b, c)
         discriminant = flow.add("sub", square, four_ac)
-        size = flow.add("add", square, flow.add("abs", four_ac))
         flow.require(flow.add("lt", flow.add("mul", flow.constant(CLEAR), size), discriminant))
         root = flow.add("sqrt", discriminant)
         signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)
@@ -429,9 +429,16 @@ class _Translation:
             flow.bound(divisor)
         return flow.add("div", q, a), flow.add("div", c, q)
 
+    def _discriminant(self, a: int, b: int, c: int) -> tuple[int, int, int]:
+        """``b²``, ``4 a c``, and the sum of their sizes."""
+        flow = self.flow
+        four_ac = flow.add("mul", flow.constant(4.0), flow.add("mul", a, c))
+        square = flow.add("mul", b, b)
+        return square, four_ac, flow.add("add", square, flow.add("abs", four_ac))
+
     # --- guarded equations for one unknown ---
 
-    def _selected(self, way: _Way, step: Select) -> _Way:
+    def _selected(self, way: Way, step: Select) -> Way:
         """A selection between the values of those that can be active; exactly one value may come out."""
         flow, unknown = self.flow, step.unknown
         groups: dict[int, int] = {}
@@ -470,15 +477,9 @@ class _Translation:
 
     # --- simultaneous blocks ---
 
-    def _block(self, way: _Way, step: SolveBlock) -> Iterator[_Way]:
-        kernels = self.graph.kernels
-        if step not in kernels:
-            kernels[step] = BlockKernel(self.graph, step)
-        form: ClosedForm | None = kernels[step].closed
-        if form is None:
-            raise NotCompilable
+    def _block(self, way: Way, step: SolveBlock) -> Iterator[Way]:
         ways = [(way, dict(way.values))]
-        for formula in form.formulas:
+        for formula in self._closed(step).formulas:
             ways = [found for one, letters in ways for found in self._formula(one, letters, formula)]
         for one, letters in ways:
             self.flow.checks, self.flow.finite = one.checks, one.finite
@@ -490,24 +491,33 @@ class _Translation:
             if one.gone != self.flow.true:
                 yield one
 
+    def _closed(self, step: SolveBlock) -> ClosedForm:
+        kernels = self.graph.kernels
+        if step not in kernels:
+            kernels[step] = BlockKernel(self.graph, step)
+        form: ClosedForm | None = kernels[step].closed
+        if form is None:
+            raise NotCompilable
+        return form
+
     def _formula(
-        self, way: _Way, letters: dict[str, int], formula: Let | Parabola | Circle
-    ) -> Iterator[tuple[_Way, dict[str, int]]]:
+        self, way: Way, letters: dict[str, int], formula: Let | Parabola | Circle
+    ) -> Iterator[tuple[Way, dict[str, int]]]:
         flow = self.flow
         flow.checks, flow.finite = way.checks, way.finite
         match formula:
             case Let(name):
                 yield way, {**letters, name: self._let(way, letters, formula)}
             case Parabola(name, a, b, c):
-                first, second = self._roots(*(self._coefficient(letters, part) for part in (a, b, c)))
+                first, second = self._roots(*self._coefficients(letters, a, b, c))
                 for node in (first, second):
                     yield way.fork(), {**letters, name: node}
             case Circle(x, y, a, b, k, square):
-                points = self._meets(*(self._coefficient(letters, part) for part in (a, b, k, square)))
+                points = self._meets(*self._coefficients(letters, a, b, k, square))
                 for point in points:
                     yield way.fork(), {**letters, x: point[0], y: point[1]}
 
-    def _let(self, way: _Way, letters: Mapping[str, int], formula: Let) -> int:
+    def _let(self, way: Way, letters: Mapping[str, int], formula: Let) -> int:
         flow = self.flow
         match formula.expression:
             case nodes.Call("atan2d" | "atan2" as function, (Name(sine), Name(cosine))):
@@ -530,15 +540,15 @@ class _Translation:
             limit = flow.add("mul", flow.constant(share), size)
             flow.require(flow.add("lt", limit, flow.add("abs", node)))
 
-    def _coefficient(self, letters: Mapping[str, int], coefficient: Coefficient) -> int:
-        return self.flow.expression(coefficient.expression, letters)
+    def _coefficients(self, letters: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
+        return [self.flow.expression(coefficient.expression, letters) for coefficient in coefficients]
 
     def _meets(self, a: int, b: int, k: int, square: int) -> Iterator[tuple[int, int]]:
         flow = self.flow
         length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
-        reach, across = flow.add("mul", length, square), flow.add("mul", k, k)
+        reach, across, size = self._reach(a, b, k, square)
         discriminant = flow.add("sub", reach, across)
-        limit = flow.add("mul", flow.constant(CLEAR), flow.add("add", flow.add("abs", reach), across))
+        limit = flow.add("mul", flow.constant(CLEAR), size)
         flow.require(flow.add("lt", limit, discriminant))
         root = flow.add("sqrt", discriminant)
         flow.require(flow.add("not", flow.add("eq", length, flow.constant(0.0))))
@@ -549,7 +559,14 @@ class _Translation:
             y = flow.add(opposite, flow.add("mul", b, k), flow.add("mul", a, root))
             yield flow.add("div", x, length), flow.add("div", y, length)
 
-    def _prefer(self, way: _Way, step: SolveBlock) -> None:
+    def _reach(self, a: int, b: int, k: int, square: int) -> tuple[int, int, int]:
+        """``(a² + b²) square``, ``k²``, and the sum of their sizes."""
+        flow = self.flow
+        length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
+        reach, across = flow.add("mul", length, square), flow.add("mul", k, k)
+        return reach, across, flow.add("add", flow.add("abs", reach), across)
+
+    def _prefer(self, way: Way, step: SolveBlock) -> None:
         """The order of a block's answers: nearest to the guesses; angles by size; positive first."""
         flow = self.flow
         guessed = [name for name in step.unknowns if name in self.pattern.guesses]
@@ -569,7 +586,7 @@ class _Translation:
 
     # --- the end ---
 
-    def _finish(self, way: _Way) -> None:
+    def _finish(self, way: Way) -> None:
         flow = self.flow
         flow.checks, flow.finite = way.checks, way.finite
         for equation in self.model.equations:
@@ -593,14 +610,14 @@ class _Translation:
         if len(self.endings) > MAX_ENDINGS:
             raise NotCompilable
 
-    def _result(self, way: _Way, name: str) -> int | str:
+    def _result(self, way: Way, name: str) -> int | str:
         if name in way.symbols:
             return way.symbols[name]
         if name not in way.values:
             raise NotCompilable
         return way.values[name]
 
-    def _turned(self, way: _Way, name: str, variable: Variable) -> None:
+    def _turned(self, way: Way, name: str, variable: Variable) -> None:
         """An angle outside of one turn is for the step-by-step way to move."""
         turn, node = self.graph.turn(name), way.values.get(name)
         bounded = variable.low > -math.inf or variable.high < math.inf
@@ -617,7 +634,7 @@ class _Translation:
         kind = self.flow.nodes[node]
         return (kind[0] == "call" and kind[1] in _DIRECTIONS) or kind[0] in ("direction", "directiond")
 
-    def _witness(self, way: _Way, equation: Equation, active: int) -> int:
+    def _witness(self, way: Way, equation: Equation, active: int) -> int:
         """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|. One of several values that is far
         from that is no answer."""
         flow = self.flow

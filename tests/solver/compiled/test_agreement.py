@@ -127,3 +127,22 @@ def test_a_direction_on_the_axis_is_left_to_the_step_by_step_way() -> None:
     level = solver.prepare(CRANK, ["thetaAO"], ["xB"], {"offset": 0.0})
     assert level(0.0) == pytest.approx((11.0,), rel=1e-15)
     assert level.sweep(np.zeros(40))["xB"] == pytest.approx(np.full(40, 11.0), rel=1e-15)
+
+
+def test_rows_out_of_reach_are_told_together_and_truly() -> None:
+    model = rulesheets.load(str(ROOT / "four_link_chain" / "model.tk"))
+    plan = solver.prepare(model, ["PQ", "thetaPQ"], ["thetaQR", "omegaQR", "xM"])
+    rng = np.random.default_rng(5)
+    cranks, angles = rng.uniform(0.05, 1.5, 3000), rng.uniform(-180, 180, 3000)
+    table = plan.sweep(cranks, angles)
+    assert plan.paths.refusals
+    Q = cranks * np.exp(1j * np.radians(angles))
+    reach = np.abs(Q - 0.5)
+    possible = (reach <= 0.5 + 0.4) & (reach >= abs(0.5 - 0.4))
+    assert ((table.status == 0) == possible).all()
+
+
+def test_a_slider_that_only_the_other_configuration_reaches() -> None:
+    table = BACKWARD.sweep(np.linspace(-10.0, -6.0, 400))
+    assert {str(table.STATUSES[code]) for code in table.status} == {"infeasible"}
+    assert not BACKWARD.sweep(np.linspace(6.0, 10.0, 400)).status.any()
