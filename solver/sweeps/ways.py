@@ -42,7 +42,7 @@ class SteadyPlan:
         self._plan = Plan(pattern.model, pattern.inputs, pattern.want, pattern.given, pattern.guesses)
         for numbers in zip(*(column.tolist() for column in lessons), strict=True):
             if all(way(*numbers) is None for way in self._plan.paths.primary):
-                self._plan.learn(numbers, self._plan.judged(numbers)[0])
+                self._plan.learn(numbers, *self._plan.judged(numbers))
         self._known = self._plan.paths.mark()
 
     def primary(self, columns: Sequence[Array]) -> Table:
@@ -54,19 +54,7 @@ class SteadyPlan:
         """All answers of each row; those of one row where there are no columns."""
         self._plan.paths.forget(self._known)
         rows = zip(*(column.tolist() for column in columns), strict=True) if columns else [()]
-        return [self._answers(numbers) for numbers in rows]
-
-    def _answers(self, numbers: tuple[float, ...]) -> Answers:
-        for way in self._plan.paths.every:
-            found = way(*numbers)
-            if found is not None:
-                return Status.SOLVED, list(dict.fromkeys(found))
-        verdict, _ = self._plan.judged(numbers)
-        if verdict.status is not Status.SOLVED:
-            return verdict.status, []
-        self._plan.learn(numbers, verdict)
-        values = (leaf.branch.values for leaf in verdict.leaves)
-        return verdict.status, list(dict.fromkeys(tuple(v[n] for n in self._plan.want) for v in values))
+        return [self._plan.outcome(numbers) for numbers in rows]
 
 
 class SteadyPlans:
