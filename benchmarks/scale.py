@@ -24,9 +24,6 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from benchmarks.sheets import SHAPES
 
 SIZES = (1_000, 4_000, 16_000, 32_000)
-LARGEST = {"cubic blocks": 1_000}
-"""Shapes that take too long beyond a size: each nonlinear block is searched over its whole range."""
-
 HEAD = f"{'shape':<16}{'rules':>8}{'load':>8}{'path':>8}{'solve':>8}{'total':>8}{'MB':>7}{'growth':>8}"
 AGAIN = f"{'reload':>8}{'replan':>8}"
 
@@ -71,7 +68,7 @@ def table(sizes: list[int]) -> None:
     print(HEAD + AGAIN)
     for shape in SHAPES:
         first: tuple[int, float] | None = None
-        for rules in (n for n in sizes if n <= LARGEST.get(shape, n)):
+        for rules in sizes:
             with tempfile.TemporaryDirectory() as store:
                 found, again = (_in_its_own_process(shape, rules, store) for _ in range(2))
             total = found["load"] + found["path"] + found["solve"]

@@ -11,6 +11,7 @@ class Method(Enum):
     """The ways to solve a simultaneous block, in the order in which they are tried."""
 
     LINEAR = "elimination of linear equations"
+    POLYNOMIAL = "exact count of the roots of one polynomial in {tear}"
     FORMULA = "elimination to a formula"
     RANGE = "search of the whole range of {tear}"
     BOXES = "subdivision of the ranges"

@@ -226,7 +226,9 @@ class _Explorer:
             again = len(self.outcomes) - len(self.searched)
             if step in self.searched and again >= MAX_SEARCHES and not kernel.linear:
                 return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
+            shared = assumed or step in self.searched
             self.searched.add(step)
+            self.budget.begin_block(self.complete, shared)
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed)
         return self.outcomes[key]
 

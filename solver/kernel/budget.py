@@ -7,7 +7,10 @@ want of it shows in the outcome: a search that was cut short does not claim to b
 from __future__ import annotations
 
 SOLVE = 60_000
-BLOCK = 12_000
+BLOCK = 16_000
+GLANCE = 1_500
+"""For a block whose proof would be in vain, because it is known already that something was left out."""
+ROUNDS = 40
 LAST_RESORTS = 2
 
 
@@ -17,17 +20,34 @@ class Budget:
     def __init__(self) -> None:
         self.left = SOLVE
         self.of_block = BLOCK
+        self.rounds = ROUNDS
         self.last_resorts = LAST_RESORTS
 
-    def begin_block(self) -> None:
-        self.of_block = min(self.left, BLOCK)
+    def begin_block(self, proving: bool = True, shared: bool = False) -> None:
+        """``proving``: whether a proof that a block has no other answers would still serve the whole.
+
+        ``shared``: whether the block is one of many cases or values, which share what a solve may spend;
+        others have their own.
+        """
+        self.shared = shared
+        self.of_block = min(self.left if shared else BLOCK, BLOCK if proving else GLANCE)
 
     def levels(self, operations: int, most: int) -> int:
         """So many levels of a search, each of so many operations, can still be afforded."""
         return min(most, self.of_block // max(operations, 1))
 
+    def affords(self, work: int) -> bool:
+        return work <= self.of_block
+
     def spend(self, work: int) -> None:
-        self.left, self.of_block = max(self.left - work, 0), max(self.of_block - work, 0)
+        self.of_block = max(self.of_block - work, 0)
+        if self.shared:
+            self.left = max(self.left - work, 0)
+
+    def another_round(self) -> bool:
+        """Whether there may be one more round of starts, beside the first of each block."""
+        self.rounds -= self.shared
+        return self.rounds >= 0
 
     def last_resort(self) -> bool:
         """Whether a search may still be tried that costs more than all others and rarely helps."""

@@ -19,6 +19,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
 from solver.kernel.outcome import BlockOutcome
+from solver.kernel.polynomial_block import solve_as_polynomial
 from solver.kernel.question import Question
 from solver.kernel.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
@@ -38,12 +39,13 @@ def solve_block(
     budget: Budget | None = None,
     assumed: bool = False,
 ) -> BlockOutcome:
-    """All answers of the block that can be found at the known ``values``, within the ``budget``.
+    """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
     ``assumed``: the block belongs to a case that may well have no answer, so that last resorts are left out.
     """
-    budget = budget or Budget()
-    budget.begin_block()
+    if budget is None:
+        budget = Budget()
+        budget.begin_block()
     question = Question(kernel, values, guesses)
     block = kernel.block
     if question.symbolic:
@@ -53,6 +55,9 @@ def solve_block(
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
         return replace(linear, attempts=(attempt,))
     candidates = Candidates(question)
+    if solve_as_polynomial(question, candidates):
+        candidates.tried(Method.POLYNOMIAL, complete=True)
+        return _outcome(question, candidates, complete=True)
     if kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed):
         candidates.tried(Method.FORMULA, complete=True)
         return _outcome(question, candidates, complete=True)
@@ -72,7 +77,7 @@ def solve_block(
         complete = search_boxes(question, candidates)
         candidates.tried(Method.BOXES, complete)
     if not complete:
-        _from_starts(question, candidates)
+        _from_starts(question, candidates, budget)
         candidates.tried(Method.STARTS)
         if not candidates.answers and len(block.tears) == 1 and not kernel.exhaustive:
             search.run()
@@ -83,7 +88,7 @@ def solve_block(
     return _outcome(question, candidates, complete)
 
 
-def _from_starts(question: Question, candidates: Candidates) -> None:
+def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
     kernel = question.kernel
     in_batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
     if question.guesses or not in_batches:
@@ -91,9 +96,7 @@ def _from_starts(question: Question, candidates: Candidates) -> None:
     if in_batches:
         from solver.kernel.start_search import search_from_starts
 
-        search_from_starts(question, candidates)
-    if not candidates.answers and not candidates.nearest:
-        _one_by_one(question, candidates)
+        search_from_starts(question, candidates, budget)
 
 
 def _one_by_one(question: Question, candidates: Candidates) -> None:

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.numerics.batch_newton import Array, batch_newton
@@ -29,7 +30,7 @@ NEAR = 1e-5
 FINISH = NewtonLimits(iterations=15, escapes=0)
 
 
-def search_from_starts(question: Question, candidates: Candidates) -> None:
+def search_from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
     arrays = question.kernel.arrays
     known, sizes = question.known, _sizes(question)
@@ -42,9 +43,19 @@ def search_from_starts(question: Question, candidates: Candidates) -> None:
         for end in new:
             if _of_the_rules(question, end.tolist()):
                 candidates.refine(end.tolist(), FINISH)
-        if not new and (found or turn + 1 >= PATIENCE):
+        if turn == 0 and not new:
+            _note_the_best(question, candidates, starts)
+        if (not new and (found or turn + 1 >= PATIENCE)) or not budget.another_round():
             break
         found += new
+
+
+def _note_the_best(question: Question, candidates: Candidates, starts: Array) -> None:
+    """A start of least residual, for a search that finds no root to tell how near it came."""
+    with np.errstate(all="ignore"):
+        misses = abs(question.kernel.arrays.residual(question.known, starts)).max(axis=1)
+    if np.isfinite(misses).any():
+        candidates.note(question.named(starts[np.nanargmin(misses)].tolist()))
 
 
 def _of_the_rules(question: Question, x: list[float]) -> bool:

@@ -18,6 +18,9 @@ from solver.path import rational
 SEARCH_BOXES = 12_000
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
+USUAL_LEVELS = 30
+OPERATIONS = 4
+"""Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
 HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 MIN_SAMPLES = 3
@@ -42,11 +45,13 @@ class TearSearch:
 
         from solver.numerics.isolation import IsolationLimits, isolate_roots
 
-        if len(self.kernel.chains()) > MOST_CHAINS:
+        every = self.kernel.chains()
+        work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
+        if len(every) > MOST_CHAINS or not self.budget.affords(work):
             return False
         low, high = self._within(*self.question.domain(self.tear))
         complete, known = True, [np.float64(v) for v in self.question.known]
-        for place in range(len(self.kernel.chains())):
+        for place in range(len(every)):
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)

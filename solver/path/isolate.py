@@ -135,7 +135,9 @@ _EXTRANEOUS = frozenset({"atan2", "atan2d", "power"})
 
 
 def _may_fail(stage: Stage) -> bool:
-    """Whether the target may leave the image, or the form divide by something that may vanish."""
+    """Whether the target may leave the image, or the form divide by what may vanish, or take a root."""
+    if stage.operation == "root":
+        return True  # always defined, but a polynomial no more
     bounded = stage.low > -inf or stage.high < inf
     divides = any(not isinstance(form, Product) for form in stage.forms)
     return bounded or (divides and stage.divisor is not None and not isinstance(stage.divisor, Number))
