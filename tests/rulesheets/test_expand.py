@@ -192,10 +192,10 @@ def test_many_rules_expand_quickly_and_without_recursion():
     rules = tuple(
         Rule(Equality((Name(f"x{k + 1}"),), (Sum((Name(f"x{k}"), Number(1.0))),))) for k in range(32_000)
     )
-    start = time.perf_counter()
+    start = time.process_time()
     model = build(Program(RuleSheet(rules=rules), {}), "chain")
     assert len(model.equations) == 32_000
-    assert time.perf_counter() - start < 4.0
+    assert time.process_time() - start < 4.0
 
 
 def test_a_long_chain_of_else_ifs_is_no_deep_recursion():
