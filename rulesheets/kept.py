@@ -13,10 +13,9 @@ from functools import partial
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.model import Equation, Model, packed_equation
+from rulesheets.model import Equation, Model, packed_equation, read_from
 from rulesheets.packing import Packing, Unpackable, Unpacking
 from rulesheets.reading import read_source
-from rulesheets.record import replace
 from rulesheets.source import Source
 
 TYPE_CHECKING = False
@@ -43,16 +42,16 @@ def kept_model(name: str, source: Source, folder: str, file: str | None) -> Mode
     if sources is None or list(map(_digest, sources)) != digests:
         return None
     unpacking = Unpacking(classes, sources, names)
-    return Model(
+    model = Model(
         name=name,
         equations=tuple(_equations(equations, unpacking, names)),
-        digest=store.digest(*digests),
         **unpacking.unpack(fields),
     )
+    return read_from(model, store.digest(*digests))
 
 
 def keep_model(model: Model, source: Source, folder: str, openings: Sequence[Opening]) -> Model:
-    """Keep a model for :func:`kept_model`; the model with the ``digest`` of all its texts."""
+    """Keep a model for :func:`kept_model`; the model, which knows the digest of all its texts then."""
     sources = [source, *(opening.source for opening in openings if opening.source is not None)]
     digests = list(map(_digest, sources))
     names = list(model.variables)
@@ -65,10 +64,10 @@ def keep_model(model: Model, source: Source, folder: str, openings: Sequence[Ope
     except (Unpackable, RecursionError, ValueError):
         return model  # nested more deeply than can be packed
     store.save(KIND, _key(source, folder), data)
-    return replace(model, digest=store.digest(*digests))
+    return read_from(model, store.digest(*digests))
 
 
-_APART = ("name", "equations", "digest")
+_APART = ("name", "equations")
 """Fields of a model that are not packed with the others."""
 
 

@@ -116,8 +116,7 @@ class Model:
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer. ``digest`` tells the texts that a model comes from, so that what is found out
-    about it can be kept; it is empty where nothing is.
+    drawn of an answer.
     """
 
     name: str
@@ -125,4 +124,17 @@ class Model:
     equations: tuple[Equation, ...]
     conditions: tuple[nodes.Condition, ...]
     figures: tuple[nodes.Figure, ...] = ()
-    digest: bytes = field(default=b"", compare=False, repr=False)
+
+    @cached_property
+    def digest(self) -> bytes:
+        """Tells the texts that the model was read from, so that what is found out about it can be kept.
+
+        Empty where that is not known: a model that was made otherwise, or is a changed one.
+        """
+        return b""
+
+
+def read_from(model: Model, digest: bytes) -> Model:
+    """The same model, which says that it was read from texts of this digest."""
+    model.__dict__["digest"] = digest
+    return model

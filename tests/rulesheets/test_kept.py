@@ -18,6 +18,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Negative, Number
 from rulesheets.packing import Packing, Unpackable, Unpacking
+from rulesheets.record import replace
 from rulesheets.source import Source, Span
 from tests.rulesheets.sheets import expressions
 
@@ -195,3 +196,5 @@ def test_models_say_which_texts_they_come_from(tmp_path: Path, folder: Path) -> 
     two = rulesheets.load(sheet(tmp_path / "two", main=MAIN, area=AREA))
     three = rulesheets.load(sheet(tmp_path / "three", main=MAIN, area=AREA + "\n"))
     assert one.digest == two.digest != three.digest
+    assert one.digest
+    assert replace(one, variables={}).digest == rulesheets.loads("x = 1").digest == b""
