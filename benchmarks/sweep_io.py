@@ -4,8 +4,10 @@
 
 For each number of rows (1e6 and 1e7; 1e8 takes 4.5 GB of disk) three rates, each in a process of its own:
 the sweep in memory, the sweep to a Parquet file (with --csv to CSV), and a plain write of the same
-bytes. ``of bound`` is the rate to the file over the lower one of memory and disk. With --pipeline the
-closed form by hand, in blocked numpy, stands in for the solver: what is left is the way to the disk.
+bytes. ``of bound`` is the rate to the file over the lower one of memory and disk; ``CPU`` is the time
+of the processors, which other work on the machine does not stretch: that of the sweep to the file,
+and its ratio to that of the other two together. With --pipeline the closed form by hand, in blocked
+numpy, stands in for the solver: what is left is the way to the disk.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -32,7 +35,10 @@ IN_MEMORY = 1_000_000
 PATIENCE = 300.0
 """Seconds that one measurement may take, judged by its first rows."""
 
-HEAD = f"{'rows':>12}{'memory':>10}{'file':>10}{'disk':>10}{'of bound':>10}{'MB file':>10}{'MB memory':>11}"
+HEAD = (
+    f"{'rows':>12}{'memory':>9}{'file':>9}{'disk':>9}{'of bound':>10}"
+    f"{'MB file':>9}{'MB memory':>11}{'CPU ns/row':>12}{'of both':>9}"
+)
 
 
 def closed_form(theta: np.ndarray) -> dict[str, np.ndarray]:
@@ -59,13 +65,14 @@ def rows(count: int):
     return Grid((Stretch(Fraction(0), Fraction(360, count), count),))
 
 
-def work(csv: bool):
+def work(csv: bool, count: int):
     import rulesheets
     import solver
     from solver.sweeping import work_of
+    from solver.sweeps.chunks import grid_lessons
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
-    return work_of(plan, tabled=not csv, texted=csv)
+    return work_of(plan, grid_lessons(rows(count)), tabled=not csv, texted=csv)
 
 
 def by_hand(work, count: int) -> Iterator:
@@ -84,26 +91,39 @@ def by_hand(work, count: int) -> Iterator:
         yield Solved(counts, table) if work.tabled else Solved(counts, None, csv_rows(table))
 
 
-def in_memory(count: int, pipeline: bool) -> float:
-    """Seconds for a sweep of ``count`` rows that stays in memory; infinity where that takes too long."""
+@dataclass(frozen=True)
+class Took:
+    """Seconds of the clock and of the processors."""
+
+    wall: float
+    cpu: float
+
+
+class Timer:
+    def __init__(self) -> None:
+        self._wall, self._cpu = time.perf_counter(), time.process_time()
+
+    def took(self) -> Took:
+        return Took(time.perf_counter() - self._wall, time.process_time() - self._cpu)
+
+
+def in_memory(count: int, pipeline: bool) -> Took:
+    """A sweep of ``count`` rows that stays in memory, in pieces as large as those of a file."""
     import rulesheets
     import solver
+    from solver.sweeps.chunks import LARGEST
 
     theta = np.arange(count) * (360.0 / count)
-    if pipeline:
-        started = time.perf_counter()
-        closed_form(theta)
-        return time.perf_counter() - started
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
-    started = time.perf_counter()
-    plan.sweep(theta[:2000])
-    if (time.perf_counter() - started) * count / 2000 > PATIENCE:
-        return float("inf")
-    started = time.perf_counter()
-    table = plan.sweep(theta)
-    took = time.perf_counter() - started
-    assert table.solved.all()
-    return took
+    solved = closed_form if pipeline else plan.sweep
+    timer = Timer()
+    solved(theta[:2000])
+    if timer.took().wall * count / 2000 > PATIENCE:
+        raise SystemExit(f"{count:,} rows would take more than {PATIENCE:.0f} s")
+    timer = Timer()
+    for start in range(0, count, LARGEST):
+        solved(theta[start : start + LARGEST])
+    return timer.took()
 
 
 def to_file(path: str, count: int, pipeline: bool) -> dict[str, float]:
@@ -112,24 +132,24 @@ def to_file(path: str, count: int, pipeline: bool) -> dict[str, float]:
     from solver.sweeps.sinks import FileSink
     from solver.sweeps.stream import run
 
-    todo = work(path.endswith(".csv"))
-    started = time.perf_counter()
+    todo = work(path.endswith(".csv"), count)
+    timer = Timer()
     pieces = by_hand(todo, count) if pipeline else solved_pieces(todo, grid_chunks(rows(count)), count)
     outcome = run(pieces, [FileSink(path, todo.names, ())])
-    took = time.perf_counter() - started
+    took = timer.took()
     assert outcome.rows == count and outcome.all_solved
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return {"seconds": took, "MB": os.path.getsize(path) / 1e6, "memory": memory}
+    return {**asdict(took), "MB": os.path.getsize(path) / 1e6, "memory": memory}
 
 
-def plain_write(path: str) -> float:
-    """Seconds to write the bytes of a file again, a megabyte at a time."""
+def plain_write(path: str) -> Took:
+    """The bytes of a file written again, a megabyte at a time."""
     size, block = os.path.getsize(path), os.urandom(2**20)
-    started = time.perf_counter()
+    timer = Timer()
     with open(path + ".plain", "wb") as file:
         for _ in range(size // 2**20 + 1):
             file.write(block)
-    took = time.perf_counter() - started
+    took = timer.took()
     os.unlink(path + ".plain")
     return took
 
@@ -146,29 +166,28 @@ def in_its_own_process(*words: object) -> dict[str, float]:
 def table(sizes: list[int], ending: str, pipeline: bool) -> None:
     print("millions of rows a second" + (", solved by the closed form by hand" if pipeline else ""))
     print(HEAD)
-    memory = in_its_own_process("memory", IN_MEMORY, pipeline)["seconds"] / IN_MEMORY
+    memory = in_its_own_process("memory", IN_MEMORY, pipeline)
     for count in sizes:
-        if memory * count > PATIENCE:
-            print(f"{count:>12,}  left out: it would take more than {PATIENCE:.0f} s", flush=True)
-            continue
         with tempfile.TemporaryDirectory(dir=".") as folder:
             path = os.path.join(folder, f"table{ending}")
             found = in_its_own_process("file", path, count, pipeline)
-            disk = in_its_own_process("disk", path)["seconds"] / count
-        each = found["seconds"] / count
-        rates = "".join(f"{1e-6 / seconds:10.2f}" for seconds in (memory, each, disk))
-        share = max(memory, disk) / each
-        print(f"{count:>12,}{rates}{share:>10.0%}{found['MB']:10.0f}{found['memory']:11.0f}", flush=True)
+            disk = in_its_own_process("disk", path)
+        each = [memory["wall"] / IN_MEMORY, found["wall"] / count, disk["wall"] / count]
+        rates = "".join(f"{1e-6 / seconds:9.2f}" for seconds in each)
+        cpu, alone = found["cpu"] / count, memory["cpu"] / IN_MEMORY + disk["cpu"] / count
+        share = f"{max(each[0], each[2]) / each[1]:10.0%}{found['MB']:9.0f}{found['memory']:11.0f}"
+        print(f"{count:>12,}{rates}{share}{cpu * 1e9:12.0f}{cpu / alone:9.2f}", flush=True)
 
 
 def one(kind: str, *words: str) -> dict[str, float]:
     match kind:
         case "memory":
-            return {"seconds": min(in_memory(int(words[0]), words[1] == "True") for _ in range(3))}
+            tries = [in_memory(int(words[0]), words[1] == "True") for _ in range(3)]
+            return asdict(min(tries, key=lambda took: took.wall))
         case "file":
             return to_file(words[0], int(words[1]), words[2] == "True")
         case _:
-            return {"seconds": plain_write(words[0])}
+            return asdict(plain_write(words[0]))
 
 
 if __name__ == "__main__":

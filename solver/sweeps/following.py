@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.files.columns import Columns
 
+Points: TypeAlias = NDArray[np.float64]
+Numbers: TypeAlias = NDArray[np.int32]
+
+ROOM = 2**18
+"""Differences between answers that are reckoned at once."""
+
 
 @dataclass(frozen=True)
 class _Branch:
     """Where an answer was in the last row (a number a wanted variable), and its step from the row before."""
 
-    at: NDArray[np.float64]
-    step: NDArray[np.float64]
+    at: Points
+    step: Points
 
 
 class Follower:
@@ -35,57 +41,120 @@ class Follower:
         self._turns = np.array([turns.get(name, np.inf) for name in wanted])
         self._row = 0
         self._branches: dict[int, _Branch] = {}
+        self._in_order = False
 
     def __call__(self, table: Columns) -> Columns:
         """The next piece of the table, renumbered."""
         ranks = table.values[self._column]
         points = _points([table.values[name] for name in self._wanted], len(table))
+        starts = np.append(np.flatnonzero(ranks < 2), len(ranks))
+        plain = self._plain_rows(ranks, points, starts)
         numbers = ranks.copy()
-        starts = np.flatnonzero(ranks < 2)
-        for start, end in pairwise([*starts.tolist(), len(ranks)]):
-            if self._row % self._line == 0:
-                self._branches = {}
-            self._row += 1
-            found = points[start:end] if ranks[start] else points[:0]
-            labels = self._labels(found)
-            if labels:
-                numbers[start:end] = labels
-            self._branches = {n: self._branch(n, point) for n, point in zip(labels, found, strict=True)}
+        row, last = 0, len(starts) - 1
+        while row < last:
+            end = row + 1
+            if plain[row] and self._in_order:
+                end += int(np.argmin(np.append(plain[end:], False)))
+                self._run(points, starts, row, end, numbers)
+            else:
+                first = int(starts[row])
+                found = points[first : starts[end]] if ranks[first] else points[:0]
+                self._one(found, numbers[first : starts[end]])
+            self._row += end - row
+            row = end
         return replace(table, values={**table.values, self._column: numbers})
 
-    def _branch(self, number: int, point: NDArray[np.float64]) -> _Branch:
+    def _one(self, found: Points, numbers: Numbers) -> None:
+        """Number the answers of one row by the row before."""
+        if self._row % self._line == 0:
+            self._branches = {}
+        labels = self._labels(found)
+        numbers[: len(labels)] = labels
+        self._in_order = labels == list(self._branches)
+        self._branches = {n: self._branch(n, point) for n, point in zip(labels, found, strict=True)}
+
+    def _run(
+        self,
+        points: Points,
+        starts: NDArray[np.intp],
+        row: int,
+        end: int,
+        numbers: Numbers,
+    ) -> None:
+        """Rows whose answers continue in their order those of the row before."""
+        labels = list(self._branches)
+        numbers[starts[row] : starts[end]] = np.tile(labels, end - row)
+        before, now = (points[starts[r] : starts[r + 1]] for r in (end - 2, end - 1))
+        steps = self._apart(now, before)
+        self._branches = {n: _Branch(at, step) for n, at, step in zip(labels, now, steps, strict=True)}
+
+    def _plain_rows(self, ranks: Numbers, points: Points, starts: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Rows in which each answer is nearer to the one of its place in the row before than to any other.
+
+        Pairing them one by one would come to the same, if the row before them came in the order of the
+        one before that; which is so for all rows but a few.
+        """
+        counts = np.where(ranks[starts[:-1]] == 0, 0, np.diff(starts))
+        rows = np.arange(self._row, self._row + len(counts)) % self._line
+        alike = (counts > 0) & (rows >= 2)
+        alike[:2] = False
+        alike[2:] &= (counts[2:] == counts[1:-1]) & (counts[2:] == counts[:-2])
+        for count in np.unique(counts[alike]).tolist():
+            same = np.flatnonzero(alike & (counts == count))
+            for here in np.array_split(same, 1 + len(same) * count * count * points.shape[1] // ROOM):
+                alike[here] = self._in_place(points, starts, here, count)
+        return alike
+
+    def _in_place(
+        self, points: Points, starts: NDArray[np.intp], rows: NDArray[np.intp], count: int
+    ) -> NDArray[np.bool_]:
+        """Whether each of so many answers of these rows is nearest to that of its place in the row before."""
+        places = np.arange(count)
+        now, before, earlier = (points[starts[rows - back][:, None] + places] for back in (0, 1, 2))
+        apart = self._distances(now, before, self._apart(before, earlier))
+        own = np.einsum("rkk->rk", apart).copy()
+        np.einsum("rkk->rk", apart)[:] = np.inf
+        near: NDArray[np.bool_] = (own < np.minimum(apart.min(axis=1), apart.min(axis=2))).all(axis=1)
+        return near
+
+    def _distances(self, now: Points, before: Points, steps: Points) -> Points:
+        """Of each row (r), from where each branch (k) is heading to each answer (j): (r, k, j)."""
+        around = np.abs(self._apart(np.concatenate([before, now], axis=1)[:, :, None], now[:, None])).max(
+            axis=1
+        )
+        off = np.abs(self._apart(now[:, None], (before + steps)[:, :, None]))
+        scaled = np.divide(off, around[:, None], out=np.zeros_like(off), where=around[:, None] > 0)
+        total: Points = scaled.sum(axis=-1)
+        return total
+
+    def _branch(self, number: int, point: Points) -> _Branch:
         before = self._branches.get(number)
         return _Branch(point, self._apart(point, before.at) if before else np.zeros(len(point)))
 
-    def _labels(self, found: NDArray[np.float64]) -> list[int]:
+    def _labels(self, found: Points) -> list[int]:
         labels: dict[int, int] = {}
-        pairs = sorted(
-            (self._distance(branch, point, found), number, place)
-            for number, branch in self._branches.items()
-            for place, point in enumerate(found)
-        )
-        for _, number, place in pairs:
-            if place not in labels and number not in labels.values():
-                labels[place] = number
+        if self._branches and len(found):
+            numbers = list(self._branches)
+            at = np.array([branch.at for branch in self._branches.values()])
+            steps = np.array([branch.step for branch in self._branches.values()])
+            (apart,) = self._distances(found[None], at[None], steps[None])
+            for flat in np.argsort(apart, axis=None, kind="stable").tolist():
+                branch, place = divmod(flat, len(found))
+                if place not in labels and numbers[branch] not in labels.values():
+                    labels[place] = numbers[branch]
         free = (n for n in range(1, 2 * len(found) + 1) if n not in labels.values())
         return [labels[place] if place in labels else next(free) for place in range(len(found))]
 
-    def _distance(self, branch: _Branch, point: NDArray[np.float64], found: NDArray[np.float64]) -> float:
-        others = np.array([one.at for one in self._branches.values()])
-        around = np.abs(self._apart(np.concatenate([others, found]), point)).max(axis=0)
-        apart = np.abs(self._apart(point, branch.at + branch.step))
-        return float(np.sum(np.divide(apart, around, out=np.zeros_like(apart), where=around > 0)))
-
-    def _apart(self, there: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _apart(self, there: Points, here: Points) -> Points:
         """The difference, by whole turns as small as it gets where a variable is an angle."""
         apart = there - here
         turning = np.isfinite(self._turns)
         turn = np.where(turning, self._turns, 1.0)
-        wound: NDArray[np.float64] = np.where(turning, apart - turn * np.round(apart / turn), apart)
+        wound: Points = np.where(turning, apart - turn * np.round(apart / turn), apart)
         return wound
 
 
-def _points(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.float64]:
+def _points(columns: Sequence[Points], rows: int) -> Points:
     """The numbers of each row; a symbol, which is near to nothing but itself, counts by its letters."""
     points = np.zeros((rows, len(columns)))
     for place, column in enumerate(columns):

@@ -29,13 +29,14 @@ from solver.files.replacing import Replacement
 from solver.files.tables import write_table
 from solver.report.progress import clock, progress_line
 from solver.result import Status
+from solver.sweeping import work_of
 from solver.sweeps import workers
-from solver.sweeps.chunks import grid_chunks
-from solver.sweeps.grid import Zipped, listed
+from solver.sweeps.chunks import grid_chunks, grid_lessons
+from solver.sweeps.grid import Grid, Zipped, listed
 from solver.sweeps.running import solved_pieces
 from solver.sweeps.stream import Outcome, run
 from solver.sweeps.symbols import symbolic
-from solver.sweeps.work import Solved, Work
+from solver.sweeps.work import Solved, Solver, Work, unpacked
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -264,6 +265,40 @@ def test_workers_give_the_same_table(sheet: Path) -> None:
     for name in alone:
         assert alone[name].tobytes() == shared[name].tobytes()
     assert alone.status.tobytes() == shared.status.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "axes", "given", "want"),
+    [
+        ("offset_slider_crank", {"thetaAO": np.linspace(-180, 180, 500)}, {}, ["xB", "vB", "aB"]),
+        ("offset_slider_crank", {"xB": np.linspace(4, 11, 300)}, {"thetaAO": None}, ["thetaAO", "omegaAB"]),
+        (
+            "offset_slider_crank",
+            {"branch": ["open", "crossed"], "thetaAO": np.linspace(0, 360, 181)},
+            {"offset": 5.5},
+            ["xB", "alphaAB"],
+        ),
+        ("tax_brackets", {"income": np.linspace(-1e4, 3e5, 400)}, {}, None),
+    ],
+)
+@pytest.mark.parametrize("every", [False, True])
+def test_a_piece_comes_out_alike_whatever_was_solved_before(
+    name: str, axes: dict[str, object], given: dict[str, None], want: list[str] | None, every: bool
+) -> None:
+    plan = solver.prepare(rulesheets.load(name), axes, want, given)
+    rows = Grid(tuple(map(listed, axes.values())))
+    work = work_of(plan, grid_lessons(rows), every=every)
+    cuts = [0, 40, 41, 90, len(rows) // 2, len(rows)]
+    pieces = [rows.columns(one, other) for one, other in pairwise(cuts)]
+    forward, backward = Solver(work), Solver(unpacked(work.packed()))
+    there = [forward(piece).table for piece in pieces]
+    back = [backward(piece).table for piece in reversed(pieces)][::-1]
+    for one, other in zip(there, back, strict=True):
+        assert one is not None and other is not None
+        assert one.status.tobytes() == other.status.tobytes()
+        for column in one.values:
+            assert repr(one.values[column].tolist()) == repr(other.values[column].tolist())
+    assert any(part is not None and (part.status == 0).any() for part in there)
 
 
 def work(model: rulesheets.Model) -> Work:

@@ -277,6 +277,21 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     assert np.concatenate(numbers).tolist() == expected
 
 
+@given(st.integers(0, 2**32 - 1), st.integers(1, 700))
+def test_branches_in_the_order_of_their_values_are_followed_through_crossings(seed: int, cut: int) -> None:
+    """Answers may come sorted: where two lines cross they change places, and the numbers follow."""
+    draw = np.random.default_rng(seed)
+    starts = np.array([-60.0, 0.0, 60.0]) + draw.uniform(-20, 20, 3)
+    lines = starts + np.outer(np.arange(250), draw.uniform(-1, 1, 3))
+    orders = np.argsort(lines, axis=1)
+    values = {"answer": np.tile([1, 2, 3], 250), "x": np.sort(lines, axis=1).ravel()}
+    table = Columns(values, np.zeros(750, dtype=np.int8), ("solved",))
+    follow = Follower("answer", ["x"], {}, 10**9)
+    cut -= cut % 3
+    numbers = [follow(part).values["answer"] for part in (table.rows(0, cut), table.rows(cut, 750))]
+    assert np.concatenate(numbers).tolist() == (orders + 1).ravel().tolist()
+
+
 def test_numbers_start_anew_on_each_line_and_after_a_gap() -> None:
     values = {"answer": np.array([1, 2, 1, 2, 0, 1, 2]), "x": np.array([0.0, 9, 9, 0, np.nan, 9, 0])}
     table = Columns(values, np.zeros(7, dtype=np.int8), ("solved",))
