@@ -52,7 +52,7 @@ class Sweeper:
 
     def __init__(self, paths: CompiledPaths, jit: bool = False) -> None:
         self.paths, self.jit = paths, jit
-        self._kernels: dict[int, RowKernel | None] = {}
+        self._kernels: dict[int, tuple[Program, RowKernel | None]] = {}
 
     def run(self, columns: Sequence[Array], wanted: int, solve: Solve, keep: Keep) -> list[Array]:
         """The wanted values (n,) from ``columns`` (n,): by the ways there are, by ways learned on the way.
@@ -118,13 +118,14 @@ class Sweeper:
         return left[:0] if everything else left[~holds]
 
     def _kernel(self, program: Program) -> RowKernel | None:
-        key = id(program)
-        if key not in self._kernels:
+        known = self._kernels.get(id(program))
+        if known is None:
             try:
-                self._kernels[key] = RowKernel(program, self.jit)
+                known = program, RowKernel(program, self.jit)
             except NotCompilable:
-                self._kernels[key] = None
-        return self._kernels[key]
+                known = program, None
+            self._kernels[id(program)] = known  # the program is kept, so that its number stays its own
+        return known[1]
 
 
 def _kernel(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]:
