@@ -43,15 +43,19 @@ class Status(Enum):
 class Solution(Mapping[str, Value]):
     """One answer: values by full name, inputs included. Names without a value are absent.
 
-    ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules checked.
+    ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules ``checked``.
     ``accuracy`` holds the error bars and the conditions of the blocks, ``error`` the error bars alone:
     estimates of the absolute error of every number, 0 for inputs.
     """
 
     by_name: Mapping[str, Value]
-    worst_residual: float = 0.0
+    residual: float | Callable[[], float] = field(default=0.0, repr=False)
     checked: int = 0
     measure: Callable[[], ForwardErrors] | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def worst_residual(self) -> float:
+        return self.residual() if callable(self.residual) else self.residual
 
     @cached_property
     def accuracy(self) -> ForwardErrors:

@@ -17,6 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from solver.one_sided import Near
+    from solver.repeats import Repeats
 
 
 def solve(
@@ -37,15 +38,33 @@ def solve(
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else tuple(variable_named(name, model).name for name in want)
+    repeats = _repeats(model)
+    if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
+        return known
     judged = wanted if wanted is not None else posted(model)
     paths = planner(model)
     paths.recall(frozenset(given), None if wanted is None else frozenset(wanted))
     found = explore(model, given, wanted, hints, judged)
     paths.keep()
     verdict = judge(model, found, judged, given, hints)
-    return _result(
-        model, verdict, found.complete, given, hints, judged, partial(_near, model, wanted, judged)
-    )
+    near = partial(_near, model, wanted, judged)
+    result = _result(model, verdict, found.complete, given, hints, judged, near)
+    if repeats is not None:
+        repeats.meet(given, wanted, hints, result, verdict.leaves)
+    return result
+
+
+def _repeats(model: Model) -> Repeats | None:
+    """What earlier solves of the model taught; None at the first, which may well be the only one."""
+    known = model.__dict__
+    if "_repeats" not in known:
+        known["_repeats"] = None
+        return None
+    if known["_repeats"] is None:
+        from solver.repeats import Repeats
+
+        known["_repeats"] = Repeats(model, planner(model))
+    return known["_repeats"]  # type: ignore[no-any-return]
 
 
 def posted(model: Model) -> tuple[str, ...]:

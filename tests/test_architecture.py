@@ -32,7 +32,7 @@ FLOORS = (
     ("solver.compiled",),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
-    ("solver.solving", "solver.plan", "solver.sweep_rows"),
+    ("solver.repeats", "solver.solving", "solver.plan", "solver.sweep_rows"),
     ("solver.sweeps", "solver.curves"),
     ("solver.sweeping", "solver.derivation", "solver.sampling"),
     ("solver.report",),

@@ -68,7 +68,9 @@ class Direction:
 
 
 class Flow:
-    """The graph. ``plain``: without the simplifications that leave special directions out."""
+    """The graph. ``plain``: as the rules are written, without what leaves special directions out or is more
+    exact than the rules are in floats (``cosd(theta + 90)`` for a small ``theta``).
+    """
 
     def __init__(self, plain: bool = False) -> None:
         self.plain = plain
@@ -276,7 +278,7 @@ class Flow:
         if operation[0] == "neg":
             inside = self._circular(function, int(operation[1]))
             return inside if kind == "cos" else self.add("neg", inside)
-        if unit == "d" and operation[0] in ("add", "sub"):
+        if unit == "d" and operation[0] in ("add", "sub") and not self.plain:
             moved = self._moved(kind, operation)
             if moved is not None:
                 return moved

@@ -48,7 +48,7 @@ class CompiledPaths:
         """
         if len(self.programs) >= MAX_WAYS or self.failures >= MAX_FAILURES:
             return None
-        for plain in (False, True):
+        for plain in (True,) if self.pattern.as_written else (False, True):
             try:
                 program = translate(self.model, self.planner, self.pattern, answers[0], plain)
                 every = compile_scalar(program, all_answers=True)

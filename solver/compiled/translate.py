@@ -53,6 +53,11 @@ class Pattern:
     given: Mapping[str, Value]
     want: tuple[str, ...]
     guesses: Mapping[str, float]
+    pruned: tuple[str, ...] | None = ()
+    """The names that the path is pruned to where it is not to ``want``; None: a path to all there is."""
+    clear: float = CLEAR
+    as_written: bool = False
+    """Whether every value must satisfy the rules as they are evaluated in floats."""
 
 
 @dataclass
@@ -116,7 +121,8 @@ class Translation:
         self.sample, self.first = sample, first
         self.flow = Flow(plain)
         self.given = frozenset((*pattern.given, *pattern.inputs))
-        self.want = frozenset(pattern.want)
+        pruned = pattern.want if pattern.pruned == () else pattern.pruned
+        self.want = None if pruned is None else frozenset(pruned)
         self.endings: list[Ending] = []
 
     def run(self) -> Program:
@@ -420,7 +426,7 @@ class Translation:
         flow = self.flow
         square, four_ac, size = self._discriminant(a, b, c)
         discriminant = flow.add("sub", square, four_ac)
-        flow.require(flow.add("lt", flow.add("mul", flow.constant(CLEAR), size), discriminant))
+        flow.require(flow.add("lt", flow.add("mul", flow.constant(self.pattern.clear), size), discriminant))
         root = flow.add("sqrt", discriminant)
         signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)
         q = flow.add("mul", flow.constant(-0.5), flow.add("add", b, signed))
@@ -526,7 +532,7 @@ class Translation:
         if formula.size is not None:
             size = flow.expression(formula.size, letters)
             if formula.divisor:
-                self._apart(node, size, CLEAR)
+                self._apart(node, size, self.pattern.clear)
                 flow.bound(node)
             else:
                 self._apart(node, size, STRANGE)
@@ -548,7 +554,7 @@ class Translation:
         length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
         reach, across, size = self._reach(a, b, k, square)
         discriminant = flow.add("sub", reach, across)
-        limit = flow.add("mul", flow.constant(CLEAR), size)
+        limit = flow.add("mul", flow.constant(self.pattern.clear), size)
         flow.require(flow.add("lt", limit, discriminant))
         root = flow.add("sqrt", discriminant)
         flow.require(flow.add("not", flow.add("eq", length, flow.constant(0.0))))
