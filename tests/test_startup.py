@@ -54,3 +54,21 @@ def test_the_packages_import_nothing_by_themselves(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     ran = subprocess.run(call, capture_output=True, text=True, env=environment, timeout=60, check=True)
     assert set(ran.stdout.split()) & (SCIENCE | FIRST | {"dataclasses", "argparse"}) == set()
+
+
+def test_processes_at_the_same_time_share_a_store(tmp_path: Path) -> None:
+    """Each has an order of sets of its own, and all print the same as one that keeps nothing."""
+    call = [sys.executable, "-m", "solver", "solve", "offset_slider_crank", "--explain"]
+    store = str(tmp_path / "store")
+
+    def started(seed: int, store: str) -> subprocess.Popen[bytes]:
+        own = {"BACKSOLVE_CACHE": store, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": str(seed)}
+        return subprocess.Popen(call, stdout=subprocess.PIPE, env={**os.environ, **own})
+
+    running = [started(seed, store) for seed in range(1, 5)] + [started(5, "")]
+    printed = {process.communicate(timeout=120)[0] for process in running}
+    printed.add(started(6, store).communicate(timeout=120)[0])
+    assert len(printed) == 1
+    assert printed.pop().startswith(b"St  Input")
+    assert [process.returncode for process in running] == [0] * 5
+    assert sorted(path.suffix for path in (tmp_path / "store").iterdir()) == [".entry", ".entry"]
