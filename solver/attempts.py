@@ -19,6 +19,7 @@ class Method(Enum):
     FULL = "Newton at full length from the guess"
     HOMOTOPY = "homotopy from the guess"
     FULL_STARTS = "Newton at full length from many starts"
+    EXTENDED = "refined in extended precision"
     HOMOTOPY_STARTS = "homotopy from many starts"
 
 

@@ -26,11 +26,11 @@ class Casework:
             self._cases[pair] = cases_of(pair, conditions, guards)
         return self._cases[pair]
 
-    def outcomes(self, conditions: Collection[int], values: Mapping[str, Value]) -> dict[int, bool]:
+    def outcomes(self, conditions: Collection[int], branch: Branch) -> dict[int, bool]:
         """The conditions that the values settle; an ``and`` or ``or`` may be, before all of it is known."""
         found = {}
         for index in conditions:
-            known = self._settle(self.model.conditions[index], values)
+            known = self._settle(self.model.conditions[index], branch)
             if known is not None:
                 found[index] = known
         return found
@@ -38,7 +38,7 @@ class Casework:
     def open_pair(self, branch: Branch, condition: int) -> Pair | None:
         """The first comparison of a condition that is neither known nor assumed."""
         for atom in comparisons(self.model.conditions[condition]):
-            if self._settle(atom, branch.values) is None and assumed_outcome(atom, branch.signs) is None:
+            if self._settle(atom, branch) is None and assumed_outcome(atom, branch.signs) is None:
                 return atom.left, atom.right
         return None
 
@@ -46,7 +46,7 @@ class Casework:
         """What the values and the assumed signs tell about every condition."""
 
         def settle(atom: nodes.Condition) -> bool | None:
-            known = self._settle(atom, branch.values)
+            known = self._settle(atom, branch)
             if known is None and isinstance(atom, nodes.Comparison):
                 return assumed_outcome(atom, branch.signs)
             return known
@@ -57,21 +57,25 @@ class Casework:
                 if found is not None:
                     branch.assumed[index] = found
 
-    def _settle(self, condition: nodes.Condition, values: Mapping[str, Value]) -> bool | None:
+    def _settle(self, condition: nodes.Condition, branch: Branch) -> bool | None:
         """How a condition comes out at known values; None where they do not tell."""
         try:
-            return holds(condition, values, self.inputs)
+            return self.holds(condition, branch)
         except KeyError:
             return None
         except Undefined:
             return False
 
+    def holds(self, condition: nodes.Condition, branch: Branch) -> bool:
+        """As ``evaluate.holds`` at the values of a branch."""
+        return holds(condition, branch.values, self.inputs)
+
     def contradicted(self, branch: Branch) -> bool:
         """Whether a comparison came out otherwise than assumed."""
         return any(
-            self._settle(nodes.Comparison(MEANING[sign], *pair), branch.values) is False
+            self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False
             for pair, sign in branch.signs.items()
         )
 
     def unverified(self, branch: Branch) -> bool:
-        return any(self._settle(nodes.Comparison("=", *pair), branch.values) is None for pair in branch.signs)
+        return any(self._settle(nodes.Comparison("=", *pair), branch) is None for pair in branch.signs)

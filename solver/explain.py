@@ -20,6 +20,7 @@ from solver.facts import (
     OutOfRange,
     RankLoss,
     Truncated,
+    Unfixed,
 )
 from solver.leaves import Leaf
 from solver.remedy import bounds, clash, cures, derivation, givings
@@ -119,6 +120,11 @@ class _Explanation:
                     message = message.replace(" is a double root", " have a double root")
                 notes = (f"to first order the rules let it move along {_direction(direction)}",)
                 return self._error("S541", message, equations, unknowns, notes)
+            case Unfixed(unknowns, double):
+                posted = [name for name in unknowns if self.model.variables[name].posted]
+                message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
+                notes = (f"give {listed(double.unknowns, 'or')} first, or move away from the double root",)
+                return self._error("S543", message, double.equations, unknowns, notes)
             case Conflict(equations, miss):
                 note = () if miss is None else (f"together they miss by {number_text(miss)}",)
                 return self._error("S520", "these rules contradict each other", equations, (), note)

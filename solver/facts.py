@@ -89,6 +89,14 @@ class DoubleRoot:
 
 
 @dataclass(frozen=True, slots=True)
+class Unfixed:
+    """At the double root of ``double`` the rules do not determine ``unknowns``."""
+
+    unknowns: tuple[str, ...]
+    double: DoubleRoot
+
+
+@dataclass(frozen=True, slots=True)
 class BeyondFloats:
     """``equation`` solved for ``unknown`` does not hold at any float: too large, too small, too near."""
 
@@ -104,5 +112,14 @@ class Truncated:
 
 
 Fact: TypeAlias = (
-    NoValue | AsksNothing | OutOfRange | Conflict | NoRoot | RankLoss | DoubleRoot | BeyondFloats | Truncated
+    NoValue
+    | AsksNothing
+    | OutOfRange
+    | Conflict
+    | NoRoot
+    | RankLoss
+    | DoubleRoot
+    | Unfixed
+    | BeyondFloats
+    | Truncated
 )

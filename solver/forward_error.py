@@ -11,16 +11,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
-from rulesheets.evaluate import Undefined, rounded_derivatives
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.record import dataclass, field
+from solver.facts import DoubleRoot
 from solver.numerics.factor import as_matrix, factorise, sparse_matrix
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 SAMPLES = 16
 UNIT = 2.0**-53
+HALF = 2.0**-26
+"""Relative error of a number of which half the digits are known."""
+FREE = 1e-9
+"""Share of the largest unknown from which on one moves along a null direction."""
 DENSE = 400
 """Unknowns from which on a block is factored as a sparse matrix."""
 
@@ -54,9 +62,37 @@ def forward_errors(
     values: Mapping[str, Value],
     steps: Sequence[Step],
     active: Callable[[Equation], bool | None],
+    doubles: Sequence[DoubleRoot] = (),
 ) -> ForwardErrors:
-    """The errors of the ``values`` that ``steps`` have led to; ``active`` tells which guarded rules apply."""
-    return _Propagation(model, values, active).run(steps)
+    """The errors of the ``values`` that ``steps`` have led to; ``active`` tells which guarded rules apply.
+
+    Where answers coincide (``doubles``), half the digits are known; errors are infinite then of what the
+    rules do not determine at the double root itself.
+    """
+    return _Propagation(model, values, active, doubles).run(steps)
+
+
+def input_errors(
+    model: Model,
+    values: Mapping[str, Value],
+    steps: Sequence[Step],
+    active: Callable[[Equation], bool | None],
+    inputs: Mapping[str, float],
+) -> Mapping[str, float]:
+    """How far every number moves as the ``inputs`` are off by these errors, rounding left aside."""
+    propagation = _Propagation(model, values, active, ())
+    propagation.rounds = False
+    for place, (name, error) in enumerate(inputs.items()):
+        propagation.errors[name] = [error * sign for sign in _signs(-2 - place)]
+    return propagation.run(steps).error
+
+
+def half_unit(number: float) -> float:
+    """How far a given number may be from the one that was meant: nothing, for one with few digits."""
+    from struct import pack, unpack
+
+    short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
+    return 0.0 if short else abs(number) * UNIT
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +105,15 @@ class _Row:
 
 class _Propagation:
     def __init__(
-        self, model: Model, values: Mapping[str, Value], active: Callable[[Equation], bool | None]
+        self,
+        model: Model,
+        values: Mapping[str, Value],
+        active: Callable[[Equation], bool | None],
+        doubles: Sequence[DoubleRoot],
     ) -> None:
         self.model, self.values, self.active = model, values, active
+        self.doubles = {double.equations: double for double in doubles}
+        self.rounds = True
         self.errors: dict[str, Errors] = {}
         self.blocks: dict[tuple[str, ...], BlockCondition] = {}
 
@@ -98,16 +140,19 @@ class _Propagation:
                 yield name, 0.0
             else:
                 worst = max(map(abs, errors))
-                yield name, worst + UNIT * abs(number) if worst else 0.0
+                yield name, worst + UNIT * abs(number) if worst and self.rounds else worst
 
     def _direct(self, equation: Equation, unknown: str) -> None:
         if not isinstance(self.values.get(unknown), float):
+            return
+        if (double := self.doubles.get((equation.index,))) is not None:
+            self._spread(double, (unknown,))
             return
         row = self._row(equation, (unknown,))
         slope = 0.0 if row is None else row.slopes.get(unknown, 0.0)
         if row is None or not any(row.off):
             self.errors[unknown] = [0.0 if row else math.inf] * SAMPLES
-        elif slope == 0.0 or math.isnan(slope):
+        elif slope == 0.0 or math.isnan(slope) or (self.doubles and self._vanishes([equation], (unknown,))):
             self.errors[unknown] = [math.inf] * SAMPLES
         else:
             self.errors[unknown] = [_finite(-off / slope) for off in row.off]
@@ -121,7 +166,7 @@ class _Propagation:
             return None
         for name, slope in others.items():
             slopes[name] = slopes.get(name, 0.0) - slope
-        size = noise + more + abs(left - right)
+        size = noise + more + abs(left - right) if self.rounds else 0.0
         off = [size * sign for sign in _signs(equation.index)] if size else [0.0] * SAMPLES
         for name, slope in slopes.items():
             known = self.errors.get(name)
@@ -130,13 +175,66 @@ class _Propagation:
         return _Row(slopes, [_finite(number) for number in off])
 
     def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
+        if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:
+            self._spread(double, unknowns)
+            return
         present = [name for name in unknowns if name in self.values]
         rows = (
             [self._row(equation, unknowns) for equation in equations] if len(present) == len(unknowns) else []
         )
         solved = self._solved([row for row in rows if row], unknowns) if rows and all(rows) else None
+        if solved is not None and self.doubles and self._vanishes(equations, unknowns):
+            self._free(rows, unknowns)
+            return
         for place, name in enumerate(unknowns):
             self.errors[name] = [math.inf] * SAMPLES if solved is None else [s[place] for s in solved]
+
+    # --- at a double root ---
+
+    def _spread(self, double: DoubleRoot, unknowns: Sequence[str]) -> None:
+        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go."""
+        numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
+        along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
+        reach = HALF * max(1.0, *along)
+        for name in unknowns:
+            far = reach * double.direction.get(name, 0.0)
+            self.errors[name] = [far * sign for sign in _signs(double.equations[0])]
+
+    def _vanishes(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> bool:
+        """Whether the determinant of the rules may be 0 within the errors of what is known."""
+        reads = {name for equation in equations for name in equation.names}
+        if not any(any(self.errors.get(name, ())) for name in reads):
+            return False
+        here = self._determinant(equations, unknowns, 0.0)
+        return any(
+            there * here <= 0.0 or abs(there - here) > 0.5 * abs(here)
+            for share in (1.0, -1.0)
+            for there in (self._determinant(equations, unknowns, share),)
+        )
+
+    def _determinant(self, equations: Sequence[Equation], unknowns: Sequence[str], share: float) -> float:
+        moved = dict(self.values)
+        for name, errors in self.errors.items():
+            if isinstance(number := moved.get(name), float) and math.isfinite(errors[0]):
+                moved[name] = number + share * errors[0]
+        try:
+            found = [slopes(equation, moved) for equation in equations]
+        except Undefined:
+            return 0.0
+        if len(unknowns) == 1:
+            return found[0].get(unknowns[0], 0.0)
+        import numpy as np
+
+        return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
+
+    def _free(self, rows: Sequence[_Row | None], unknowns: Sequence[str]) -> None:
+        from solver.numerics.nullspace import null_direction
+
+        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows if row is not None]
+        numbers = [float(self.values[name]) for name in unknowns]
+        for name, number, moves in zip(unknowns, numbers, null_direction(matrix, numbers), strict=True):
+            far = math.inf if abs(moves) > FREE else HALF * abs(number)
+            self.errors[name] = [far] * SAMPLES
 
     def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
         """The errors of the unknowns for every choice of signs; None where they are not determined."""
@@ -153,6 +251,14 @@ class _Propagation:
         if not all(math.isfinite(off) for row in rows for off in row.off):
             return None
         return [[_finite(e) for e in factor.solve(column)] for column in columns]
+
+
+def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
+    """The derivatives of left minus right. Raises Undefined as ``derivatives`` does."""
+    found = derivatives(equation.left, values)[1]
+    for name, slope in derivatives(equation.right, values)[1].items():
+        found[name] = found.get(name, 0.0) - slope
+    return found
 
 
 def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
@@ -172,7 +278,7 @@ def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
 
 def _signs(index: int) -> Iterator[float]:
     """Sixteen signs that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
-    bits = (index + 1) * 0x9E3779B97F4A7C15
+    bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
     bits = ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
     return (1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES))
 

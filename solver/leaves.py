@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import math
+
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field, replace
-from solver.facts import Fact, NoRoot, NoValue, OutOfRange
+from solver.facts import DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.path.activity import activity
 from solver.path.cases import EQUAL
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, TypeAlias
+
     from solver.attempts import Attempt
     from solver.forward_error import ForwardErrors
+    from solver.kernel.outcome import BlockOutcome
     from solver.path.cases import Pair
     from solver.path.steps import SolveBlock, Step
 
 
 @dataclass
 class Branch:
-    """What is known along one way through the path."""
+    """What is known along one way through the path.
+
+    ``precise`` are values to more digits than floats have, where they were computed so.
+    """
 
     values: dict[str, Value]
     decided: dict[int, bool]
@@ -31,6 +39,7 @@ class Branch:
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
     attempts: dict[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict)
+    precise: dict[str, Any] = field(default_factory=dict)
 
     def fork(self) -> Branch:
         return replace(
@@ -45,6 +54,7 @@ class Branch:
             blank=set(self.blank),
             origins=dict(self.origins),
             attempts=dict(self.attempts),
+            precise=dict(self.precise),
         )
 
 
@@ -76,12 +86,23 @@ class Leaf:
 
 
 def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
-    """The error bars of the values of a leaf."""
-    from solver.forward_error import forward_errors
+    """The error bars of the values of a leaf: of those known to more digits, what rounding them has cost."""
+    from solver.forward_error import ForwardErrors, forward_errors
 
     branch = leaf.branch
     decided = {**branch.decided, **branch.assumed}
-    return forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided))
+    doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
+    found = forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided), doubles)
+    if not branch.precise or doubles:
+        return found
+    rounded = {name: _rounding(branch.values[name], exact) for name, exact in branch.precise.items()}
+    return ForwardErrors({**found.error, **rounded}, found.blocks)
+
+
+def _rounding(value: Value, exact: Any) -> float:
+    """The distance of a float from the exact value, rounded up."""
+    distance = 0.0 if isinstance(value, str) else float(abs(exact - value))
+    return math.nextafter(distance, math.inf) if distance else 0.0
 
 
 def blocked(leaf: Leaf) -> bool:
@@ -90,15 +111,22 @@ def blocked(leaf: Leaf) -> bool:
     return any(isinstance(f, NoRoot | OutOfRange) or (isinstance(f, NoValue) and not f.pole) for f in facts)
 
 
+Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome]"
+"""What a block came to at the values that it was met at."""
+
+
 @dataclass(frozen=True)
 class Exploration:
     """Every leaf that was reached, in order of preference, and whether they are known to be all.
 
     ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
-    undetermined what they were assumed on.
+    undetermined what they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
+    floats can tell; ``outcomes`` are what the blocks came to.
     """
 
     leaves: tuple[Leaf, ...]
     complete: bool
     dead: tuple[Leaf, ...]
     adrift: tuple[Leaf, ...] = ()
+    delicate: bool = False
+    outcomes: Outcomes = field(default_factory=dict, repr=False, compare=False)

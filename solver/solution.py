@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
     from solver.kernel.block import BlockKernel
     from solver.kernel.outcome import BlockOutcome
+    from solver.kernel.step import StepOutcome
+    from solver.leaves import Outcomes
+    from solver.path.isolate import Isolation
 
 MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
@@ -52,10 +55,12 @@ def explore(
     judged: Sequence[str],
 ) -> Exploration:
     """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have."""
-    return _Explorer(model, inputs, want, guesses, judged).run()
+    return Explorer(model, inputs, want, guesses, judged).run()
 
 
-class _Explorer:
+class Explorer:
+    """Follows every way in floats; a subclass may solve the steps in another arithmetic."""
+
     def __init__(
         self,
         model: Model,
@@ -75,14 +80,21 @@ class _Explorer:
         self.complete = True
         self.cases = 0
         self.budget = Budget()
-        self.outcomes: dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome] = {}
+        self.delicate = False
+        self.outcomes: Outcomes = {}
         self.searched: set[SolveBlock] = set()
 
     def run(self) -> Exploration:
-        decided = self.casework.outcomes(range(len(self.model.conditions)), self.inputs)
-        self._explore(Branch(dict(self.inputs), decided))
+        start = Branch(dict(self.inputs), {})
+        start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
+        self._explore(start)
         return Exploration(
-            tuple(self.leaves), self.complete and not self.adrift, tuple(self.dead), tuple(self.adrift)
+            tuple(self.leaves),
+            self.complete and not self.adrift,
+            tuple(self.dead),
+            tuple(self.adrift),
+            self.delicate,
+            self.outcomes,
         )
 
     # --- following a path ---
@@ -118,7 +130,7 @@ class _Explorer:
                 case Check(equation=equation):
                     again = self._check(branch, step, equation)
                 case Decide(conditions=conditions):
-                    branch.decided.update(self.casework.outcomes(conditions, branch.values))
+                    branch.decided.update(self.casework.outcomes(conditions, branch))
                     branch.steps.append(step)
                     return True
                 case Assume():
@@ -142,8 +154,9 @@ class _Explorer:
         """None: go on; True: plan anew; False: ended (each fork has gone its own way)."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
-        outcome = solve_step(self.graph, equation, isolation, branch.values)
+        outcome = self._stepped(branch, equation, isolation)
         self.complete = self.complete and outcome.complete
+        self.delicate = self.delicate or outcome.delicate
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
                 branch.void[equation] = outcome.fact
@@ -152,6 +165,9 @@ class _Explorer:
             return True
         facts = [() if outcome.double is None else (outcome.double,)] * len(outcome.values)
         return self._forks(branch, step, [{unknown: v} for v in outcome.values], facts, rest)
+
+    def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
+        return solve_step(self.graph, equation, isolation, branch.values)
 
     def _forks(
         self,
@@ -184,7 +200,7 @@ class _Explorer:
         equations = self.model.equations
         for equation in step.equations:
             conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
-            branch.decided.update(self.casework.outcomes(conditions, branch.values))
+            branch.decided.update(self.casework.outcomes(conditions, branch))
             if activity(equations[equation], {**branch.decided, **branch.assumed}):
                 return self._evaluate(branch, step, equation, step.unknown, rest)
         return True
@@ -201,8 +217,9 @@ class _Explorer:
         return False
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
-        outcome = self._solved(step, branch.values, assumed=bool(branch.signs))
+        outcome = self._solved(step, branch)
         self.complete = self.complete and outcome.complete
+        self.delicate = self.delicate or outcome.delicate
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
@@ -215,12 +232,12 @@ class _Explorer:
         facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
 
-    def _solved(self, step: SolveBlock, values: Mapping[str, Value], assumed: bool) -> BlockOutcome:
+    def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         """The outcome of a block; cases that meet it again at the same values share it."""
         from solver.kernel.outcome import BlockOutcome
         from solver.kernel.solve_block import solve_block
 
-        kernel = self._kernel(step)
+        kernel, values, assumed = self._kernel(step), branch.values, bool(branch.signs)
         key = (step, tuple(values[name] for name in kernel.known))
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self.searched)
@@ -293,13 +310,16 @@ class _Explorer:
 
     # --- the end of a branch ---
 
+    def _settled(self, branch: Branch) -> dict[str, Value]:
+        return settled(self.graph, branch.values, self.inputs)
+
     def _finish(self, branch: Branch, loose: bool = False) -> None:
         if self.casework.contradicted(branch):
             return
-        branch.values = values = settled(self.graph, branch.values, self.inputs)
+        branch.values = values = self._settled(branch)
         conflicts: list[Fact] = []
         worst, checked = 0.0, 0
-        decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), values)}
+        decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
         for equation in self.model.equations:
             if not activity(equation, decided) or not all(name in values for name in equation.names):
                 continue

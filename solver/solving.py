@@ -9,8 +9,9 @@ from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value
 from solver.leaves import Leaf, leaf_errors
 from solver.path.steps import Path
+from solver.refinement import explore_refined
 from solver.result import Result, Solution, Status
-from solver.solution import explore, planner
+from solver.solution import planner
 from solver.verdict import Verdict, judge
 
 TYPE_CHECKING = False
@@ -44,7 +45,7 @@ def solve(
     judged = wanted if wanted is not None else posted(model)
     paths = planner(model)
     paths.recall(frozenset(given), None if wanted is None else frozenset(wanted))
-    found = explore(model, given, wanted, hints, judged)
+    found = explore_refined(model, given, wanted, hints, judged)
     paths.keep()
     verdict = judge(model, found, judged, given, hints)
     near = partial(_near, model, wanted, judged)
@@ -112,7 +113,7 @@ def _near(
     guesses: Mapping[str, float],
 ) -> Mapping[str, Value] | None:
     """The answer nearest to the guesses, None where there is none."""
-    verdict = judge(model, explore(model, inputs, wanted, guesses, judged), judged, inputs, guesses)
+    verdict = judge(model, explore_refined(model, inputs, wanted, guesses, judged), judged, inputs, guesses)
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 

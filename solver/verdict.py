@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass
+from rulesheets.record import dataclass, replace
 from solver.facts import (
     AsksNothing,
     BeyondFloats,
@@ -17,11 +18,15 @@ from solver.facts import (
     OutOfRange,
     RankLoss,
     Truncated,
+    Unfixed,
 )
-from solver.leaves import Exploration, Leaf
+from solver.leaves import Exploration, Leaf, leaf_errors
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
 from solver.solution import planner
+
+ROUNDED = 2.0**-51
+"""Relative difference of two floats next to the same number."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +58,11 @@ def judge(
     solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
     solved.sort(key=lambda leaf: any(isinstance(fact, DoubleRoot) for fact in leaf.branch.facts))
     if solved:
-        doubles: tuple[Fact, ...] = tuple(f for f in solved[0].branch.facts if isinstance(f, DoubleRoot))
-        status = Status.SINGULAR if doubles else Status.SOLVED
-        return Verdict(status, tuple(solved), doubles, _unknown(model, solved[0]))
+        if not _doubles(solved[0]):
+            return Verdict(Status.SOLVED, tuple(solved), (), _unknown(model, solved[0]))
+        fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
+        facts = (*_doubles(solved[0]), *unfixed[0])
+        return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
     if found.leaves:
         fewest = min(len(leaf.missing) for leaf in found.leaves)
         leaves = [leaf for leaf in found.leaves if len(leaf.missing) == fewest]
@@ -69,6 +76,30 @@ def judge(
         return _contradicted(found)
     status = Status.INFEASIBLE if found.complete else Status.FAILED
     return Verdict(status, ())
+
+
+def _doubles(leaf: Leaf) -> tuple[DoubleRoot, ...]:
+    return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot))
+
+
+def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[Unfixed, ...]]:
+    """A leaf at a double root without the numbers that the rules do not determine there."""
+    doubles = _doubles(leaf)
+    if not doubles:
+        return leaf, ()
+    error, origins = leaf_errors(model, leaf).error, leaf.branch.origins
+    lost = tuple(name for name in leaf.branch.values if name in origins and error.get(name) == math.inf)
+    branch = leaf.branch.fork()
+    branch.values = {name: value for name, value in branch.values.items() if name not in lost}
+    return replace(leaf, branch=branch), (Unfixed(lost, doubles[0]),) if lost else ()
+
+
+def _free_there(leaf: Leaf, facts: Sequence[Fact]) -> tuple[Unfixed, ...]:
+    """What is missing at a double root, where no other fact names it."""
+    doubles = _doubles(leaf)
+    if not doubles or any(isinstance(fact, AsksNothing) for fact in facts):
+        return ()
+    return (Unfixed(leaf.missing, doubles[0]),)
 
 
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
@@ -89,6 +120,8 @@ def _unfinished(
     if status is Status.PARTIAL and any(isinstance(f, Truncated) for f in leaf.branch.facts):
         status = Status.FAILED
     unknown = _unknown(model, leaf)
+    if status is Status.SINGULAR:
+        facts = (*_doubles(leaf), *facts, *_free_there(leaf, facts))
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
     return Verdict(status, kept, facts, unknown, tuple(n for n in leaf.missing if n in structural))
 
@@ -181,7 +214,7 @@ def _preferred(leaves: list[Leaf]) -> list[Leaf]:
     whole = [leaf for leaf in leaves if not _violates(leaf)]
     distinct: list[Leaf] = []
     for leaf in whole or leaves:
-        if not any(_same(leaf.branch.values, other.branch.values) for other in distinct):
+        if not any(_same_leaf(leaf, other) for other in distinct):
             distinct.append(leaf)
     return distinct
 
@@ -192,16 +225,21 @@ def _violates(leaf: Leaf) -> bool:
     return any(f.unknown not in leaf.branch.values and not getattr(f, "pole", False) for f in unmet)
 
 
-def _same(one: Mapping[str, Value], other: Mapping[str, Value]) -> bool:
+def _same_leaf(leaf: Leaf, other: Leaf) -> bool:
+    tolerance = ROUNDED if leaf.branch.precise and other.branch.precise else 1e-11
+    return _same(leaf.branch.values, other.branch.values, tolerance)
+
+
+def _same(one: Mapping[str, Value], other: Mapping[str, Value], tolerance: float) -> bool:
     if one.keys() != other.keys():
         return False
-    return all(_equal(value, other[name]) for name, value in one.items())
+    return all(_equal(value, other[name], tolerance) for name, value in one.items())
 
 
-def _equal(a: Value, b: Value) -> bool:
+def _equal(a: Value, b: Value, tolerance: float) -> bool:
     if isinstance(a, str) or isinstance(b, str):
         return a == b
-    return abs(a - b) <= 1e-11 * max(abs(a), abs(b))
+    return abs(a - b) <= tolerance * max(abs(a), abs(b))
 
 
 def _ordered(model: Model, leaves: list[Leaf], guesses: Mapping[str, float]) -> list[Leaf]:

@@ -30,6 +30,7 @@ FLOORS = (
     ("solver.total_derivatives", "solver.one_sided", "solver.sensitivities", "solver.tolerances"),
     ("solver.result", "solver.table", "solver.leaves", "solver.casework", "solver.solution"),
     ("solver.compiled",),
+    ("solver.refinement", "solver.precise_explorer"),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.repeats", "solver.solving", "solver.plan", "solver.sweep_rows"),

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from sys import float_info
 
 from rulesheets.evaluate.number import Undefined, Values, value
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypeAlias
 
 _TOLERANCE = 16.0 * float_info.epsilon
 
@@ -16,10 +20,20 @@ def equal(left: float, right: float) -> bool:
     return abs(left - right) <= _TOLERANCE * max(abs(left), abs(right))
 
 
-def holds(condition: Condition, values: Values, given: Collection[str] = ()) -> bool:
+Same: TypeAlias = Callable[[Comparison, float, float], bool]
+"""Whether the two sides of a comparison, of these values, are equal."""
+
+
+def _equal_sides(comparison: Comparison, left: float, right: float) -> bool:
+    return equal(left, right)
+
+
+def holds(
+    condition: Condition, values: Values, given: Collection[str] = (), same: Same = _equal_sides
+) -> bool:
     """Whether ``condition`` is true; ``given`` are the names of the inputs.
 
-    ``=`` and ``<>`` of numbers use the comparison tolerance, the orders are exact. A symbol
+    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``), the orders are exact. A symbol
     equals itself only; compared with anything else every relation but ``<>`` is false.
     Terms of ``and`` and ``or`` that cannot be evaluated do not matter where another term
     settles the outcome. Raises KeyError (a variable without a value) or Undefined where
@@ -27,23 +41,25 @@ def holds(condition: Condition, values: Values, given: Collection[str] = ()) -> 
     """
     match condition:
         case Comparison():
-            return _compare(condition, values)
+            return _compare(condition, values, same)
         case And(terms):
-            return not _any(terms, False, values, given)
+            return not _any(terms, False, values, given, same)
         case Or(terms):
-            return _any(terms, True, values, given)
+            return _any(terms, True, values, given, same)
         case Not(term):
-            return not holds(term, values, given)
+            return not holds(term, values, given, same)
         case Given():
             return condition.name in given
 
 
-def _any(terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str]) -> bool:
+def _any(
+    terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same
+) -> bool:
     """Whether some term comes out as ``wanted``."""
     obstacle: KeyError | Undefined | None = None
     for term in terms:
         try:
-            if holds(term, values, given) is wanted:
+            if holds(term, values, given, same) is wanted:
                 return True
         except (KeyError, Undefined) as error:
             obstacle = obstacle or error
@@ -60,16 +76,16 @@ def _operand(expression: Expression, values: Values) -> float | str:
     return value(expression, values)
 
 
-def _compare(comparison: Comparison, values: Values) -> bool:
+def _compare(comparison: Comparison, values: Values, same: Same) -> bool:
     left = _operand(comparison.left, values)
     right = _operand(comparison.right, values)
     if isinstance(left, str) or isinstance(right, str):
         return (left == right) is (comparison.operator == "=") and comparison.operator in ("=", "<>")
     match comparison.operator:
         case "=":
-            return equal(left, right)
+            return same(comparison, left, right)
         case "<>":
-            return not equal(left, right)
+            return not same(comparison, left, right)
         case "<":
             return left < right
         case "<=":

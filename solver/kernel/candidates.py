@@ -22,6 +22,12 @@ VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
+NEARLY = 1e-9
+"""Share of the terms of an equation that it misses by at a point worth a closer look."""
+COVERED = 1e-6
+"""Relative distance of a root from the answer that it was refined to."""
+REMOTE = 1e60
+"""Size of numbers that nobody asks about."""
 BLUR = 3e-3
 """How far rounding spreads a multiple root, relative to its size (multiplicity 6 at most)."""
 
@@ -41,6 +47,8 @@ class Candidates:
         self.question = question
         self.answers: list[Answer] = []
         self.outside: Fact | None = None
+        self.suspects: list[dict[str, float]] = []
+        self.refused: list[dict[str, float]] = []
         self.miss = math.inf
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
@@ -93,6 +101,30 @@ class Candidates:
         from solver.kernel.assay import leads_away
 
         return leads_away(self.question, point)
+
+    def proven(self, point: dict[str, float]) -> None:
+        """Try a point next to a root that is proven to be; remember it if floats find no answer there."""
+        self.refine(list(point.values()))
+        if any(_near(point, answer.values, COVERED, self.question.scale()) for answer in self.answers):
+            return
+        if self.question.outside(point) is None and self._nearly(point):
+            self.refused.append(point)
+
+    def suspect(self, point: dict[str, float]) -> None:
+        """Remember a point that nearly satisfies every equation; whether it does may be beyond floats."""
+        if self._nearly(point):
+            self.suspects.append(point)
+
+    def _nearly(self, point: dict[str, float]) -> bool:
+        everything = {**self.question.here, **point}
+        if any(abs(v) > REMOTE for v in point.values()):
+            return False
+        try:
+            misses = self.question.residual(list(point.values()))
+        except (ArithmeticError, ValueError):
+            return False
+        sizes = (gross(equation, everything) for equation in self.question.kernel.equations)
+        return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
         """Remember the nearest miss inside the ranges."""

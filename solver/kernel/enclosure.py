@@ -56,6 +56,15 @@ class Enclosure:
             return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
 
 
+def slope_chain(chain: Chain) -> Chain | None:
+    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
+    slopes = _slopes(chain)
+    if slopes is None:
+        return None
+    added = (Assignment(name, expression) for name, expression in slopes)
+    return Chain(chain.tears, (*chain.assignments, *added), (_slope_name(chain.residuals[0]),))
+
+
 def _followed(chain: Chain, known: Sequence[str]) -> IntervalEmitter:
     """The boxes of every name of a chain, where some value may leave its domain, and where all must."""
     emitter = IntervalEmitter(chain.tears, known)

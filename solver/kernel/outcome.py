@@ -2,10 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rulesheets.record import dataclass
 from solver.attempts import Attempt
 from solver.facts import Fact, OutOfRange
 from solver.kernel.candidates import Answer
+from solver.kernel.chain import Chain
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A short interval of the tear of a ``chain`` that a search could not settle.
+
+    ``turn``: the period of the tear, where it is an angle.
+    """
+
+    chain: Chain
+    low: float
+    high: float
+    turn: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +30,10 @@ class BlockOutcome:
 
     ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then
     the one answer holds what it does determine). ``attempts`` are the methods that were tried.
+    ``suspects`` are points that satisfy the block so nearly that floats do not tell whether two roots lie
+    there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
+    ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
+    answers; if they were, all would be known where ``whole`` says so.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -21,6 +41,14 @@ class BlockOutcome:
     facts: tuple[Fact, ...] = ()
     free: tuple[str, ...] = ()
     attempts: tuple[Attempt, ...] = ()
+    suspects: tuple[Mapping[str, float], ...] = ()
+    stretches: tuple[Stretch, ...] = ()
+    refused: tuple[Mapping[str, float], ...] = ()
+    whole: bool = False
+
+    @property
+    def delicate(self) -> bool:
+        return bool(self.suspects or self.refused) or any(answer.double for answer in self.answers)
 
     @classmethod
     def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:

@@ -7,7 +7,7 @@ where all of that found nothing, the methods of ``fallback.py``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rulesheets.model import Value
 from rulesheets.record import replace
@@ -18,7 +18,7 @@ from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
-from solver.kernel.outcome import BlockOutcome
+from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial
 from solver.kernel.question import Question
 from solver.kernel.tear_search import TearSearch
@@ -30,6 +30,8 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_ANSWERS = 64
 MAX_BOX_UNKNOWNS = 6
 MAX_BATCH_UNKNOWNS = 60
+MAX_STRETCHES = 6
+"""Intervals that a search left open, beyond which it is no use to settle them."""
 
 
 def solve_block(
@@ -61,13 +63,17 @@ def solve_block(
     if kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed):
         candidates.tried(Method.FORMULA, complete=True)
         return _outcome(question, candidates, complete=True)
-    complete = False
+    complete = whole = False
+    stretches: tuple[Stretch, ...] = ()
     if len(block.tears) == 1:
         search = TearSearch(question, candidates, kernel, budget)
         if (freedom := search.freedom()) is not None:
             return freedom
         others = (TearSearch(question, candidates, other, budget) for other in kernel.others())
-        complete = any(s.run() for s in (search, *others) if s.kernel.exhaustive)
+        searches = [s for s in (search, *others) if s.kernel.exhaustive]
+        whole = any(s.run() for s in searches)
+        complete = whole and not candidates.refused
+        stretches = () if whole else _settleable(searches)
         candidates.tried(Method.RANGE, complete)
         if not candidates.answers and (freedom := search.flat_stretch()) is not None:
             return freedom
@@ -85,7 +91,15 @@ def solve_block(
             from solver.kernel.fallback import fall_back
 
             fall_back(question, candidates)
-    return _outcome(question, candidates, complete)
+    return replace(_outcome(question, candidates, complete), stretches=stretches, whole=whole)
+
+
+def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:
+    """Where the first search failed to prove that it had found all, if only in a few short stretches."""
+    for search in searches:
+        if search.stretches and not search.doubts and len(search.stretches) <= MAX_STRETCHES:
+            return tuple(search.stretches)
+    return ()
 
 
 def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
@@ -118,14 +132,22 @@ def _one_by_one(question: Question, candidates: Candidates) -> None:
 
 
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
-    block, attempts = question.kernel.block, tuple(candidates.attempts)
+    return replace(
+        _found(question, candidates, complete),
+        attempts=tuple(candidates.attempts),
+        suspects=tuple(candidates.suspects),
+        refused=tuple(candidates.refused),
+    )
+
+
+def _found(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
+    block = question.kernel.block
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:
-        all_of_them = complete and len(answers) <= MAX_ANSWERS
-        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), all_of_them, attempts=attempts)
+        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), complete and len(answers) <= MAX_ANSWERS)
     if candidates.outside is not None:
-        return BlockOutcome(complete=complete, facts=(candidates.outside,), attempts=attempts)
+        return BlockOutcome(complete=complete, facts=(candidates.outside,))
     best = candidates.nearest
     misses = tuple(question.residual(list(best.values()))) if best else ()
     fact = NoRoot(block.equations, block.unknowns, complete, best, misses)
-    return BlockOutcome(complete=complete, facts=(fact,), attempts=attempts)
+    return BlockOutcome(complete=complete, facts=(fact,))

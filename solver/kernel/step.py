@@ -21,26 +21,30 @@ MAX_BENT_TURNS = 400
 EPSILON = 2.0**-52
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
+DELICATE = 1e-6
+"""How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
 
 
 @dataclass(frozen=True, slots=True)
 class StepOutcome:
     """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular.
 
-    ``double``: two preimages coincide.
+    ``double``: two preimages coincide. ``delicate``: a target so near to the end of an image that rounding
+    decides how many preimages there are.
     """
 
     values: tuple[Value, ...] = ()
     fact: Fact | None = None
     complete: bool = True
     double: DoubleRoot | None = None
+    delicate: bool = False
 
 
 def solve_step(
     graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
 ) -> StepOutcome:
     """All values of the unknown of ``isolation`` that satisfy the equation at the known ``values``."""
-    return _Step(graph, equation, isolation, values).outcome()
+    return StepSolver(graph, equation, isolation, values).outcome()
 
 
 class _Refused(Exception):
@@ -50,7 +54,9 @@ class _Refused(Exception):
         self.fact = fact
 
 
-class _Step:
+class StepSolver:
+    """The preimages in floats; a subclass may have another arithmetic."""
+
     def __init__(
         self, graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
     ) -> None:
@@ -59,19 +65,30 @@ class _Step:
         self.values = {name: values[name] for name in self.equation.names if name in values}
         self.variable: Variable = graph.model.variables[isolation.unknown]
         self.complete = True
-        self.clamped = False
+        self.clamped = self.delicate = False
 
     def outcome(self) -> StepOutcome:
         try:
             found = self._raw()
         except _Refused as refused:
-            return StepOutcome(fact=refused.fact)
+            return StepOutcome(fact=refused.fact, delicate=self.delicate)
         except Undefined as undefined:
             return StepOutcome(fact=NoValue(self.index, self.isolation.unknown, str(undefined)))
         if len(found) == 1 and isinstance(found[0], str):
             return StepOutcome((found[0],))
-        numbers = [float(v) for v in found]
-        return self._kept([self._wrapped(v) for v in numbers])
+        return self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
+
+    # --- the arithmetic ---
+
+    def _value(self, expression: Expression, values: Mapping[str, Value]) -> float:
+        return value(expression, values)
+
+    def _root(self, number: float) -> float:
+        return math.sqrt(number)
+
+    def _near(self, share: float) -> float:
+        """The relative error at which numbers are told apart where floats take ``share``."""
+        return share
 
     def _raw(self) -> list[Value]:
         isolation = self.isolation
@@ -81,7 +98,7 @@ class _Step:
             return [isolation.start.name]
         if isolation.identity and isinstance(isolation.start, Name):
             return [self.values[isolation.start.name]]
-        targets = [value(isolation.start, self.values)]
+        targets = [self._value(isolation.start, self.values)]
         for place, stage in enumerate(isolation.stages):
             targets = self._undo(stage, targets, isolation.stages[place + 1 :])
         return list(targets)
@@ -108,7 +125,7 @@ class _Step:
 
     def _form(self, stage: Stage, form: Expression, target: float, rest: tuple[Stage, ...]) -> list[float]:
         try:
-            principal = value(form, {**self.values, TARGET.name: target})
+            principal = self._value(form, {**self.values, TARGET.name: target})
         except Undefined:
             if form is stage.forms[-1] and len(stage.forms) == 1:
                 raise
@@ -125,8 +142,10 @@ class _Step:
         if target == high and not stage.high_open:
             return target
         edge, is_open = (low, stage.low_open) if target <= low else (high, stage.high_open)
-        if is_open or abs(target - edge) > 1e-9 * self._size():
-            reading = _reading(stage.operation, target)
+        off = abs(target - edge)
+        self.delicate = self.delicate or off <= DELICATE * self._size()
+        if is_open or off > self._near(1e-9) * self._size():
+            reading = _reading(stage.operation, float(target))
             raise _Refused(NoValue(self.index, self.isolation.unknown, reading, pole=False))
         self.clamped = True
         return edge
@@ -139,14 +158,14 @@ class _Step:
     def _divisible(self, stage: Stage, target: float) -> None:
         if stage.divisor is None:
             return
-        divisor = value(stage.divisor, {**self.values, TARGET.name: target})
+        divisor = self._value(stage.divisor, {**self.values, TARGET.name: target})
         if divisor != 0.0:
             return
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
         if dividend == 0.0:
             raise _Refused(AsksNothing(self.index, unknown))
-        reading = f"0 times {unknown} = {number_text(dividend)}"
+        reading = f"0 times {unknown} = {number_text(float(dividend))}"
         if stage.operation != "product":
             reading = f"division by 0 for {unknown}"
         raise _Refused(NoValue(self.index, unknown, reading, pole=True))
@@ -158,7 +177,9 @@ class _Step:
             return math.nan
         if stage.operation == "power":
             return target - 1.0
-        return value(form.left, {**self.values, TARGET.name: target}) if isinstance(form, Quotient) else 0.0
+        if isinstance(form, Quotient):
+            return self._value(form.left, {**self.values, TARGET.name: target})
+        return 0.0
 
     # --- exponents ---
 
@@ -166,7 +187,7 @@ class _Step:
         """The base of a power whose exponent is asked for, where it is not positive and has no logarithm."""
         match stage:
             case Stage("power", divisor=Call("ln", (base,))):
-                number = value(base, self.values)
+                number = self._value(base, self.values)
                 return None if number > 0.0 else number
             case _:
                 return None
@@ -176,7 +197,7 @@ class _Step:
         if found.anything:
             raise _Refused(AsksNothing(self.index, unknown))
         if not found.values:
-            reading = f"a power of {number_text(base)} to be {number_text(target)}"
+            reading = f"a power of {number_text(float(base))} to be {number_text(float(target))}"
             raise _Refused(NoValue(self.index, unknown, reading))
         self.complete = self.complete and found.complete
         return found.values
@@ -259,7 +280,7 @@ class _Step:
 
     def _through(self, target: float, rest: tuple[Stage, ...]) -> float:
         for stage in rest:
-            target = value(stage.forms[0], {**self.values, TARGET.name: target})
+            target = self._value(stage.forms[0], {**self.values, TARGET.name: target})
         return target
 
     def _wrapped(self, number: float) -> float:
@@ -274,20 +295,22 @@ class _Step:
     # --- quadratics ---
 
     def _roots(self, quadratic: Quadratic) -> list[float]:
-        a, b, c = (value(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c))
+        a, b, c = (self._value(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c))
         unknown = self.isolation.unknown
         if a == 0.0:
             if b == 0.0:
                 fact = AsksNothing(self.index, unknown) if c == 0.0 else None
-                reading = f"0 times {unknown} = {number_text(-c)}"
+                reading = f"0 times {unknown} = {number_text(float(-c))}"
                 raise _Refused(fact or NoValue(self.index, unknown, reading, pole=True))
             return [-c / b]
         discriminant = b * b - 4 * a * c
         if discriminant < 0.0:
-            if discriminant < -1e-9 * max(b * b, abs(4 * a * c)):
-                raise _Refused(NoValue(self.index, unknown, f"sqrt of {number_text(discriminant)}"))
+            self.delicate = -discriminant <= DELICATE * max(b * b, abs(4 * a * c))
+            if discriminant < -self._near(1e-9) * max(b * b, abs(4 * a * c)):
+                raise _Refused(NoValue(self.index, unknown, f"sqrt of {number_text(float(discriminant))}"))
             discriminant, self.clamped = 0.0, True
-        q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
+        root = self._root(discriminant)
+        q = -0.5 * (b - root if b < 0.0 else b + root)
         roots = [q / a, c / q if q else 0.0]
         principal = sorted(roots, reverse=a > 0) if roots[0] != roots[1] else roots[:1]
         return sorted(principal, reverse=True)
@@ -302,21 +325,22 @@ class _Step:
             number = self._polished(number)
             if not math.isfinite(number):
                 lost = True
-            elif not self.variable.admits(number):
-                outside = number
-            elif self._holds(number) and not any(_same(number, other) for other in kept):
+            elif not self.variable.admits(float(number)):
+                outside = float(number)
+            elif self._holds(number) and not any(self._same(number, other) for other in kept):
                 kept.append(number)
         if kept:
             double = self._double(kept[0]) if len(kept) == 1 < self.isolation.branches else None
-            return StepOutcome(tuple(kept), complete=self.complete and not lost, double=double)
+            complete, delicate = self.complete and not lost, self.delicate or double is not None
+            return StepOutcome(tuple(kept), None, complete, double, delicate)
         unknown = self.isolation.unknown
         if outside is not None:
-            return StepOutcome(fact=OutOfRange(self.index, unknown, outside))
+            return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, unknown))
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
         reading = f"{last} to come out otherwise"
-        return StepOutcome(fact=NoValue(self.index, unknown, reading))
+        return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)
 
     def _indifferent(self) -> bool:
         """Whether the equation holds to rounding wherever it is tried: its unknown cancels."""
@@ -340,6 +364,9 @@ class _Step:
         return (
             DoubleRoot((self.index,), (unknown,), {unknown: 1.0}) if self._slope(number)[1] == 0.0 else None
         )
+
+    def _same(self, a: float, b: float) -> bool:
+        return abs(a - b) <= self._near(8 * 2.0**-52) * max(abs(a), abs(b))
 
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):
@@ -384,7 +411,3 @@ def _reading(operation: str, target: float) -> str:
     if operation == "power":
         return f"a root or logarithm of {number_text(target)}"
     return f"{operation} = {number_text(target)}"
-
-
-def _same(a: float, b: float) -> bool:
-    return abs(a - b) <= 8 * 2.0**-52 * max(abs(a), abs(b))

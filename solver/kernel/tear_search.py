@@ -11,7 +11,7 @@ from solver.kernel.block import BlockKernel
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.freedom import rank_loss
-from solver.kernel.outcome import BlockOutcome
+from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.question import Question
 from solver.path import rational
 
@@ -24,6 +24,8 @@ OPERATIONS = 4
 HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 MIN_SAMPLES = 3
+MAX_SUSPECTS = 8
+"""Points of a search that are looked at more closely, where it could not settle all."""
 MOST_CHAINS = 64
 """Combinations of preimages beyond which a search of the whole range takes longer than it is worth."""
 
@@ -38,6 +40,8 @@ class TearSearch:
         self.kernel, self.budget = kernel, budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
+        self.stretches: list[Stretch] = []
+        self.doubts = False
 
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
@@ -50,8 +54,9 @@ class TearSearch:
         if len(every) > MOST_CHAINS or not self.budget.affords(work):
             return False
         low, high = self._within(*self.question.domain(self.tear))
+        turn = self.question.turn(self.tear)
         complete, known = True, [np.float64(v) for v in self.question.known]
-        for place in range(len(every)):
+        for place, chain in enumerate(every):
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
@@ -66,10 +71,20 @@ class TearSearch:
             )
             self.budget.spend(search.levels * enclosure.operations)
             complete = complete and search.complete and (smooth or not search.roots)
-            for root in (*search.roots, *(x for x, _ in search.touching)):
-                self._candidate(place, root)
+            self.doubts = self.doubts or not smooth
+            self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
+            for root in search.roots:
+                if (point := self._along(place, root)) is not None:
+                    self.candidates.proven(point)
+            for x, _ in search.touching:
+                self._candidate(place, x)
+            doubtful = (*(x for x, _ in search.touching), *(0.5 * (a + b) for a, b in search.unresolved))
+            for x in doubtful[:MAX_SUSPECTS]:
+                if (point := self._along(place, x)) is not None:
+                    self.candidates.suspect(point)
             self.flat += [(place, *interval) for interval in search.flat]
-        return complete and self.kernel.exhaustive
+        self.doubts = self.doubts or not self.kernel.exhaustive
+        return complete and not self.doubts
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""

@@ -1,0 +1,130 @@
+"""One equation solved for one unknown to many digits: the preimages of ``step``, in mpmath numbers.
+
+The known values may be mpmath numbers or floats (taken exactly); nothing is clamped that floats would
+clamp for their rounding, so a target just inside an image keeps both its preimages, and one just outside has
+none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.functions.extended import context
+from rulesheets.model import Value
+from rulesheets.nodes import Expression
+from solver.facts import DoubleRoot
+from solver.kernel.step import StepOutcome, StepSolver
+from solver.path.graph import ModelGraph
+from solver.path.isolate import Isolation, Stage
+from solver.witness import testify
+
+SPARE = 8
+"""Decimal digits of the working precision that rounding may take."""
+MAX_POLISH = 4
+
+
+def solve_step_extended(
+    graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Any], digits: int
+) -> StepOutcome:
+    """As ``solve_step``, computed with ``digits`` decimal digits."""
+    return _ExtendedStep(graph, equation, isolation, values, digits).outcome()
+
+
+def exact_turn(turn: float, mp: Any) -> Any:
+    """A period to all digits: 360 is itself, the float next to 2π stands for 2π."""
+    halves = round(turn / math.pi)
+    return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=1e-15) else mp.mpf(turn)
+
+
+class _ExtendedStep(StepSolver):
+    def __init__(
+        self,
+        graph: ModelGraph,
+        equation: int,
+        isolation: Isolation,
+        values: Mapping[str, Any],
+        digits: int,
+    ) -> None:
+        super().__init__(graph, equation, isolation, values)
+        self.digits, self.mp = digits, context(digits)
+
+    def _value(self, expression: Expression, values: Mapping[str, Value]) -> Any:
+        return extended(expression, values, self.digits)
+
+    def _root(self, number: Any) -> Any:
+        return self.mp.sqrt(number)
+
+    def _near(self, share: float) -> float:
+        return float(10.0 ** (SPARE - self.digits))
+
+    def _in_image(self, stage: Stage, target: Any) -> Any:
+        """Ends that no float holds (π/2) are left to the operation itself."""
+        ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]
+        if all(float(end).is_integer() for end in ends):
+            return super()._in_image(stage, target)
+        return target
+
+    def _turns(self, principal: Any, period: float, rest: tuple[Stage, ...]) -> list[Any]:
+        return super()._turns(principal, exact_turn(period, self.mp), rest)
+
+    def _wrapped(self, number: Any) -> Any:
+        turn = self.graph.turn(self.isolation.unknown)
+        bounded = self.variable.low > -math.inf or self.variable.high < math.inf
+        if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
+            return number
+        whole = exact_turn(turn, self.mp)
+        wrapped = number - whole * self.mp.ceil(number / whole - 0.5)
+        return wrapped + whole if float(wrapped) == -turn / 2 else wrapped
+
+    def _polished(self, number: Any) -> Any:
+        """Newton corrections with slopes in floats: each gains as many digits as floats have."""
+        if not self.isolation.stages:
+            return number
+        miss = self._miss(number)
+        for _ in range(MAX_POLISH):
+            slope = self._float_slope(number)
+            if not miss or not slope or not math.isfinite(slope) or abs(miss) > 1e-9 * abs(slope * number):
+                return number
+            corrected = number - miss / slope
+            better = self._miss(corrected)
+            if better is None or abs(better) >= abs(miss):
+                return number
+            number, miss = corrected, better
+        return number
+
+    def _miss(self, number: Any) -> Any:
+        at = {**self.values, self.isolation.unknown: number}
+        try:
+            return self._value(self.equation.left, at) - self._value(self.equation.right, at)
+        except Undefined:
+            return None
+
+    def _floats(self, number: Any) -> dict[str, Value]:
+        known: dict[str, Value] = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+        return {**known, self.isolation.unknown: float(number)}
+
+    def _float_slope(self, number: Any) -> float:
+        at, unknown = self._floats(number), self.isolation.unknown
+        try:
+            left, right = (derivatives(side, at)[1] for side in (self.equation.left, self.equation.right))
+        except Undefined:
+            return math.nan
+        return left.get(unknown, 0.0) - right.get(unknown, 0.0)
+
+    def _holds(self, number: Any) -> bool:
+        if not (self.isolation.verify or self.clamped):
+            return True
+        return testify(self.equation, self._floats(number)).holds
+
+    def _indifferent(self) -> bool:
+        known = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+        return StepSolver(self.graph, self.index, self.isolation, known)._indifferent()
+
+    def _double(self, number: Any) -> DoubleRoot | None:
+        return super()._double(float(number))
+
+    def _slope(self, number: float) -> tuple[float | None, float]:
+        return None, self._float_slope(number)

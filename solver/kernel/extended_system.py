@@ -1,0 +1,94 @@
+"""A block to many digits: its residual and Jacobian at mpmath numbers, and Newton on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rulesheets.evaluate import Undefined, extended
+from rulesheets.functions.extended import context
+from rulesheets.nodes import Expression
+from rulesheets.program import walk
+from solver.kernel.block import BlockKernel
+from solver.kernel.extended_linear import solve_extended
+
+SPARE = 8
+"""Decimal digits of the working precision that rounding may take."""
+MAX_ITERATIONS = 40
+MAX_UNKNOWNS = 60
+MAX_WORK = 60_000
+
+
+class Unresolved(Exception):
+    """More digits do not settle the block."""
+
+
+class Work:
+    """How many operations may still be done to many digits; for all blocks of a path together."""
+
+    def __init__(self, left: int = MAX_WORK) -> None:
+        self.left = left
+
+    def spend(self, count: int) -> None:
+        """Raises Unresolved where there is nothing left."""
+        self.left -= count
+        if self.left < 0:
+            raise Unresolved
+
+
+class ExtendedSystem:
+    """F(x) = 0 for the unknowns of a block, the ``known`` values taken exactly. Points are lists (n,)."""
+
+    def __init__(self, kernel: BlockKernel, known: Mapping[str, Any], digits: int, work: Work) -> None:
+        self.kernel, self.known, self.digits, self.work = kernel, known, digits, work
+        self.mp = context(digits)
+        self.size = sum(_size(form) for form in kernel.forms)
+        self.tiny = self.mp.mpf(10) ** (SPARE - digits)
+        self.small = self.mp.mpf(10) ** (-7 * digits // 10)
+
+    @property
+    def usable(self) -> bool:
+        """Whether the block is small enough, and its derivatives have formulas."""
+        return len(self.kernel.unknowns) <= MAX_UNKNOWNS and all(self.kernel.partials)
+
+    def point(self, x: Sequence[Any]) -> dict[str, Any]:
+        return dict(zip(self.kernel.unknowns, x, strict=True))
+
+    def residual(self, x: Sequence[Any]) -> list[Any]:
+        """Raises Undefined outside the domain."""
+        self.work.spend(self.size)
+        values = {**self.known, **self.point(x)}
+        return [extended(form, values, self.digits) for form in self.kernel.forms]
+
+    def jacobian(self, x: Sequence[Any]) -> list[list[Any]]:
+        """Rows ∂F_i/∂x_j. Raises Undefined where a slope has no value."""
+        values = {**self.known, **self.point(x)}
+        n = len(self.kernel.unknowns)
+        self.work.spend(2 * self.size + n**3)
+        flat = [extended(p, values, self.digits) for p in self.kernel.partials if p is not None]
+        return [flat[i : i + n] for i in range(0, n * n, n)]
+
+    def newton(self, start: Sequence[Any]) -> list[Any] | None:
+        """The root that Newton's method reaches from ``start``; None where it reaches none."""
+        x = [self.mp.mpf(v) for v in start]
+        try:
+            for _ in range(MAX_ITERATIONS):
+                step = solve_extended(self.jacobian(x), self.residual(x), self.tiny)
+                if step is None:
+                    return None
+                x = [v - d for v, d in zip(x, step, strict=True)]
+                if self._settled(x, step):
+                    return x
+        except (Undefined, OverflowError):
+            return None
+        return None
+
+    def _settled(self, x: Sequence[Any], step: Sequence[Any]) -> bool:
+        """Whether the next step, which is quadratically smaller, would be lost in rounding."""
+        size = max(abs(v) for v in x)
+        return all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d in zip(x, step, strict=True))
+
+
+def _size(expression: Expression) -> int:
+    """How many operations, names and numbers an expression is made of."""
+    return sum(1 for _ in walk(expression))

@@ -1,0 +1,187 @@
+"""The path followed once more in numbers of many digits, until two precisions agree."""
+
+from __future__ import annotations
+
+import math
+from collections import ChainMap
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from rulesheets.evaluate import Undefined, derivatives, extended, holds
+from rulesheets.evaluate.conditions import equal
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Comparison, Condition
+from solver.casework import Casework
+from solver.forward_error import half_unit, input_errors, slopes
+from solver.kernel.extended_block import solve_block_extended
+from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
+from solver.kernel.extended_system import Unresolved, Work
+from solver.leaves import Branch, Exploration, Leaf
+from solver.path.activity import activity
+from solver.path.isolate import Isolation
+from solver.path.steps import SolveBlock, Step, equations_of
+from solver.solution import Explorer
+from solver.witness import gross
+
+if TYPE_CHECKING:
+    from solver.kernel.outcome import BlockOutcome
+    from solver.kernel.step import StepOutcome
+
+AGREEMENT = 1e-18
+"""Relative difference of two precisions that no float can show."""
+DIGITS = (50, 100, 200)
+
+
+def explore_precisely(
+    model: Model,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    floats: Exploration,
+) -> Exploration | None:
+    """The exploration on which two precisions agree; None where none do. ``floats`` is the one in floats."""
+
+    def precisely(digits: int) -> Exploration | None:
+        try:
+            return _PreciseExplorer(model, inputs, want, guesses, judged, floats, digits).run()
+        except Unresolved:
+            return None
+
+    for rough, fine in pairwise(map(precisely, DIGITS)):
+        if rough is not None and fine is not None and _agree(rough, fine, judged):
+            return fine
+    return None
+
+
+def _known(branch: Branch) -> Mapping[str, Any]:
+    return ChainMap(branch.precise, branch.values)
+
+
+class _PreciseCasework(Casework):
+    """Conditions on numbers of many digits."""
+
+    def __init__(self, model: Model, inputs: Mapping[str, Value], digits: int) -> None:
+        super().__init__(model, inputs)
+        self.digits = digits
+
+    def holds(self, condition: Condition, branch: Branch) -> bool:
+        """Numbers are equal that differ by no more than the given numbers' last places explain."""
+
+        def same(comparison: Comparison, left: float, right: float) -> bool:
+            return equal(left, right) and self._meet(comparison, branch)
+
+        return holds(condition, branch.values, self.inputs, same)
+
+    def _meet(self, comparison: Comparison, branch: Branch) -> bool:
+        sides, known = (comparison.left, comparison.right), _known(branch)
+        left, right = (extended(side, known, self.digits) for side in sides)
+        moved = self._input_errors(branch)
+        reach = sum(
+            abs(slope * moved[name])
+            for side in sides
+            for name, slope in derivatives(side, branch.values)[1].items()
+            if moved.get(name)
+        )
+        return bool(abs(left - right) <= reach + 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right)))
+
+    def _input_errors(self, branch: Branch) -> Mapping[str, float]:
+        """How far each number moves with the last places of the inputs that are no short numbers."""
+        decided = {**branch.decided, **branch.assumed}
+        given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
+        steps, values = branch.steps, branch.values
+        return input_errors(self.model, values, steps, lambda e: activity(e, decided), given)
+
+
+class _PreciseExplorer(Explorer):
+    """Follows every way with values to so many digits; the floats next to them go by their names."""
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: Mapping[str, Value],
+        want: Sequence[str] | None,
+        guesses: Mapping[str, float],
+        judged: Sequence[str],
+        floats: Exploration,
+        digits: int,
+    ) -> None:
+        super().__init__(model, inputs, want, guesses, judged)
+        self.digits = digits
+        self.outcomes, self.work = floats.outcomes, Work()
+        self.casework = _PreciseCasework(model, self.inputs, digits)
+
+    def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
+        return solve_step_extended(self.graph, equation, isolation, _known(branch), self.digits)
+
+    def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
+        floats = super()._solved(step, branch)
+        kernel, known = self._kernel(step), _known(branch)
+        here = {name: known[name] for name in kernel.known}
+        return solve_block_extended(kernel, branch.values, here, self.guesses, floats, self.digits, self.work)
+
+    def _learn(self, branch: Branch, step: Step, found: Mapping[str, Any]) -> None:
+        numbers = {
+            name: number if self._known_from_zero(branch, step, found, name) else 0 * number
+            for name, number in found.items()
+            if not isinstance(number, str)
+        }
+        super()._learn(branch, step, {**found, **{name: float(v) for name, v in numbers.items()}})
+        branch.precise.update(numbers)
+
+    def _known_from_zero(self, branch: Branch, step: Step, found: Mapping[str, Any], name: str) -> bool:
+        """Whether a number is more than the rounding of the terms that it was solved from."""
+        if not found[name] or abs(found[name]) > 10.0 ** (-0.5 * self.digits):
+            return True
+        values = {**branch.values, **{n: v if isinstance(v, str) else float(v) for n, v in found.items()}}
+        reach = 10.0 ** (SPARE - self.digits)
+        for equation in (self.model.equations[index] for index in equations_of(step)):
+            if name in equation.names and all(n in values for n in equation.names):
+                slope = _slope(equation, values, name)
+                if slope * float(abs(found[name])) <= reach * gross(equation, values):
+                    return False
+        return True
+
+    def _settled(self, branch: Branch) -> dict[str, Value]:
+        """Whole turns are taken off the digits that floats do not hold, too."""
+        settled = super()._settled(branch)
+        for name, number in settled.items():
+            before = branch.values[name]
+            if isinstance(number, str) or isinstance(before, str) or number == before:
+                continue
+            turn = self.graph.turn(name)
+            if turn is None or name not in branch.precise:
+                continue
+            exact = branch.precise[name]
+            branch.precise[name] = exact + round((number - before) / turn) * exact_turn(turn, exact.context)
+            settled[name] = float(branch.precise[name])
+        return settled
+
+
+def _slope(equation: Equation, values: Mapping[str, Value], name: str) -> float:
+    try:
+        return abs(slopes(equation, values).get(name, 0.0))
+    except Undefined:
+        return math.inf
+
+
+def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
+    """Whether twice the digits lead the same ways to the same answers."""
+    for some, others in ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift)):
+        if len(some) != len(others):
+            return False
+        if not all(_same(a, b, judged) for a, b in zip(some, others, strict=True)):
+            return False
+    return True
+
+
+def _same(one: Leaf, other: Leaf, judged: Sequence[str]) -> bool:
+    a, b = one.branch, other.branch
+    if a.values.keys() != b.values.keys() or a.void.keys() != b.void.keys():
+        return False
+    return all(
+        abs(a.precise[name] - exact) <= AGREEMENT * abs(exact)
+        for name, exact in b.precise.items()
+        if name in judged and name in a.precise
+    )

@@ -1,0 +1,80 @@
+"""Answers that floats leave too vague, solved again to as many digits as it takes.
+
+The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
+error bar of an answer says that floats lose more than their rounding, the path is followed once more in
+numbers of higher precision, and of twice that, until two precisions agree: then every value is the float
+nearest to the exact one. Where they never do, what floats found stands, with its error bars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.evaluate.conditions import equal
+from rulesheets.model import Model, Value
+from rulesheets.nodes import Comparison, Condition, names
+from solver.leaves import Exploration, Leaf, leaf_errors
+from solver.path.cases import comparisons
+from solver.solution import explore
+
+VAGUE = 1e-13
+"""Relative error from which on an answer is solved again."""
+LOST = 1e-9
+"""Relative error of a value from which on a contradiction further on may come of it."""
+MAX_STEPS = 2_000
+"""Steps of a path, over all answers, that are worth following in extended precision."""
+
+
+def explore_refined(
+    model: Model,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+) -> Exploration:
+    """As ``explore``, with every judged value that has a number right to the last digit of a float.
+
+    Leaves that are refined hold their values to more digits in ``branch.precise``.
+    """
+    found = explore(model, inputs, want, guesses, judged)
+    if not _delicate(model, found, judged):
+        return found
+    from solver.precise_explorer import explore_precisely
+
+    return explore_precisely(model, inputs, want, guesses, judged, found) or found
+
+
+def _delicate(model: Model, found: Exploration, judged: Sequence[str]) -> bool:
+    """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
+    leaves = (*found.leaves, *found.dead)
+    if sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS:
+        return False
+    return found.delicate or any(_vague(model, leaf, judged) for leaf in leaves)
+
+
+def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
+    errors, values = leaf_errors(model, leaf).error, leaf.branch.values
+    asked, limit = (judged, VAGUE) if leaf.solved else (tuple(values), LOST)
+    vague = any(
+        errors[name] > limit * abs(number) for name in asked if isinstance(number := values.get(name), float)
+    )
+    return vague or any(_undecided(c, values, errors) for c in model.conditions)
+
+
+def _undecided(condition: Condition, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:
+    """Whether numbers came out equal in a comparison that are not known to be the same."""
+    near: list[bool] = []
+
+    def same(comparison: Comparison, left: float, right: float) -> bool:
+        meets = equal(left, right)
+        near.append(meets and (left != right or any(errors.get(name) for name in names(comparison))))
+        return meets
+
+    for comparison in comparisons(condition):
+        if comparison.operator in ("=", "<>"):
+            try:
+                holds(comparison, values, (), same)
+            except (KeyError, Undefined):
+                continue
+    return any(near)

@@ -1,0 +1,199 @@
+"""Answers where floats lose digits, against 50 digits: every number is the nearest float, or nearly so."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import pytest
+
+import rulesheets
+import solver
+from solver.refinement import explore_refined
+from solver.solving import posted
+from solver.verdict import Verdict, judge
+from tests.oracles import slider_crank as oracle
+from tests.oracles.slider_crank import Crank
+
+MODELS = Path(__file__).parent.parent.parent / "models"
+AS_PRINTED, SLOPE_FREE = "offset_slider_crank", "offset_slider_crank_slope_free"
+RATES = {"vB": -4.0, "aB": -70.0}
+DRIVEN = ("thetaAO", "omegaAO", "alphaAO")
+QUANTITIES = ("xB", "vB", "omegaAB", "aB", "alphaAB")
+LAST_PLACE = 2.0**-52
+
+
+def model(name: str) -> Any:
+    return rulesheets.load(MODELS / name / "model.tk")
+
+
+def slider(offset: float, side: int, outer: bool, distance: float) -> dict[str, Any]:
+    """The slider near an end of its stroke, inside it for a positive relative distance."""
+    with mpmath.workdps(50):
+        reach = mpmath.sqrt(mpmath.mpf(11 if outer else 5) ** 2 - mpmath.mpf(offset) ** 2)
+        xB = float(side * reach * (1 - mpmath.mpf(distance) * (1 if outer else -1)))
+    cleared: dict[str, Any] = dict.fromkeys(DRIVEN)
+    return {"xB": xB, "offset": offset, "branch": "open" if side > 0 else 0.0, **RATES, **cleared}
+
+
+ENDS = [(offset, side, outer) for offset in (0.0, 2.0) for side in (1, -1) for outer in (True, False)]
+QUICK = {(AS_PRINTED, 15), (SLOPE_FREE, 9)}
+APPROACHES = [
+    pytest.param(name, k, id=f"{name}-1e-{k}", marks=() if (name, k) in QUICK else pytest.mark.slow)
+    for name in (AS_PRINTED, SLOPE_FREE)
+    for k in range(1, 16)
+]
+
+
+@pytest.mark.parametrize(("offset", "side", "outer"), ENDS)
+@pytest.mark.parametrize(("name", "exponent"), APPROACHES)
+def test_slider_near_dead_centre(name: str, exponent: int, offset: float, side: int, outer: bool) -> None:
+    given = slider(offset, side, outer, 10.0**-exponent)
+    result = solver.solve(model(name), given)
+    exact = [
+        (angle, *oracle.crank_rates(3.0, offset, given["xB"], angle, RATES["vB"], RATES["aB"]))
+        for angle in oracle.crank_angles(3.0, 8.0, offset, given["xB"])
+    ]
+    assert str(result.status) == "solved"
+    assert len(exact) == len(result.solutions) == 2
+    tolerance = LAST_PLACE if exponent > 2 else 1e-13
+    for solution, truth in zip(sorted(result.solutions, key=lambda s: s["thetaAO"]), exact, strict=True):
+        for quantity, number in zip(DRIVEN, truth, strict=True):
+            assert abs(solution[quantity] - number) <= tolerance * abs(number), quantity
+            assert abs(solution[quantity] - number) <= solution.error[quantity], quantity
+
+
+def judged(name: str, given: dict[str, Any]) -> Verdict:
+    """The verdict alone: what would cure a refusal is not asked."""
+    sheet = model(name)
+    own = {n: v.value for n, v in sheet.variables.items() if v.value is not None}
+    inputs = {n: v for n, v in {**own, **given}.items() if v is not None}
+    asked = posted(sheet)
+    return judge(sheet, explore_refined(sheet, inputs, None, {}, asked), asked, inputs, {})
+
+
+@pytest.mark.parametrize(("offset", "side", "outer"), ENDS[::3])
+@pytest.mark.parametrize("exponent", [8, 15])
+def test_slider_just_out_of_reach_is_proven_infeasible(
+    exponent: int, offset: float, side: int, outer: bool
+) -> None:
+    given = slider(offset, side, outer, -(10.0**-exponent))
+    assert not oracle.crank_angles(3.0, 8.0, offset, given["xB"])
+    assert str(judged(SLOPE_FREE, given).status) == "infeasible"
+
+
+@pytest.mark.parametrize(("offset", "side", "outer"), ENDS[::3])
+@pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
+def test_dead_centre_names_the_angle_and_what_is_free(
+    name: str, offset: float, side: int, outer: bool
+) -> None:
+    """With offset 2 the end of the stroke is no float: nothing tells the nearest one from it."""
+    result = solver.solve(model(name), {**slider(offset, side, outer, 0.0), "vB": 0.0})
+    assert str(result.status) == "singular"
+    named = {variable for diagnosis in result.diagnoses for variable in diagnosis.variables}
+    assert {"thetaAO", "omegaAO", "alphaAO"} <= named
+    assert {"omegaAO", "alphaAO"} <= set(result.undetermined)
+    assert "two answers coincide" in result.diagnoses[0].message
+    assert not any("omegaAO" in solution for solution in result.solutions)
+
+
+@pytest.mark.parametrize("exponent", range(1, 16, 2))
+@pytest.mark.parametrize("base", [0.0, 180.0])
+@pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
+def test_rod_nearly_horizontal(name: str, base: float, exponent: int) -> None:
+    crank = Crank(3.0, 8.0, 0.0, -15.0, -10.0, base + 10.0**-exponent)
+    assert_right(name, crank, 1e-14)
+
+
+@pytest.mark.parametrize("exponent", range(1, 16, 2))
+@pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
+def test_rod_nearly_vertical(name: str, exponent: int) -> None:
+    crank = Crank(3.0, 8.0, 8 * (1 - 10.0**-exponent) + 1.5, -15.0, -10.0, 30.0)
+    assert_right(name, crank, 1e-13)
+
+
+def assert_right(name: str, crank: Crank, tolerance: float) -> None:
+    """Relative to the number itself: no digit is lost."""
+    exact = oracle.forward(crank)
+    result = solver.solve(model(name), crank.inputs)
+    assert str(result.status) == "solved"
+    for quantity in QUANTITIES:
+        assert abs(result[quantity] - exact[quantity]) <= tolerance * abs(exact[quantity]), quantity
+
+
+def test_rod_past_vertical_is_infeasible() -> None:
+    inputs = Crank(3.0, 8.0, 8 * (1 + 1e-15) + 1.5, -15.0, -10.0, 30.0).inputs
+    for name in (AS_PRINTED, SLOPE_FREE):
+        assert str(judged(name, inputs).status) == "infeasible"
+
+
+# --- other sheets ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("exponent", [2, 8, 14])
+def test_circles_that_nearly_touch(exponent: int) -> None:
+    apart = 2.0 * (1.0 - 10.0**-exponent)
+    text = f"x^2 + y^2 = 1\n(x - {apart!r})^2 + y^2 = 1"
+    result = solver.solve(rulesheets.loads(text))
+    with mpmath.workdps(50):
+        height = mpmath.sqrt(1 - (mpmath.mpf(apart) / 2) ** 2)
+    assert str(result.status) == "solved"
+    found = sorted((s["x"], s["y"]) for s in result.solutions)
+    assert [x for x, _ in found] == pytest.approx([apart / 2] * 2, rel=LAST_PLACE)
+    assert sorted(y for _, y in found) == pytest.approx([-float(height), float(height)], rel=LAST_PLACE)
+
+
+def test_circles_that_touch_are_singular() -> None:
+    result = solver.solve(rulesheets.loads("x^2 + y^2 = 1\n(x - 2)^2 + y^2 = 1"))
+    assert str(result.status) == "singular"
+
+
+def test_circles_just_apart_are_infeasible() -> None:
+    text = f"x^2 + y^2 = 1\n(x - {2 * (1 + 1e-15)!r})^2 + y^2 = 1"
+    assert str(solver.solve(rulesheets.loads(text)).status) == "infeasible"
+
+
+@pytest.mark.parametrize("gap", [1e-5, 1e-8, 3e-8])
+def test_roots_that_floats_merge_are_both_found(gap: float) -> None:
+    """A cubic (a simultaneous block of one rule) with two roots that lie closer than floats can tell."""
+    one, other = Fraction(1.0), Fraction(1.0 + gap)
+    c2, c1, c0 = (float(c) for c in (-(one + other + 3), one * other + 3 * (one + other), -3 * one * other))
+    result = solver.solve(rulesheets.loads(f"x^3 + {c2!r}*x^2 + {c1!r}*x + {c0!r} = 0"))
+    with mpmath.workdps(60):
+        roots = mpmath.polyroots([1, c2, c1, c0], maxsteps=200, extraprec=200)
+    exact = sorted(mpmath.re(root) for root in roots if abs(mpmath.im(root)) < 1e-40)
+    found = sorted(solution["x"] for solution in result.solutions)
+    assert str(result.status) == "solved"
+    assert len(found) == len(exact)
+    assert all(abs(a - b) <= LAST_PLACE * b for a, b in zip(found, exact, strict=True))
+
+
+def test_an_ill_conditioned_linear_system_has_all_its_digits() -> None:
+    size = 9
+    rows = [[1.0 / (i + j + 1) for j in range(size)] for i in range(size)]
+    rhs = [float(i % 3) for i in range(size)]
+    lines = [
+        " + ".join(f"{c!r}*x{j}" for j, c in enumerate(row)) + f" = {b!r}"
+        for row, b in zip(rows, rhs, strict=True)
+    ]
+    solution = solver.solve(rulesheets.loads("\n".join(lines))).solutions[0]
+    with mpmath.workdps(60):
+        exact = mpmath.lu_solve(mpmath.matrix(rows), mpmath.matrix(rhs))
+        assert [solution[f"x{k}"] for k in range(size)] == [float(x) for x in exact]
+
+
+def test_decimals_that_are_meant_to_be_equal_are() -> None:
+    """0.1 + 0.2 and 0.3 are two floats, but the last places of the decimals explain that."""
+    text = (
+        "variables\n a = 0.1\n b = 0.2\n c = 0.3\n s\n y\nrules\n s = a + b\n if s = c then y = 1 else y = 2"
+    )
+    result = solver.solve(rulesheets.loads(text))
+    assert result["y"] == 1.0
+
+
+def test_well_conditioned_sheets_stay_in_floats() -> None:
+    result = solver.solve(model(SLOPE_FREE))
+    assert 0.0 < max(result.solutions[0].error.values()) <= 1e-11
+    assert result.solutions[0].error["vB"] > abs(result["vB"]) * 2.0**-53
