@@ -444,7 +444,7 @@ CATALOGUE: dict[str, Entry] = {
     ),
     "E433": Entry(
         "the ending of the file says no kind of picture",
-        "Pictures end in .png, .svg or .pdf, films in .gif.",
+        "Pictures end in .png, .svg or .pdf, films in .gif, charts in .png, .svg or .csv.",
         "Choose one of these endings.",
     ),
     "E434": Entry(

@@ -23,6 +23,7 @@ COMMANDS = {
     "solve": "solve a sheet and print its variable sheet",
     "sweep": "solve a sheet for many values of an input",
     "draw": "draw the figures of a sheet to scale",
+    "chart": "measure methods on a sheet: speed against accuracy",
     "path": "show the order in which the rules are solved",
     "why": "show the chain of rules behind one number",
     "check": "read a sheet and say what is wrong with it",

@@ -35,7 +35,7 @@ FLOORS = (
     ("solver.explain",),
     ("solver.repeats", "solver.solving", "solver.plan", "solver.sweep_rows"),
     ("solver.sweeps", "solver.curves"),
-    ("solver.sweeping", "solver.derivation", "solver.sampling"),
+    ("solver.sweeping", "solver.derivation", "solver.sampling", "solver.chart"),
     ("solver.report",),
     ("solver.commands",),
     ("solver.cli",),

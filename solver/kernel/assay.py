@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import Extended, context
 from solver.kernel.question import Question
+from solver.numerics.elimination import eliminate
 
 DIGITS = 60
 NUDGE = 1e-9
@@ -35,7 +36,7 @@ def leads_away(question: Question, point: Mapping[str, float]) -> bool:
             return False  # nothing speaks against it
         if not any(residual):
             return False
-        change = _solved([[*row, r] for *row, r in zip(*columns, residual, strict=True)])
+        change = eliminate(list(zip(*columns, strict=True)), residual)
         if change is not None:
             return bool(max(map(abs, change)) > SHORT)
     return False
@@ -55,21 +56,3 @@ def _linearized(
         moved = [extended(form, ahead, DIGITS) for form in forms]
         columns.append([(b - a) / step for a, b in zip(residual, moved, strict=True)])
     return residual, columns
-
-
-def _solved(rows: list[list[Extended]]) -> list[Extended] | None:
-    """The solution of a square system with its right side in the last column; None where it is singular."""
-    n = len(rows)
-    for k in range(n):
-        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
-        if not rows[pivot][k]:
-            return None
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        for i in range(k + 1, n):
-            factor = rows[i][k] / rows[k][k]
-            rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
-    found: list[Extended] = []
-    for k in reversed(range(n)):
-        known = sum(a * x for a, x in zip(rows[k][k + 1 : n], reversed(found), strict=True))
-        found.append((rows[k][n] - known) / rows[k][k])
-    return found[::-1]

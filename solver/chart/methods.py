@@ -1,0 +1,118 @@
+"""The methods that are measured on a sheet: ours as they are, the same to looser tolerances, and scipy's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from rulesheets.model import Model, Value
+from rulesheets.record import dataclass
+from solver.chart.reference import ActiveRules, State, solve_extended
+from solver.kernel.block import BlockKernel
+from solver.numerics.plain_newton import PlainEnd, plain_newton
+from solver.numerics.scipy_roots import METHODS, scipy_root
+from solver.path.steps import SolveBlock
+from solver.solution import planner
+
+if TYPE_CHECKING:
+    from solver.plan import Plan
+
+TOLERANCES = tuple(10.0**-k for k in range(2, 16))
+PREPARED = "backsolve"
+EXTENDED_DIGITS = 34
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """What one solve came to: ``answers`` are states, none where there is no success; ``said`` is why."""
+
+    answers: tuple[State, ...]
+    iterations: int | None = None
+    said: str = ""
+
+
+Run: TypeAlias = Callable[[], End]
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """``family`` is what it is drawn with; ``tolerance`` that of a method that has one of its own."""
+
+    name: str
+    family: str
+    run: Run
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sheet at its inputs: every exact state with the rules active there, and where iterations begin.
+
+    ``judged`` are the variables that errors are told of, ``start`` is near the first state.
+    """
+
+    model: Model
+    inputs: Mapping[str, Value]
+    judged: tuple[str, ...]
+    modes: tuple[tuple[ActiveRules, State], ...]
+    start: Mapping[str, float]
+
+    @property
+    def rules(self) -> ActiveRules:
+        """Those of the first state, which iterations are about."""
+        return self.modes[0][0]
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        return tuple(state for _, state in self.modes)
+
+
+def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[float]) -> Iterator[Method]:
+    """All of them, for one case. ``names`` are the inputs that the plan takes by position."""
+    numbers = tuple(case.inputs[name] for name in names)
+    yield Method(PREPARED, "backsolve", lambda: _prepared(plan, numbers))
+    block = SolveBlock(case.rules.flat_equations, case.rules.flat_unknowns, ())
+    kernel = BlockKernel(planner(case.model).graph, block)
+    known = [v for name in kernel.known if isinstance(v := case.inputs[name], float)]
+    residual, jacobian = kernel.residual(known), kernel.jacobian(known)
+    start = [case.start[name] for name in block.unknowns]
+
+    def named(end: PlainEnd) -> End:
+        answers = (dict(zip(block.unknowns, end.x, strict=True)),) if end.success else ()
+        return End(answers, end.iterations, "" if end.success else "no convergence")
+
+    def newton_to(tolerance: float) -> Run:
+        return lambda: named(plain_newton(residual, jacobian, start, start, tolerance))
+
+    def scipy_by(method: str) -> Run:
+        return lambda: named(scipy_root(residual, jacobian, start, method))
+
+    for tolerance in tolerances:
+        yield Method(f"Newton to {tolerance:.0e}", "Newton", newton_to(tolerance), tolerance)
+    yield Method(f"Newton, {EXTENDED_DIGITS} digits", "extended precision", lambda: _extended(case))
+    for method in METHODS:
+        yield Method(f"scipy {method}", f"scipy {method}", scipy_by(method))
+
+
+def _prepared(plan: Plan, numbers: tuple[Value, ...]) -> End:
+    from solver.plan import Unsolved
+
+    try:
+        rows = plan.all(*numbers)
+    except Unsolved as unsolved:
+        return End((), said=str(unsolved.status))
+    return End(tuple(dict(zip(plan.want, row, strict=True)) for row in rows))
+
+
+def _extended(case: Case) -> End:
+    """All blocks one after another, as the reference is, with fewer digits and from the common start."""
+    state: dict[str, Any] = dict(case.inputs)
+    steps = 0
+    for equations, unknowns in zip(case.rules.equations, case.rules.unknowns, strict=True):
+        at = {**case.start, **state}
+        solved = solve_extended(equations, unknowns, at, EXTENDED_DIGITS, EXTENDED_DIGITS - 8)
+        if solved is None:
+            return End((), said="no convergence")
+        steps = max(steps, solved[1])
+        state.update(zip(unknowns, solved[0], strict=True))
+    return End((state,), steps)

@@ -1,0 +1,132 @@
+"""``backsolve chart``: what speed costs in accuracy on a sheet of one's own, and where methods fail."""
+
+from __future__ import annotations
+
+import os
+
+from solver.commands.inputs import Request, add_input_options, read_request
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from solver.chart.measure import Mark
+
+KINDS = (".png", ".svg", ".csv")
+DPI = 130.0
+MOST = 2_000
+"""Values of a chart over an input: each is solved by every method several times."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    add_input_options(parser)
+    along = parser.add_mutually_exclusive_group()
+    along.add_argument("--over", metavar="NAME=START:STOP:STEP", help="a chart over the values of an input")
+    along.add_argument("--approach", metavar="NAME=LIMIT:1e-1..1e-15", help="a chart towards a limit of it")
+    parser.add_argument("-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv")
+
+
+def run(arguments: Namespace) -> int:
+    """Measure, print, draw; 0 where there is something to measure, 1 where the sheet has no answer."""
+    from solver.report.chart.text import chart_csv, chart_table, stability_table, summary
+
+    kind = _kind(arguments.output)
+    request = read_request(arguments)
+    name, numbers, distances = _line(arguments, request)
+    marks = _measured(request, name, numbers)
+    if not marks:
+        return _unsolved(request, name, numbers)
+    if name is None:
+        print(chart_table(marks))
+    else:
+        print(stability_table(marks, name), summary(marks), sep="\n\n")
+    if kind == ".csv":
+        _write(arguments.output, chart_csv(marks).encode())
+    elif kind:
+        from solver.report.drawing.output import encode
+
+        places = dict(zip(numbers, distances, strict=True)) if distances else None
+        figure = _drawn(request, marks, name, places)
+        _write(arguments.output, encode(figure, kind[1:], DPI))
+    return 0
+
+
+def _kind(path: str | None) -> str:
+    from rulesheets.diagnosis import RuleSheetError, error
+    from solver.report.drawing.picture import require_matplotlib
+
+    if path is None:
+        return ""
+    kind = os.path.splitext(path)[1].lower()
+    if kind not in KINDS:
+        raise RuleSheetError(error("E433", f"{path}: a chart ends in {', '.join(KINDS[:-1])} or {KINDS[-1]}"))
+    if kind != ".csv":
+        require_matplotlib()
+    return kind
+
+
+def _line(arguments: Namespace, request: Request) -> tuple[str | None, list[float], list[float]]:
+    """The varied input with its values, and their distances from a limit; no name where nothing varies."""
+    if arguments.approach:
+        from solver.commands.approach import read_approach
+
+        name, numbers, distances = read_approach(arguments.approach, request.model)
+        request.swept([name])
+        return name, numbers, distances
+    if arguments.over:
+        from rulesheets.diagnosis import Label, RuleSheetError, error
+        from solver.commands.option import Option
+        from solver.commands.over import read_axes
+
+        ((name, axis),) = read_axes([arguments.over], request.model).items()
+        request.swept([name])
+        values = axis.cut(0, min(len(axis), MOST + 1)).tolist()
+        if len(values) > MOST or not all(isinstance(value, float) for value in values):
+            place = Label(Option("over", arguments.over).place(arguments.over))
+            raise RuleSheetError(error("E424", f"a chart is over at most {MOST:,} numbers", place))
+        return name, values, []
+    return None, [], []
+
+
+def _measured(request: Request, name: str | None, numbers: Sequence[float]) -> tuple[Mark, ...]:
+    from solver.chart.measure import measure, measure_along
+
+    model, inputs, want, guesses = request.model, request.inputs, request.want, request.guesses
+    if name is None:
+        return measure(model, inputs, want, guesses)
+    return tuple(measure_along(model, inputs, want, guesses, name, numbers))
+
+
+def _unsolved(request: Request, name: str | None, numbers: Sequence[float]) -> int:
+    """Say what ``solve`` says of the sheet: there is nothing to compare methods on."""
+    from solver.report.text import result_text
+    from solver.solving import solve
+
+    inputs = {**request.inputs, name: numbers[0]} if name and numbers else request.inputs
+    print(result_text(solve(request.model, inputs, want=request.want, guesses=request.guesses)))
+    print("\nthere is no isolated answer to measure methods by")
+    return 1
+
+
+def _drawn(
+    request: Request, marks: Sequence[Mark], name: str | None, places: dict[float, float] | None
+) -> Figure:
+    from solver.report.chart.picture import speed_picture, stability_picture
+
+    sheet = request.model.name
+    if name is None:
+        return speed_picture(marks, sheet)
+    unit = request.model.variables[name].unit
+    label = f"{name}, {unit}" if unit else name
+    label = f"relative distance of {name} from its limit" if places else label
+    return stability_picture(marks, sheet, label, places)
+
+
+def _write(path: str, data: bytes) -> None:
+    from rulesheets.writing import replace_bytes
+
+    replace_bytes(path, data)
+    print(f"\n{path}")

@@ -1,0 +1,1 @@
+"""The chart of speed against accuracy, and of stability over an input: as a table, as CSV, and drawn."""
