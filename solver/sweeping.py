@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from importlib.util import find_spec
 from math import inf
 
+from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Model, Value
 from solver.files.columns import joined
+from solver.files.messages import missing_extra
 from solver.plan import Plan, prepare
 from solver.solution import planner
 from solver.sweeps.chunks import Chunk, grid_chunks, grid_lessons
@@ -28,13 +31,15 @@ def sweep(
     follow: bool = False,
     given: Mapping[str, Value | None] | None = None,
     guesses: Mapping[str, float] | None = None,
+    jit: bool = False,
     jobs: int | None = 1,
     scheduler: object = None,
 ) -> Table:
     """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
     With ``all`` every answer has a row of its own and a number in the column ``answer`` (0: none),
-    which stays with its branch from row to row. ``jobs`` processes share the work (None: as many as pay),
+    which stays with its branch from row to row. With ``jit`` the rows run through machine code (extra
+    ``jit``), which pays from about 1e5 of them. ``jobs`` processes share the work (None: as many as pay),
     or the workers of a dask cluster, by the address of its ``scheduler``; the table is the same.
 
     With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
@@ -53,7 +58,7 @@ def sweep(
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
     rows = Grid(axes) if grid else Zipped(axes)
-    work = work_of(plan, grid_lessons(rows), every=all)
+    work = work_of(plan, grid_lessons(rows), every=all, jit=jit)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.columns(0, 0)])
     pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.shape[-1])
     table = joined([piece.table for piece in pieces if piece.table is not None])
@@ -61,10 +66,23 @@ def sweep(
 
 
 def work_of(
-    plan: Plan, lessons: Chunk = (), *, every: bool = False, tabled: bool = True, texted: bool = False
+    plan: Plan,
+    lessons: Chunk = (),
+    *,
+    every: bool = False,
+    tabled: bool = True,
+    texted: bool = False,
+    jit: bool = False,
 ) -> Work:
-    """A plan as something that any process can do."""
-    return Work(plan.model, plan.inputs, plan.want, plan.given, plan.guesses, lessons, every, tabled, texted)
+    """A plan as something that any process can do.
+
+    Raises RuleSheetError (E441) where machine code is asked for and its extra is not there.
+    """
+    if jit and find_spec("llvmlite") is None:
+        raise RuleSheetError(missing_extra("machine code needs", "llvmlite", "jit"))
+    return Work(
+        plan.model, plan.inputs, plan.want, plan.given, plan.guesses, lessons, every, tabled, texted, jit
+    )
 
 
 def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved]:

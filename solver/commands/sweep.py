@@ -37,6 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
     add("--jobs", metavar="N", type=_jobs, help="processes that share the work (else as many as pay)")
+    add("--jit", action="store_true", help="machine code: pays from about 100,000 rows")
     add("--scheduler", metavar="ADDRESS", help="solve on a dask cluster")
 
 
@@ -87,7 +88,7 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     lines = not arguments.output or is_csv(arguments.output)
     texted = lines and not arguments.all
     tabled = not texted or bool(arguments.plot)
-    return work_of(plan, swept.lessons, every=arguments.all, tabled=tabled, texted=texted)
+    return work_of(plan, swept.lessons, every=arguments.all, tabled=tabled, texted=texted, jit=arguments.jit)
 
 
 def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
@@ -98,8 +99,8 @@ def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
     sinks: list[Sink] = []
     if arguments.plot:
         sinks.append(_plot(arguments.plot, work, swept))
-    if arguments.output:
-        sinks.append(FileSink(arguments.output, work.names, symbolic(work.model)))
+    if arguments.output:  # the table first: it is in its place before the picture is drawn
+        sinks.insert(0, FileSink(arguments.output, work.names, symbolic(work.model)))
     elif not arguments.plot:
         sinks.append(StreamSink(sys.stdout, work.names))
     return sinks

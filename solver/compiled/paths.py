@@ -84,15 +84,16 @@ class CompiledPaths:
         found = compile_scalar(first, all_answers=True)(*numbers)
         return first if self._agrees(found, answers[:1]) else program
 
-    def mark(self) -> tuple[int, int]:
+    def mark(self) -> tuple[int, int, int]:
         """What has been learned so far, for ``forget``."""
-        return len(self.programs), self.failures
+        return len(self.programs), len(self.refusals), self.failures
 
-    def forget(self, mark: tuple[int, int]) -> None:
+    def forget(self, mark: tuple[int, int, int]) -> None:
         """Go back to what was known at a mark."""
-        count, self.failures = mark
-        for ways in (self.programs, self.primary, self.every):
-            del ways[count:]
+        ways, refusals, self.failures = mark
+        for learned in (self.programs, self.primary, self.every):
+            del learned[ways:]
+        del self.refusals[refusals:]
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):

@@ -60,7 +60,7 @@ class Sweeper:
         ``solve`` has the word on a row that no way settles, and ``keep`` is told what it says. A row without
         an answer is NaN.
         """
-        known = set(map(id, self.paths.programs))
+        known = set(map(id, (*self.paths.programs, *self.paths.refusals)))
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         results: list[Array] = []
         left = np.arange(len(columns[0]))

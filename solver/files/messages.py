@@ -35,7 +35,7 @@ def wrong_cell(path: str, line: int, text: str, name: str) -> Diagnosis:
 def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
     return error(
         "E441",
-        f"{purpose} need {package}, which is not installed",
+        f"{purpose} {package}, which is not installed",
         notes=(f"pip install 'backsolve[{extra}]'",),
     )
 

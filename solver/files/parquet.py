@@ -26,7 +26,7 @@ class ParquetTable:
     """
 
     def __init__(self, file: Replacement, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._arrow, self._parquet = _pyarrow("Parquet files")
+        self._arrow, self._parquet = _pyarrow("Parquet files need")
         self._file, self._path = file, path
         self._symbols = frozenset(symbols)
         self._names = tuple(names)
@@ -141,18 +141,28 @@ def parquet_columns(path: str) -> tuple[tuple[str, ...], int]:
     return tuple(file.schema_arrow.names), file.metadata.num_rows
 
 
-def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[Mapping[str, list[Any]]]:
-    """The rows of some columns of a Parquet file, a piece at a time. Raises RuleSheetError (E440, E441)."""
+def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[Mapping[str, Any]]:
+    """The rows of some columns of a Parquet file, a piece at a time: arrays of numbers, or lists.
+
+    Raises RuleSheetError (E440, E441).
+    """
     file = _opened(path)
     try:
         for batch in file.iter_batches(columns=list(names)):
-            yield {name: batch.column(name).to_pylist() for name in names}
+            yield {name: _cells(batch.column(name)) for name in names}
     except (OSError, ValueError) as failure:
         raise RuleSheetError(unreadable_rows(path, str(failure))) from None
 
 
+def _cells(column: Any) -> Any:
+    """Floats as an array, NaN for null; anything else as a list."""
+    if str(column.type) in ("double", "float"):
+        return column.to_numpy(zero_copy_only=False).astype(float)
+    return column.to_pylist()
+
+
 def _opened(path: str) -> Any:
-    _, parquet = _pyarrow("Parquet files")
+    _, parquet = _pyarrow("Parquet files need")
     try:
         return parquet.ParquetFile(path)
     except (OSError, ValueError) as failure:

@@ -78,6 +78,8 @@ def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
 def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | None = None) -> Array:
     import numpy as np
 
+    if isinstance(cells, np.ndarray):
+        return cells
     try:
         return np.array([float(cell) if cell not in ("", None) else np.nan for cell in cells])
     except (TypeError, ValueError):

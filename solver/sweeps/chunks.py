@@ -14,7 +14,7 @@ from solver.files.columns import Array, stacked
 from solver.sweeps.grid import Rows
 
 SMALLEST, LARGEST = 256, 65_536
-LESSONS = 32
+LESSONS = 256
 
 Chunk = tuple[Array, ...]
 """The inputs of some rows, a column each."""

@@ -89,7 +89,7 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise RuleSheetError(missing_extra("clusters", "dask", "dask")) from None
+        raise RuleSheetError(missing_extra("clusters need", "dask", "dask")) from None
     return distributed
 
 

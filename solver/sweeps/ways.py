@@ -9,7 +9,7 @@ numbers depend on nothing but itself.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +26,17 @@ Answers = tuple[Status, list[tuple[Value, ...]]]
 
 @dataclass(frozen=True)
 class Pattern:
-    """What is the same for all rows of a plan: its inputs and outputs, and the inputs that are fixed."""
+    """What is the same for all rows of a plan: its inputs and outputs, and the inputs that are fixed.
+
+    With ``jit`` its ways are compiled to machine code.
+    """
 
     model: Model
     inputs: tuple[str, ...]
     want: tuple[str, ...]
     given: Mapping[str, Value]
     guesses: Mapping[str, float]
+    jit: bool = False
 
 
 class SteadyPlan:
@@ -40,15 +44,15 @@ class SteadyPlan:
 
     def __init__(self, pattern: Pattern, lessons: Sequence[Array]) -> None:
         self._plan = Plan(pattern.model, pattern.inputs, pattern.want, pattern.given, pattern.guesses)
-        for numbers in zip(*(column.tolist() for column in lessons), strict=True):
-            if all(way(*numbers) is None for way in self._plan.paths.primary):
-                self._plan.learn(numbers, *self._plan.judged(numbers))
+        self._jit = pattern.jit
+        if lessons and len(lessons[0]):
+            self._plan.sweep(*lessons, jit=self._jit)
         self._known = self._plan.paths.mark()
 
     def primary(self, columns: Sequence[Array]) -> Table:
         """One answer a row, for columns (n,) of numbers; one row where there are none."""
         self._plan.paths.forget(self._known)
-        return self._plan.sweep(*columns)
+        return self._plan.sweep(*columns, jit=self._jit)
 
     def every(self, columns: Sequence[Array]) -> list[Answers]:
         """All answers of each row; those of one row where there are no columns."""
@@ -89,8 +93,7 @@ class SteadyPlans:
             fixed = {n: s for n, s in zip(self._pattern.inputs, key, strict=True) if s is not None}
             names = tuple(name for name in self._pattern.inputs if name not in fixed)
             given = {**self._pattern.given, **fixed}
-            pattern = Pattern(self._pattern.model, names, self._pattern.want, given, self._pattern.guesses)
-            self._plans[key] = SteadyPlan(pattern, lessons)
+            self._plans[key] = SteadyPlan(replace(self._pattern, inputs=names, given=given), lessons)
         return self._plans[key]
 
 

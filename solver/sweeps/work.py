@@ -40,7 +40,7 @@ class Work:
 
     ``lessons`` are rows (a column an input) from which compiled ways are learned beforehand. ``every``
     asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
-    lines of CSV (which are worth making where the rows are solved).
+    lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code.
     """
 
     model: Model
@@ -52,6 +52,7 @@ class Work:
     every: bool = False
     tabled: bool = True
     texted: bool = False
+    jit: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -79,7 +80,7 @@ class Solver:
         self.work = work
         self._inputs = [work.model.variables[name] for name in work.inputs]
         asked = refusals(work.lessons, self._inputs) == 0 if work.lessons else ()
-        pattern = Pattern(work.model, work.inputs, work.want, work.given, work.guesses)
+        pattern = Pattern(work.model, work.inputs, work.want, work.given, work.guesses, work.jit)
         self._plans = SteadyPlans(pattern, [column[asked] for column in work.lessons])
 
     def __call__(self, columns: Sequence[Array]) -> Solved:

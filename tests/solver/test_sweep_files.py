@@ -21,12 +21,14 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
+from solver import sweeping
 from solver.cli import INTERRUPTED, main
 from solver.files import parquet
 from solver.files.columns import Columns, stacked
 from solver.files.csv_table import csv_head, csv_rows
 from solver.files.replacing import Replacement
 from solver.files.tables import write_table
+from solver.report import progress
 from solver.report.progress import clock, progress_line
 from solver.result import Status
 from solver.sweeping import work_of
@@ -300,6 +302,27 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
     assert any(part is not None and (part.status == 0).any() for part in there)
 
 
+def test_machine_code_gives_the_same_rows(sheet: Path, tmp_path: Path) -> None:
+    pytest.importorskip("llvmlite")
+    words = ["sweep", str(sheet), "--over", "u=0:200:0.5", "--want", "v"]
+    files = [tmp_path / f"{name}.csv" for name in ("plain", "jit")]
+    for file, extra in zip(files, ([], ["--jit"]), strict=True):
+        assert main([*words, "-o", str(file), *extra]) == 1
+    plain, jit = (file.read_text().splitlines()[1:] for file in files)
+    for one, other in zip(plain, jit, strict=True):
+        (u, v, status), (again, found, verdict) = one.split(","), other.split(",")
+        assert (u, status) == (again, verdict)
+        assert (v == found == "") or float(found) == pytest.approx(float(v), rel=1e-15)
+
+
+def test_machine_code_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sweeping, "find_spec", lambda name: None)
+    with pytest.raises(RuleSheetError) as caught:
+        solver.sweep(rulesheets.loads(LENS), {"u": [100.0]}, jit=True)
+    assert caught.value.diagnoses[0].code == "E441"
+    assert "pip install 'backsolve[jit]'" in caught.value.diagnoses[0].notes
+
+
 def work(model: rulesheets.Model) -> Work:
     return Work(model, ("u",), ("v",), {"f": 50.0}, {})
 
@@ -366,6 +389,20 @@ def test_the_line_of_progress() -> None:
     assert progress_line(3, None, 2.0) == "3 rows  1.5 rows/s"
     assert progress_line(0, 10, 1.0) == "0 of 10 rows  0 %  0 rows/s"
     assert [clock(s) for s in (0, 59.6, 3599, 7380)] == ["0:00", "1:00", "59:59", "2:03:00"]
+
+
+def test_progress_shows_on_long_work_and_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([0.0, 0.5, 1.5, 1.6, 2.0])
+    monkeypatch.setattr(progress, "monotonic", lambda: next(clock))
+    stream = io.StringIO()
+    shown = progress.Progress(stream, 100)
+    for done in (10, 30, 40, 80):
+        shown(done)
+    shown.end()
+    line, again, *rest = stream.getvalue().split("\r")[1:]
+    assert line == "30 of 100 rows  30 %  20 rows/s  0:04 left"
+    assert again.rstrip() == "80 of 100 rows  80 %  40 rows/s  0:01 left"
+    assert "".join(rest).strip() == ""
 
 
 def test_an_outcome_counts_its_rows() -> None:

@@ -45,12 +45,15 @@ class PlotSink:
 
     def add(self, piece: Solved) -> None:
         assert piece.table is not None
-        self._pieces.append(piece.table)
         self._rows += sum(piece.counts)
-        if self._rows > LIMIT:
-            raise RuleSheetError(too_many())
+        if self._rows <= LIMIT:
+            self._pieces.append(piece.table)
+        else:
+            self._pieces = []
 
     def close(self) -> None:
+        if self._rows > LIMIT:
+            raise RuleSheetError(too_many())
         if not self._pieces:
             return
         table = joined(self._pieces)
