@@ -23,8 +23,10 @@ SHORT = 0.02
 def leads_away(question: Question, point: Mapping[str, float]) -> bool:
     """Whether the exact Newton step from a point at which every rule holds to rounding is a long one.
 
-    Where the Jacobian is singular, the step is taken from beside the point.
+    At the turn of a fold the step is long however near its two roots are, so one from beside the point
+    may be the short one.
     """
+    stepped = False
     sizes = [max(abs(point[name]), s) for name, s in zip(question.unknowns, question.scale(), strict=True)]
     for shift in (0.0, NUDGE):
         nudged = [
@@ -37,9 +39,10 @@ def leads_away(question: Question, point: Mapping[str, float]) -> bool:
         if not any(residual):
             return False
         change = eliminate(list(zip(*columns, strict=True)), residual)
-        if change is not None:
-            return bool(max(map(abs, change)) > SHORT)
-    return False
+        if change is not None and max(map(abs, change)) <= SHORT:
+            return False
+        stepped = stepped or change is not None
+    return stepped
 
 
 def _linearized(
