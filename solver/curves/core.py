@@ -13,7 +13,7 @@ from rulesheets.construct import subtract
 from rulesheets.model import Model
 from rulesheets.nodes import names as names_in
 from solver.path.linearity import is_linear
-from solver.path.steps import Evaluate, Select, SolveBlock, Step, equations_of
+from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,11 @@ class Core:
 
 
 def core_of(model: Model, steps: Sequence[Step], parameter: str) -> Core:
-    """The core of a path; it has no names where every step has one value."""
+    """The core of a path; it has no names where every step has one value, and no case was assumed."""
     made = [one for one in (_made(model, step) for step in steps) if one is not None]
+    assumed = {
+        name for s in steps if isinstance(s, Assume) for name in names_in(model.conditions[s.condition])
+    }
     moving = {parameter}
     for one in made:
         if one.reads & moving:
@@ -46,7 +49,7 @@ def core_of(model: Model, steps: Sequence[Step], parameter: str) -> Core:
     for one in reversed(made):
         if moving.isdisjoint(one.names):
             continue
-        if one.forks or needed.intersection(one.names):
+        if one.forks or not (needed | assumed).isdisjoint(one.names):
             needed.update(one.names, one.reads & moving)
     names = tuple(name for one in made for name in one.names if name in needed and name in moving)
     return Core(names, frozenset(moving))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from solver.curves.tracing import Curve, traced
 from solver.files.columns import free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import End
-from solver.numerics.curve import Vector
+from solver.numerics.curve import CurvePoint, Vector
 from solver.plan import Plan, prepare
 from solver.result import Status
 from solver.solution import planner
@@ -59,7 +60,8 @@ class _Found:
     def passes(self, leaf: Leaf, value: float) -> bool:
         """Whether an answer at a swept value lies on the branch."""
         at = [leaf.branch.values.get(name) for name in self.system.names[:-1]]
-        if not all(isinstance(v, float) for v in at):
+        fixed = self.system.fixed.items()
+        if not all(isinstance(v, float) for v in at) or not all(_same(leaf, n, v) for n, v in fixed):
             return False
         point = np.array([*at, value], dtype=np.float64)
         problem = self.curve.pieces[0].problem
@@ -68,6 +70,14 @@ class _Found:
             for row in self.rows
             if row.point.z[-1] == value
         )
+
+
+def _same(leaf: Leaf, name: str, value: Value) -> bool:
+    """Whether an answer has this value, too, of a variable that does not move with the swept one."""
+    there = leaf.branch.values.get(name)
+    if isinstance(there, float) and isinstance(value, float):
+        return abs(there - value) <= SAME * max(abs(there), abs(value))
+    return there == value
 
 
 class _Following:
@@ -110,28 +120,64 @@ class _Following:
 
     def _table(self) -> CurveTable:
         want = tuple(n for n in self.plan.want if n != self.name)
-        columns: dict[str, list[Any]] = {name: [] for name in (self.name, *want)}
-        numbers: list[int] = []
-        arcs: list[float] = []
-        status: list[int] = []
-        branches: list[Branch] = []
-        for number, found in enumerate(self.found, start=1):
-            first = len(status)
-            filling = Filling(self.model, found.system, self.plan.given, want)
-            for row in found.rows:
-                outcome, values = filling(row.point)
-                columns[self.name].append(float(row.point.z[-1]))
-                for name in want:
-                    columns[name].append(values.get(name))
-                numbers.append(number)
-                arcs.append(row.point.arc)
-                status.append(CODES[outcome])
-            branches.append(_branch(number, first, found))
+        runs = [run for found in self.found for run in _runs(found, Filling(self.model, found.system, want))]
+        rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
+        columns = {
+            self.name: _column([float(row.point.z[-1]) for _, row in rows]),
+            **{name: _column([row.values.get(name) for _, row in rows]) for name in want},
+        }
         labels = free_name("branch", columns), free_name("arc", columns)
-        table = {name: _column(values) for name, values in columns.items()}
-        table[labels[0]] = np.array(numbers, dtype=np.int64)
-        table[labels[1]] = np.array(arcs, dtype=np.float64)
-        return CurveTable(table, np.array(status, dtype=np.int8), self.name, tuple(branches), labels)
+        columns[labels[0]] = np.array([number for number, _ in rows], dtype=np.int64)
+        columns[labels[1]] = np.array([row.point.arc for _, row in rows], dtype=np.float64)
+        status = np.array([CODES[row.status] for _, row in rows], dtype=np.int8)
+        firsts = np.cumsum([0, *(len(run.rows) for run in runs)]).tolist()
+        branches = tuple(
+            _branch(number, first, run)
+            for number, (first, run) in enumerate(zip(firsts, runs, strict=False), 1)
+        )
+        return CurveTable(columns, status, self.name, branches, labels)
+
+
+@dataclass(frozen=True)
+class _Filled:
+    """A row with its wanted values."""
+
+    point: CurvePoint
+    greatest: bool
+    status: Status
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Rows that are connected, and why there are none before and after."""
+
+    rows: tuple[_Filled, ...]
+    closed: bool
+    start: str
+    end: str
+
+
+def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
+    """The rows of a branch. Where nothing can have several values, they part where there is no answer."""
+    rows = tuple(_Filled(row.point, row.greatest, *filling(row.point)) for row in found.rows)
+    curve, system = found.curve, found.system
+    start, end = (
+        _end(curve.first_end, rows[0].point.z, system),
+        _end(curve.last_end, rows[-1].point.z, system),
+    )
+    if len(system.names) > 1:
+        yield _Run(rows, curve.closed, start, end)
+        return
+    solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)
+    for run in [list(group) for there, group in solved if there]:
+        first, last = run[0][0], run[-1][0]
+        yield _Run(
+            rows[first : last + 1],
+            False,
+            start if first == 0 else End.DOMAIN.value,
+            end if last == len(rows) - 1 else End.DOMAIN.value,
+        )
 
 
 def _magnitudes(leaves: Iterable[Leaf]) -> dict[str, float]:
@@ -144,16 +190,13 @@ def _magnitudes(leaves: Iterable[Leaf]) -> dict[str, float]:
     return sizes
 
 
-def _branch(number: int, first: int, found: _Found) -> Branch:
+def _branch(number: int, first: int, run: _Run) -> Branch:
     limits = tuple(
         Limit(float(row.point.z[-1]), row.greatest, first + place)
-        for place, row in enumerate(found.rows)
+        for place, row in enumerate(run.rows)
         if row.point.fold
     )
-    curve = found.curve
-    start = _end(curve.first_end, found.rows[0].point.z, found.system)
-    end = _end(curve.last_end, found.rows[-1].point.z, found.system)
-    return Branch(number, first, first + len(found.rows), curve.closed, start, end, limits)
+    return Branch(number, first, first + len(run.rows), run.closed, run.start, run.end, limits)
 
 
 def _end(end: End, z: Vector, system: CoreSystem) -> str:

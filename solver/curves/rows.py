@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,17 +68,18 @@ def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: floa
 
 
 class Filling:
-    """Computes what is wanted at a point of the curve, by an ordinary solve with the core given."""
+    """Computes what is wanted at a point of the curve, by an ordinary solve with the core given.
 
-    def __init__(
-        self, model: Model, system: CoreSystem, given: Mapping[str, Value], want: Sequence[str]
-    ) -> None:
-        self.model, self.system, self.given, self.want = model, system, given, tuple(want)
+    So is all that does not move along the curve: of several answers it is that of the branch.
+    """
+
+    def __init__(self, model: Model, system: CoreSystem, want: Sequence[str]) -> None:
+        self.model, self.system, self.want = model, system, tuple(want)
 
     def __call__(self, point: CurvePoint) -> tuple[Status, dict[str, Value]]:
         """The status and the wanted values that are determined. A fold is ``singular``."""
         core = self.wrapped(point.z)
-        inputs = {**self.given, **core}
+        inputs = {**self.system.fixed, **core}
         found = explore(self.model, inputs, self.want, {}, self.want)
         verdict = judge(self.model, found, self.want, inputs, {})
         values = verdict.leaves[0].branch.values if verdict.leaves else inputs

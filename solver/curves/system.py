@@ -68,7 +68,8 @@ class CoreSystem:
         if equations is None:
             return None
         residual, jacobian = self._residual(equations), self._jacobian(equations)
-        return Problem(residual, jacobian, scale, self.turn, self.low, self.high, self.regime)
+        ranges = (self.low, self.high)
+        return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
 
     def _independent(self, at: Vector, scale: Vector) -> list[Equation] | None:
         rows, usable = [], []

@@ -28,7 +28,7 @@ class End(Enum):
     DOMAIN = "the rules have no value beyond"
     CHANGED = "other rules hold beyond"
     STALLED = "the curve cannot be followed further"
-    LIMIT = "the limit of points is reached"
+    LIMIT = "its points are too many: a variable may grow without bound"
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,12 @@ class _Walk:
     def __init__(self, problem: Problem, first: CurvePoint, home: CurvePoint, steps: Steps) -> None:
         self.problem, self.home, self.steps = problem, home, steps
         self.points = [first]
-        self.regime = problem.regime(self._nudged(first))
+        self.regime = problem.these
         self.obstacle = End.STALLED
 
     def run(self) -> Trace:
+        if self.problem.regime(self._nudged(self.points[0])) != self.regime:
+            return Trace(tuple(self.points), End.CHANGED)
         length = self.steps.first
         while len(self.points) < self.steps.most:
             here = self.points[-1]

@@ -24,7 +24,8 @@ LEVEL = 1e-9
 @dataclass(frozen=True)
 class Problem:
     """``residual`` (n,) and ``jacobian`` (n, n + 1) of z; both may raise ArithmeticError or ValueError
-    outside their domain. ``regime`` tells which equations these are at z.
+    outside their domain. ``regime`` tells which equations hold at z, ``these`` that they are the ones of this
+    problem: the curve is followed as long as both agree.
 
     ``scale`` (n + 1,) are the magnitudes in which lengths are measured, ``turn`` (n + 1,) the periods of
     angles (infinite for others), ``low`` and ``high`` (n + 1,) the ranges.
@@ -37,6 +38,7 @@ class Problem:
     low: Vector
     high: Vector
     regime: Callable[[Vector], Hashable] = field(default=lambda z: None)
+    these: Hashable = None
 
     def passed(self, z: Vector) -> list[tuple[int, float]]:
         """The coordinates that lie beyond an end of their range by more than rounding, each with that end."""

@@ -143,6 +143,42 @@ def test_a_branch_ends_at_the_range_of_a_variable() -> None:
     assert [at.value for at in wider.branches[0].limits] == [pytest.approx(0.0, abs=1e-13)]
 
 
+def test_answers_that_differ_in_what_does_not_move_are_branches_of_their_own() -> None:
+    table = followed("variables\nx\ny\nz\nrules\nx^2 = 9\ny = x + z", "z", [0.0, 1.0], ["x", "y"])
+    assert len(table.branches) == 2
+    assert set(zip(table["x"], table["y"] - table["z"], strict=True)) == {(3.0, 3.0), (-3.0, -3.0)}
+
+
+def test_cases_that_are_assumed_are_branches_of_their_own() -> None:
+    """x = 3 - s beyond 1 holds for s < 2, x = s/2 - 1 before 1 for s up to 4."""
+    rule = "if x > 1 then x = 3 - s else x = s/2 - 1"
+    table = followed(f"variables\nx\ns\nrules\n{rule}", "s", np.linspace(0.0, 6.0, 7), ["x"])
+    ends = sorted((branch.start, branch.end) for branch in table.branches)
+    assert ends == [("s reaches 0", "other rules hold beyond")] * 2
+    upper, lower = (table["x"][branch.first : branch.last] for branch in table.branches)
+    assert upper.tolist()[:2] == pytest.approx([3.0, 2.0])
+    assert upper.min() == pytest.approx(1.0)
+    assert lower.tolist()[:4] == pytest.approx([-1.0, -0.5, 0.0, 0.5])
+    assert lower.max() == pytest.approx(1.0)
+
+
+def test_rules_that_change_at_the_first_value_are_left_at_once() -> None:
+    sheet = "variables\nx > 0\ns\nrules\nif s > 1 then x^2 = s else x^2 = 4*s"
+    table = followed(sheet, "s", [1.0, 2.0, 3.0], ["x"])
+    at, beyond = sorted(table.branches, key=lambda branch: branch.last - branch.first)
+    assert table["x"][at.first : at.last] == pytest.approx(2.0)
+    assert table["x"][beyond.first : beyond.last].tolist() == pytest.approx([1.0, math.sqrt(2), math.sqrt(3)])
+
+
+def test_where_every_step_has_one_value_the_rows_part_where_there_is_no_answer() -> None:
+    sheet = "variables\nx\ny\nrules\ny = sqrt(x*(x - 2)*(x - 4))"
+    table = followed(sheet, "x", np.arange(-1.0, 6.0), ["y"])
+    rows = [table["x"][branch.first : branch.last].tolist() for branch in table.branches]
+    assert rows == [[0.0, 1.0, 2.0], [4.0, 5.0]]
+    assert table.branches[0].end == "the rules have no value beyond"
+    assert table.solved.all()
+
+
 def test_columns_keep_out_of_the_way_of_variables_of_their_name() -> None:
     table = followed("variables\nbranch\narc\nrules\nbranch^2 = arc", "arc", [1.0, 4.0], ["branch"])
     assert list(table) == ["arc", "branch", "branch_", "arc_"]

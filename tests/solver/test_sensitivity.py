@@ -116,7 +116,7 @@ def test_an_edge_that_an_input_does_not_move_is_none_for_it() -> None:
     assert found["y", "k"] is None
 
 
-@pytest.mark.parametrize(("theta", "offset"), [(90.0, 2.0), (-90.0, 2.0), (0.0, 0.0), (180.0, 0.0)])
+@pytest.mark.parametrize(("theta", "offset"), [(90.0, 2.0), (0.0, 0.0)])
 def test_where_rules_have_no_slope_or_are_exchanged_the_limit_is_told(theta: float, offset: float) -> None:
     """Link AB at rest, and horizontal: the printed rules there against those that need no slope of AB."""
     given, names = (

@@ -25,9 +25,9 @@ def problem(
     arrays = {
         name: np.broadcast_to(np.asarray(value, dtype=float), n).copy()
         for name, value in sizes.items()
-        if name != "regime"
+        if name not in ("regime", "these")
     }
-    extra = {"regime": more["regime"]} if "regime" in more else {}
+    extra = {name: more[name] for name in ("regime", "these") if name in more}
     return Problem(
         lambda z: np.array(residual(*z), dtype=float),
         lambda z: np.array(jacobian(*z), dtype=float),
@@ -108,12 +108,16 @@ def test_a_curve_ends_where_it_leaves_the_domain_or_a_range() -> None:
 
 
 def test_a_curve_ends_where_other_equations_hold() -> None:
-    curve = problem(lambda y, x: [y - x], lambda y, x: [[1, -1]], regime=lambda z: z[1] > 0.7)
+    curve = problem(lambda y, x: [y - x], lambda y, x: [[1, -1]], regime=lambda z: z[1] > 0.7, these=False)
     trace = followed(curve, [0.0, 0.0])
     assert trace.end is End.CHANGED
     assert trace.points[-1].z[1] == pytest.approx(0.7, abs=1e-14)
     touching = problem(
-        lambda y, x: [y - x], lambda y, x: [[1, -1]], regime=lambda z: z[1] == 0.02, high=[2.0, 1.0]
+        lambda y, x: [y - x],
+        lambda y, x: [[1, -1]],
+        regime=lambda z: z[1] == 0.02,
+        these=False,
+        high=[2.0, 1.0],
     )
     assert followed(touching, [0.0, 0.0]).end is End.BOUNDARY
 
