@@ -9,6 +9,9 @@ from threading import current_thread, main_thread
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+ENDING = (signal.SIGINT, signal.SIGTERM)
+"""Ctrl-C, and the request to end that a batch system sends."""
+
 
 class Interrupts:
     """While this context lasts, the first interrupt is raised within ``open`` alone, and else remembered.
@@ -19,18 +22,18 @@ class Interrupts:
     def __init__(self) -> None:
         self.asked = False
         self._open = False
-        self._before: Any = None
+        self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:
         if current_thread() is main_thread():
-            self._before = signal.signal(signal.SIGINT, self._heard)
+            self._before = {number: signal.signal(number, self._heard) for number in ENDING}
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
+        for number, before in self._before.items():
+            signal.signal(number, before)
 
     @contextmanager
     def open(self) -> Iterator[None]:

@@ -208,8 +208,12 @@ def test_what_is_no_file_is_written_directly(tmp_path: Path) -> None:
     assert reader.communicate(timeout=10)[0] == "x,status\n1,solved\n"
 
 
-@pytest.mark.parametrize(("jobs", "ending"), [(1, "parquet"), (2, "csv")])
-def test_an_interrupt_leaves_what_is_done(sheet: Path, tmp_path: Path, ending: str, jobs: int) -> None:
+@pytest.mark.parametrize(
+    ("jobs", "ending", "sent"), [(1, "parquet", signal.SIGINT), (2, "csv", signal.SIGTERM)]
+)
+def test_an_interrupt_leaves_what_is_done(
+    sheet: Path, tmp_path: Path, ending: str, jobs: int, sent: signal.Signals
+) -> None:
     file = tmp_path / f"table.{ending}"
     words = ("sweep", sheet, "--over", "u=100:1000:1e-5", "--want", "v", "-o", file, "--jobs", jobs)
     process = subprocess.Popen(
@@ -217,7 +221,7 @@ def test_an_interrupt_leaves_what_is_done(sheet: Path, tmp_path: Path, ending: s
     )
     while process.poll() is None and not any(f.stat().st_size > 20_000 for f in tmp_path.glob(".*.new")):
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(sent)
     err = process.communicate(timeout=30)[1]
     assert process.returncode == INTERRUPTED, err
     rows = int(err.splitlines()[0].partition(" ")[0].replace(",", ""))

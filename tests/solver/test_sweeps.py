@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rulesheets
@@ -95,6 +95,7 @@ def test_a_grid_is_every_combination_and_is_not_held() -> None:
     assert (outer.tolist(), inner.tolist()) == ([999_999, 999_999], [999_998, 999_999])
 
 
+@settings(max_examples=30)
 @given(st.integers(1, 300_000), st.lists(st.integers(1, 40_000), max_size=30))
 def test_pieces_hold_every_row_once_in_order(count: int, cuts: list[int]) -> None:
     rows = Zipped((Stretch(Fraction(0), Fraction(1), count),))
@@ -260,6 +261,7 @@ def test_every_answer_keeps_its_number() -> None:
     assert np.array_equal(found.solved, ~numbered[0])
 
 
+@settings(max_examples=30)
 @given(st.lists(st.permutations([0, 1, 2]), min_size=40, max_size=40), st.integers(0, 2**32 - 1))
 def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) -> None:
     """Three lines that start apart and cross, angles past ±180, their answers shuffled in every row."""
@@ -277,6 +279,7 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     assert np.concatenate(numbers).tolist() == expected
 
 
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 700))
 def test_branches_in_the_order_of_their_values_are_followed_through_crossings(seed: int, cut: int) -> None:
     """Answers may come sorted: where two lines cross they change places, and the numbers follow."""
