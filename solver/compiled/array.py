@@ -141,6 +141,9 @@ class _Writer:
             self.lines.append(f"atan2_({', '.join((*read, target))})")
             if operation == "directiond":
                 self.lines.append(f"mul_({target}, {DEGREE!r}, {target})")
+        elif operation == "root":
+            self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
+            self.lines.append(f"copy_({target}, root_{rest[0]}({', '.join(read)}))")
         elif operation == "call":
             self.namespace[f"f_{rest[0]}"] = ARRAYS[str(rest[0])]
             self.lines.append(f"copy_({target}, f_{rest[0]}({', '.join(read)}))")

@@ -21,9 +21,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from typing import TypeAlias
 
+    from solver.compiled.roots import RootFinder
+
     Operand: TypeAlias = int | float | str
     Node: TypeAlias = tuple[Operand, ...]
-"""An operation and the numbers of its operands; of ``const`` the value, of ``call`` the function first."""
+"""An operation and the numbers of its operands; of ``const`` the value, of ``call`` the function and of
+``root`` the number of its finder first."""
 
 TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
@@ -77,6 +80,7 @@ class Flow:
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finite: list[int] = []
+        self.finders: list[RootFinder] = []
         self._numbers: dict[Node, int] = {}
         self._directions: dict[int, Direction] = {}
         self.true = self.constant(True)

@@ -59,6 +59,7 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near}
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
+    namespace.update({f"f_{place}": finder.scalar for place, finder in enumerate(program.flow.finders)})
     exec(compile(source, "<compiled path>", "exec"), namespace)
     return namespace["solve"]  # type: ignore[no-any-return]
 
@@ -180,7 +181,7 @@ class _Writer:
         return self.texts[node]
 
     def _source(self, operation: str, operands: list[Any], indent: str) -> str:
-        if operation == "call":
+        if operation in ("call", "root"):
             arguments = ", ".join(self.text(int(o), indent) for o in operands[1:])
             return f"f_{operands[0]}({arguments})"
         parts = [self.text(int(o), indent) for o in operands]
@@ -218,6 +219,6 @@ def reads(program: Program) -> dict[int, int]:
     while waiting:
         operation, *operands = program.flow.nodes[waiting.pop()]
         if operation not in ("const", "input"):
-            for operand in operands[1:] if operation == "call" else operands:
+            for operand in operands[1:] if operation in ("call", "root") else operands:
                 read(int(operand))
     return count

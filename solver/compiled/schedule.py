@@ -27,7 +27,7 @@ def operands(flow: Flow, node: int) -> tuple[int, ...]:
     operation, *rest = flow.nodes[node]
     if operation in LEAVES:
         return ()
-    return tuple(int(o) for o in (rest[1:] if operation == "call" else rest))
+    return tuple(int(o) for o in (rest[1:] if operation in ("call", "root") else rest))
 
 
 def schedule(flow: Flow, wanted: Sequence[int]) -> Schedule:

@@ -17,8 +17,10 @@ from rulesheets.record import dataclass, field, replace
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.merge import less
 from solver.compiled.program import Ending, Program
+from solver.compiled.roots import RootFinder, root_values
 from solver.compiled.trim import trimmed
 from solver.kernel.block import BlockKernel
+from solver.kernel.question import Question
 from solver.path.activity import activity
 from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
 from solver.path.isolate import TARGET
@@ -484,6 +486,9 @@ class Translation:
     # --- simultaneous blocks ---
 
     def _block(self, way: Way, step: SolveBlock) -> Iterator[Way]:
+        if self._kernel(step).closed is None:
+            yield self._iterated(way, step)
+            return
         ways = [(way, dict(way.values))]
         for formula in self._closed(step).formulas:
             ways = [found for one, letters in ways for found in self._formula(one, letters, formula)]
@@ -498,13 +503,32 @@ class Translation:
                 yield one
 
     def _closed(self, step: SolveBlock) -> ClosedForm:
-        kernels = self.graph.kernels
-        if step not in kernels:
-            kernels[step] = BlockKernel(self.graph, step)
-        form: ClosedForm | None = kernels[step].closed
+        form = self._kernel(step).closed
         if form is None:
             raise NotCompilable
         return form
+
+    def _kernel(self, step: SolveBlock) -> BlockKernel:
+        kernels: dict[SolveBlock, BlockKernel] = self.graph.kernels
+        if step not in kernels:
+            kernels[step] = BlockKernel(self.graph, step)
+        return kernels[step]
+
+    def _iterated(self, way: Way, step: SolveBlock) -> Way:
+        """A block without a formula: one root, where it is known to be the only one."""
+        kernel = self._kernel(step)
+        if len(step.tears) != 1 or any(name in way.symbols for name in kernel.known):
+            raise NotCompilable
+        question = Question(kernel, self.sample, self.pattern.guesses)
+        start = self.sample.get(step.tears[0])
+        if not isinstance(start, float):
+            raise NotCompilable
+        finder = RootFinder(kernel, question.domain(step.tears[0]), start)
+        found = root_values(self.flow, finder, way.values)
+        for name in step.unknowns:
+            way.values[name] = found[name]
+            self._within(way, self.model.variables[name], found[name])
+        return way
 
     def _formula(
         self, way: Way, letters: dict[str, int], formula: Let | Parabola | Circle

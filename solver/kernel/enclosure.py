@@ -24,7 +24,7 @@ class Enclosure:
     """Bounds over boxes of the tear, given the numbers ``known`` to the chain."""
 
     def __init__(self, chain: Chain, known: Sequence[str]) -> None:
-        self.slopes = _slopes(chain)
+        self.slopes = slopes_of(chain)
         nested = tuple(_nested(chain))
         self.operations = 3 * len(chain.assignments) + len(nested) + len(self.slopes or ())
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
@@ -152,7 +152,7 @@ def _slope_name(name: str) -> str:
     return f"d {name}"
 
 
-def _slopes(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
+def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
     """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
     found: list[tuple[str, Expression]] = []

@@ -18,7 +18,7 @@ from solver.table import CODES
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
-SLOW = {"loan", "rachford_rice", "colebrook"}
+SLOW = {"loan", "rachford_rice"}
 """Sheets of one iterated block: nothing of them is compiled, and a row takes long."""
 
 
