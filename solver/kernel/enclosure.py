@@ -58,7 +58,7 @@ class Enclosure:
 
 def slope_chain(chain: Chain) -> Chain | None:
     """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
-    slopes = _slopes(chain)
+    slopes = slopes_of(chain)
     if slopes is None:
         return None
     added = (Assignment(name, expression) for name, expression in slopes)
