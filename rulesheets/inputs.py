@@ -104,6 +104,7 @@ def _evaluated(text: str, place: Span) -> Value:
     from rulesheets.declarations import constant
     from rulesheets.nodes import Equality
     from rulesheets.parse import parse
+    from rulesheets.parse.grammar import grammar
     from rulesheets.program import rules_of
 
     if not text or any(mark in text for mark in '"=;\n'):
@@ -112,6 +113,7 @@ def _evaluated(text: str, place: Span) -> Value:
         sheet = parse(Source("<value>", f"value = {text}"))
     except RuleSheetError as wrong:
         raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
+    grammar().keep()
     rule = next(rules_of(sheet)).body
     if not isinstance(rule, Equality) or len(rule.right) != 1:
         raise RuleSheetError(not_a_value(text, place))

@@ -59,11 +59,15 @@ def _kept_or_built(source: Source, folder: str, file: str | None, name: str) -> 
     if model is not None:
         return model
     from rulesheets.build import build
+    from rulesheets.parse.grammar import grammar
     from rulesheets.uses import gather
 
     program = gather(source, folder, file)
     model = build(program, name)
-    return keep_model(model, source, folder, program.openings) if kept else model
+    if not kept:
+        return model
+    grammar().keep()
+    return keep_model(model, source, folder, program.openings)
 
 
 def _model_name(file: str) -> str:

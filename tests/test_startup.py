@@ -17,7 +17,7 @@ MODULES = (
 SCIENCE = {"sympy", "lark", "scipy", "numpy", "mpmath", "matplotlib", "numba", "pint"}
 SLOW = {"argparse", "dataclasses", "inspect", "typing", "re", "tempfile", "json", "csv", "hashlib"}
 """Modules of the standard library that cost a millisecond or more (``rulesheets.record`` spares two)."""
-FIRST = {"rulesheets.parse", "rulesheets.checks", "rulesheets.build", "solver.path.build", "solver.structure"}
+FIRST = {"lark", "rulesheets.parse", "rulesheets.checks", "rulesheets.build", "solver.path.build"}
 """Rooms that a sheet goes through once, and what was kept of it never again."""
 
 
@@ -56,6 +56,21 @@ def test_the_packages_import_nothing_by_themselves(tmp_path: Path) -> None:
     assert set(ran.stdout.split()) & (SCIENCE | FIRST | {"dataclasses", "argparse"}) == set()
 
 
+def test_an_expression_for_an_input_is_read_without_lark_the_second_time(tmp_path: Path) -> None:
+    line = "solve offset_slider_crank --set thetaAO=-60/2"
+    imported(line, tmp_path / "store")
+    assert imported(line, tmp_path / "store") & SCIENCE == set()
+
+
+def test_a_sheet_whose_lines_are_shaped_like_others_is_read_without_lark(tmp_path: Path) -> None:
+    for name, text in (("one", "y = 2*x + 1\nx = 3\n"), ("two", "b = 7*a + 5\na = 1\n")):
+        (tmp_path / f"{name}.tk").write_text(text)
+    assert "lark" in imported(f"solve {tmp_path / 'one.tk'}", tmp_path / "store")
+    again = imported(f"solve {tmp_path / 'two.tk'}", tmp_path / "store")
+    assert "rulesheets.parse" in again
+    assert again & SCIENCE == set()
+
+
 def test_processes_at_the_same_time_share_a_store(tmp_path: Path) -> None:
     """Each has an order of sets of its own, and all print the same as one that keeps nothing."""
     call = [sys.executable, "-m", "solver", "solve", "offset_slider_crank", "--explain"]
@@ -71,4 +86,5 @@ def test_processes_at_the_same_time_share_a_store(tmp_path: Path) -> None:
     assert len(printed) == 1
     assert printed.pop().startswith(b"St  Input")
     assert [process.returncode for process in running] == [0] * 5
-    assert sorted(path.suffix for path in (tmp_path / "store").iterdir()) == [".entry", ".entry"]
+    names = sorted(path.name.partition("-")[0] for path in (tmp_path / "store").iterdir())
+    assert names == ["grammar", "model", "paths"]

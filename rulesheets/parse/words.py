@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from typing import TypeAlias
+
+Patterns: TypeAlias = tuple[tuple[str, str], ...]
+"""Terminals by name with their regular expressions, in order of precedence."""
 
 
 class Word(str):
@@ -34,11 +38,11 @@ class Word(str):
 class Scanner:
     """Cuts code into words by one regular expression.
 
-    ``terminals`` are (name, pattern) in order of precedence. What no terminal matches becomes
+    What no terminal matches becomes
     a word of the kind ``UNKNOWN``, one character long, which no rule of the grammar accepts.
     """
 
-    def __init__(self, terminals: Sequence[tuple[str, str]]) -> None:
+    def __init__(self, terminals: Patterns) -> None:
         alternatives = "|".join(f"(?P<{name}>{pattern})" for name, pattern in terminals)
         self._word = re.compile(rf"\s*(?:{alternatives}|(?P<UNKNOWN>\S))")
 

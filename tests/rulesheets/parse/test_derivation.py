@@ -12,9 +12,10 @@ from lark.lexer import Lexer
 
 import rulesheets
 from rulesheets.parse.builder import Builder
-from rulesheets.parse.grammar import Grammar, Unparsed, scanner
+from rulesheets.parse.grammar import Grammar, Unparsed
+from rulesheets.parse.lalr import Parser, patterns
 from rulesheets.parse.layout import logical_lines
-from rulesheets.parse.words import Word
+from rulesheets.parse.words import Scanner, Word
 from rulesheets.source import Source
 
 GRAMMAR = Path(rulesheets.__file__).parent / "rules.lark"
@@ -32,7 +33,7 @@ RULES = (
 
 class Words(Lexer):
     def __init__(self, conf: LexerConf) -> None:
-        self.scanner = scanner(conf.terminals, conf.ignore)
+        self.scanner = Scanner(patterns(conf.terminals, conf.ignore))
 
     def lex(self, text: str) -> Iterator[Word]:  # type: ignore[override]
         return self.scanner.words(text)
@@ -66,3 +67,49 @@ def test_where_a_line_cannot_go_on(text: str, place: int) -> None:
     with pytest.raises(Unparsed) as stop:
         Grammar().read(Source("", text), line, "rule")
     assert stop.value.place == place
+
+
+@pytest.fixture
+def parsers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Parser]:
+    """The parsers of lark that were made, with an empty store."""
+    made: list[Parser] = []
+
+    class Noted(Parser):
+        def __init__(self) -> None:
+            super().__init__()
+            made.append(self)
+
+    monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "store"))
+    monkeypatch.setattr("rulesheets.parse.lalr.Parser", Noted)
+    return made
+
+
+def test_lines_of_kinds_seen_before_need_no_lark(parsers: list[Parser]) -> None:
+    def read(grammar: Grammar, text: str) -> object:
+        (line,) = logical_lines(text)
+        return grammar.read(Source("", text), line, "rule")
+
+    first, wrong = Grammar(), "a + = 2"
+    fresh = [read(first, text) for text in RULES]
+    with pytest.raises(Unparsed):
+        read(first, wrong)
+    first.keep()
+    assert len(parsers) == 1
+    second = Grammar()
+    assert [read(second, text) for text in RULES] == fresh
+    with pytest.raises(Unparsed) as stop:
+        read(second, "bb + = 3")
+    assert stop.value.place == 5
+    assert len(parsers) == 1
+    read(second, "a*a*a = 1")
+    assert len(parsers) == 2
+
+
+def test_derivations_beyond_the_limit_go(parsers: list[Parser], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rulesheets.parse.grammar.MAX_DERIVATIONS", 3)
+    grammar = Grammar()
+    texts = ["a = " + "+".join("b" * n) for n in range(1, 6)]
+    for text in texts * 2:
+        (line,) = logical_lines(text)
+        node = grammar.read(Source("", text), line, "rule")
+        assert node.span.text == text
