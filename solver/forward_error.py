@@ -16,7 +16,6 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.record import dataclass, field
 from solver.facts import DoubleRoot
-from solver.numerics.factor import as_matrix, factorise, sparse_matrix
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
 TYPE_CHECKING = False
@@ -238,6 +237,8 @@ class _Propagation:
 
     def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
         """The errors of the unknowns for every choice of signs; None where they are not determined."""
+        from solver.numerics.factor import factorise
+
         if not all(math.isfinite(row.slopes.get(name, 0.0)) for row in rows for name in row.slopes):
             return None
         weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
@@ -263,6 +264,8 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
 
 def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
     """Rows for a small block, an array for a larger one, a sparse matrix for a large one."""
+    from solver.numerics.factor import as_matrix, sparse_matrix
+
     if len(unknowns) <= DENSE:
         matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
         return as_matrix(matrix, len(unknowns))

@@ -65,7 +65,14 @@ DOORS = {
 """The rooms through which a heavy dependency may come in."""
 
 
-WARM = ("solver.cli", "solver.commands.solve", "rulesheets.loading", "solver.solving", "solver.report.text")
+WARM = (
+    "solver.cli",
+    "solver.commands.solve",
+    "rulesheets.loading",
+    "solver.solving",
+    "solver.forward_error",
+    "solver.report.text",
+)
 """What a solve of a sheet seen before imports, with all that these import at their top."""
 
 DEAR = frozenset(
