@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
-from rulesheets.format import format_expression
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.inputs import variable_named
 from rulesheets.model import Model, Value
 from solver.edges import MOST, edges, sides
+from solver.missing_slopes import Reason, diagnosis
 from solver.one_sided import Near, one_sided
 from solver.path.cases import Pair
 from solver.total_derivatives import Total, totals
@@ -104,19 +104,6 @@ def no_number_input(name: str) -> Diagnosis:
     return error("E425", text, notes=(f"give it a number: --set {name}=…",))
 
 
-@dataclass(frozen=True)
-class _Reason:
-    """Why one is missing: ``tied``, ``rough`` (a rule), ``kink``, ``edges`` (pairs), ``free`` or ``blank``.
-
-    ``sides`` are the derivatives on both sides of a kink.
-    """
-
-    kind: str
-    rule: int = -1
-    pairs: tuple[Pair, ...] = ()
-    sides: tuple[float, float] = (0.0, 0.0)
-
-
 class _Study:
     """One answer looked at from every side of the edges that it stands on."""
 
@@ -133,12 +120,12 @@ class _Study:
         self.model, self.values, self.inputs = model, values, inputs
         self.outputs, self.by, self.prefer, self.near = outputs, by, prefer, near
         self.slopes: dict[tuple[str, str], float] = {}
-        self.reasons: dict[tuple[str, str], _Reason] = {}
+        self.reasons: dict[tuple[str, str], Reason] = {}
 
     def run(self) -> Sensitivities:
         pairs = edges(self.model, self.values)
         if len(pairs) > MOST:
-            self._unknown(_Reason("edges", pairs=pairs), self.by)
+            self._unknown(Reason("edges", pairs=pairs), self.by)
         elif pairs:
             self._on_edges(pairs)
         else:
@@ -151,7 +138,7 @@ class _Study:
         diagnoses = tuple(self._diagnoses())
         return Sensitivities(self.model, tuple(self.outputs), tuple(self.by), self.slopes, diagnoses)
 
-    def _unknown(self, reason: _Reason, by: Iterable[str]) -> None:
+    def _unknown(self, reason: Reason, by: Iterable[str]) -> None:
         self.reasons.update(((output, given), reason) for output in self.outputs for given in by)
 
     def _on_edges(self, pairs: tuple[Pair, ...]) -> None:
@@ -165,22 +152,22 @@ class _Study:
             ahead = next((t for signs, t in found if _apart(t, signs, given, 1)), None)
             behind = next((t for signs, t in found if _apart(t, signs, given, -1)), None)
             if ahead is None or behind is None:
-                self._unknown(_Reason("edges", pairs=pairs), (given,))
+                self._unknown(Reason("edges", pairs=pairs), (given,))
             else:
                 self._take(given, ahead, behind, pairs)
 
     def _take(self, given: str, ahead: Total, behind: Total, pairs: tuple[Pair, ...]) -> None:
         for output in self.outputs:
             if not isinstance(self.values.get(output), float):
-                self.reasons[output, given] = _Reason("blank")
+                self.reasons[output, given] = Reason("blank")
                 continue
             after, before = _one(ahead, output, given), _one(behind, output, given)
-            if isinstance(after, _Reason):
+            if isinstance(after, Reason):
                 self.reasons[output, given] = after
-            elif isinstance(before, _Reason):
+            elif isinstance(before, Reason):
                 self.reasons[output, given] = before
             else:
-                self._settle(output, given, after, before, _Reason("kink", pairs=pairs))
+                self._settle(output, given, after, before, Reason("kink", pairs=pairs))
 
     def _approach(self, given: str) -> None:
         """Limits of the derivatives from both sides, where the rules at the point itself tell nothing."""
@@ -194,7 +181,7 @@ class _Study:
             reason = self.reasons.pop((output, given))
             self._settle(output, given, after[output], before[output], reason)
 
-    def _settle(self, output: str, given: str, after: float, before: float, reason: _Reason) -> None:
+    def _settle(self, output: str, given: str, after: float, before: float, reason: Reason) -> None:
         """The derivative where both sides agree; else the corner, at the rule or the guards that make it."""
         if abs(after - before) <= SAME * max(abs(after), abs(before)):
             self.slopes[output, given] = after
@@ -204,41 +191,11 @@ class _Study:
     # --- why there is none ---
 
     def _diagnoses(self) -> Iterator[Diagnosis]:
-        groups: dict[_Reason, list[tuple[str, str]]] = {}
+        groups: dict[Reason, list[tuple[str, str]]] = {}
         for pair, reason in self.reasons.items():
             groups.setdefault(reason, []).append(pair)
         for reason, group in groups.items():
-            yield self._diagnosis(reason, group)
-
-    def _diagnosis(self, reason: _Reason, group: Sequence[tuple[str, str]]) -> Diagnosis:
-        outputs = tuple(dict.fromkeys(output for output, _ in group))
-        givens = tuple(dict.fromkeys(given for _, given in group))
-        what = f"the derivative of {_listed(outputs)} by {_listed(givens)}"
-        labels = () if reason.rule < 0 else (Label(self.model.equations[reason.rule].rule),)
-        match reason.kind:
-            case "tied":
-                text = f"{what} does not exist: moved alone, {_either(givens)} would break this rule"
-                note = "clear an input that the others determine"
-            case "rough":
-                text = f"{what} can't be told here: this rule has no slope at these values"
-                note = "it has a corner or a vertical tangent there; move an input a little and ask again"
-            case "kink":
-                after, before = reason.sides
-                where = (
-                    f"the rules change at {_comparisons(reason.pairs)}" if reason.pairs else "it has a corner"
-                )
-                text = f"{what} does not exist: {where}"
-                note = f"it is {after:.10g} upwards and {before:.10g} downwards"
-            case "blank":
-                text = f"{what} does not exist: {_listed(outputs)} has no number here"
-                note = "take it out of the list, or solve for it"
-            case "edges":
-                text = f"{what} can't be told here: the rules change at {_comparisons(reason.pairs)}"
-                note = "move an input a little and ask again"
-            case _:
-                text = f"{what} does not exist: the answer is singular there"
-                note = "it can move while every input stays: a double root, a fold or a dead centre"
-        return Diagnosis("S592", Severity.NOTE, text, labels, (note,), outputs)
+            yield diagnosis(self.model, reason, group)
 
 
 def _apart(total: Total, signs: Mapping[Pair, int], given: str, way: int) -> bool:
@@ -250,35 +207,22 @@ def _apart(total: Total, signs: Mapping[Pair, int], given: str, way: int) -> boo
     return True
 
 
-def _one(total: Total, output: str, given: str) -> float | _Reason:
+def _one(total: Total, output: str, given: str) -> float | Reason:
     """The derivative, or why there is none."""
     if output == given:
         return 1.0
     if given in total.tied:
-        return _Reason("tied", total.tied[given])
+        return Reason("tied", total.tied[given])
     corner = total.cornered.get(given, {}).get(output)
     if corner is not None:
-        return _Reason("rough", corner)
+        return Reason("rough", corner)
     if output in total.by and output not in total.loose:
         return _cleared(float(total.by[output].get(given, 0.0)), total, output, given)
     rule = next((e for e, read in total.rough.items() if read & {output, *total.loose}), None)
-    return _Reason("free") if rule is None else _Reason("rough", rule)
+    return Reason("free") if rule is None else Reason("rough", rule)
 
 
 def _cleared(slope: float, total: Total, output: str, given: str) -> float:
     """The slope; 0 where it is no more than what is left of terms that cancel at the digits computed with."""
     above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
     return slope if abs(slope) * below > CANCELLED * above else 0.0
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = names if len(names) <= 6 else (*names[:6], f"{len(names) - 6} more")
-    return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
-
-
-def _either(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else "each of them"
-
-
-def _comparisons(pairs: Iterable[Pair]) -> str:
-    return _listed([f"{format_expression(left)} = {format_expression(right)}" for left, right in pairs])

@@ -167,7 +167,9 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
         _end(curve.last_end, rows[-1].point.z, system),
     )
     if len(system.names) > 1:
-        yield _Run(rows, curve.closed, start, end)
+        kept = rows if curve.closed else tuple(_sound(rows))
+        if kept:
+            yield _Run(kept, curve.closed, start, end)
         return
     solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)
     for run in [list(group) for there, group in solved if there]:
@@ -178,6 +180,13 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
             start if first == 0 else End.DOMAIN.value,
             end if last == len(rows) - 1 else End.DOMAIN.value,
         )
+
+
+def _sound(rows: tuple[_Filled, ...]) -> Iterator[_Filled]:
+    """Without an end where the rules do not hold to rounding: a curve comes only near to where it ends."""
+    for row in rows:
+        if row.point.fold or row.status is Status.SOLVED or (row is not rows[0] and row is not rows[-1]):
+            yield row
 
 
 def _magnitudes(leaves: Iterable[Leaf]) -> dict[str, float]:

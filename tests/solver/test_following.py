@@ -179,6 +179,13 @@ def test_where_every_step_has_one_value_the_rows_part_where_there_is_no_answer()
     assert table.solved.all()
 
 
+def test_a_branch_that_ends_in_a_cusp_shows_no_row_that_does_not_hold() -> None:
+    table = followed("variables\nx\ns\nrules\nsqrt(abs(x)) = s + 0.3", "s", [-1.0, 0.0, 1.0], ["x"])
+    assert sorted(table["x"].tolist()) == pytest.approx([-1.69, -0.09, 0.09, 1.69])
+    assert table.solved.all()
+    assert "s reaches 1" in {branch.end for branch in table.branches}
+
+
 def test_columns_keep_out_of_the_way_of_variables_of_their_name() -> None:
     table = followed("variables\nbranch\narc\nrules\nbranch^2 = arc", "arc", [1.0, 4.0], ["branch"])
     assert list(table) == ["arc", "branch", "branch_", "arc_"]
