@@ -492,4 +492,9 @@ CATALOGUE: dict[str, Entry] = {
         "--follow goes along a curve: over one range, in this process, without pictures.",
         "Give one --over and leave the other options out.",
     ),
+    "E449": Entry(
+        "proof needs python-flint",
+        "Rigorous enclosures are an extra, which is not installed.",
+        "Install it by `pip install 'backsolve[proof]'`",
+    ),
 }

@@ -32,13 +32,15 @@ def explore_refined(
     want: Sequence[str] | None,
     guesses: Mapping[str, float],
     judged: Sequence[str],
+    always: bool = False,
 ) -> Exploration:
     """As ``explore``, with every judged value that has a number right to the last digit of a float.
 
-    Leaves that are refined hold their values to more digits in ``branch.precise``.
+    Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
+    needed or not.
     """
     found = explore(model, inputs, want, guesses, judged)
-    if not _delicate(model, found, judged):
+    if not always and not _delicate(model, found, judged):
         return found
     from solver.precise_explorer import explore_precisely
 

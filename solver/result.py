@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from solver.forward_error import ForwardErrors
     from solver.one_sided import Near
     from solver.path.steps import Path, SolveBlock, Step
+    from solver.proof import Proof
     from solver.sensitivities import Sensitivities
     from solver.tolerances import ToleranceBands
 
@@ -52,6 +53,7 @@ class Solution(Mapping[str, Value]):
     residual: float | Callable[[], float] = field(default=0.0, repr=False)
     checked: int = 0
     measure: Callable[[], ForwardErrors] | None = field(default=None, repr=False, compare=False)
+    proof: Proof | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def worst_residual(self) -> float:
@@ -62,6 +64,11 @@ class Solution(Mapping[str, Value]):
         from solver.forward_error import ForwardErrors
 
         return self.measure() if self.measure else ForwardErrors({})
+
+    @property
+    def radius(self) -> Mapping[str, float]:
+        """How far every number may be from the exact one at most: proved, where a proof was asked for."""
+        return {} if self.proof is None else self.proof.radius
 
     @property
     def error(self) -> Mapping[str, float]:

@@ -26,6 +26,7 @@ def solve(
     inputs: Mapping[str, Value | None] | None = None,
     want: Iterable[str] | None = None,
     guesses: Mapping[str, float] | None = None,
+    prove: bool = False,
 ) -> Result:
     """Solve a model for whatever is not an input.
 
@@ -33,23 +34,30 @@ def solve(
     are asked for: nothing else is computed or can fail. ``guesses`` say which of several answers comes
     first (and start the iteration where there is one). Values are in calculation units.
 
+    ``prove``: every answer is proved to exist and to be the only one within ``solution.radius``, as far as
+    ``solution.proof`` says; this needs python-flint.
+
     Raises RuleSheetError for names that the model does not have, numbers that are not finite, and
     values outside the range that the sheet declares.
     """
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else tuple(variable_named(name, model).name for name in want)
-    repeats = _repeats(model)
+    repeats = None if prove else _repeats(model)
     if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
         return known
     judged = wanted if wanted is not None else posted(model)
     paths = planner(model)
     paths.recall(frozenset(given), None if wanted is None else frozenset(wanted))
-    found = explore_refined(model, given, wanted, hints, judged)
+    if prove:
+        from solver.proof import require_proof
+
+        require_proof()
+    found = explore_refined(model, given, wanted, hints, judged, always=prove)
     paths.keep()
     verdict = judge(model, found, judged, given, hints)
     near = partial(_near, model, wanted, judged)
-    result = _result(model, verdict, found.complete, given, hints, judged, near)
+    result = _result(model, verdict, found.complete, given, hints, judged, near, prove)
     if repeats is not None:
         repeats.meet(given, wanted, hints, result, verdict.leaves)
     return result
@@ -82,9 +90,10 @@ def _result(
     guesses: Mapping[str, float],
     judged: tuple[str, ...],
     near: Near,
+    prove: bool,
 ) -> Result:
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
-    solutions = tuple(_solution(model, leaf) for leaf in verdict.leaves) if answered else ()
+    solutions = tuple(_solution(model, leaf, inputs, prove) for leaf in verdict.leaves) if answered else ()
     primary = verdict.leaves[0] if verdict.leaves else None
     undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
     return Result(
@@ -129,8 +138,13 @@ def _explained(
     return explain(model, verdict, inputs, judged)
 
 
-def _solution(model: Model, leaf: Leaf) -> Solution:
-    return Solution(leaf.branch.values, leaf.worst, leaf.checked, partial(leaf_errors, model, leaf))
+def _solution(model: Model, leaf: Leaf, inputs: Mapping[str, Value], proved: bool) -> Solution:
+    proof = None
+    if proved:
+        from solver.proof import prove
+
+        proof = prove(model, leaf, inputs)
+    return Solution(leaf.branch.values, leaf.worst, leaf.checked, partial(leaf_errors, model, leaf), proof)
 
 
 def _unreached(model: Model, verdict: Verdict, inputs: Mapping[str, Value]) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ FLOORS = (
     ("solver.total_derivatives", "solver.one_sided", "solver.sensitivities", "solver.tolerances"),
     ("solver.result", "solver.table", "solver.leaves", "solver.casework", "solver.solution"),
     ("solver.compiled",),
-    ("solver.refinement", "solver.precise_explorer"),
+    ("solver.refinement", "solver.precise_explorer", "solver.proof"),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.repeats", "solver.solving", "solver.plan", "solver.sweep_rows"),
@@ -52,7 +52,7 @@ DOORS = {
     "pyarrow": ("solver.files.parquet",),
     "distributed": ("solver.sweeps.cluster",),
     "llvmlite": ("solver.compiled.native",),
-    "flint": ("solver.numerics",),
+    "flint": ("rulesheets.functions",),
     "mpmath": ("rulesheets.functions", "rulesheets.evaluate"),
     "scipy": ("solver.numerics", "solver.structure", "rulesheets.functions"),
 }

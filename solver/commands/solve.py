@@ -21,6 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--digits", action="store_true", help="print each number with the digits that are right"
     )
+    parser.add_argument("--prove", action="store_true", help="prove every answer, and that there is no other")
     add_derived_options(parser)
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--json", action="store_true", help="print one JSON object")
@@ -33,7 +34,9 @@ def run(arguments: Namespace) -> int:
     from solver.solving import solve
 
     request = read_request(arguments)
-    result = solve(request.model, request.inputs, want=request.want, guesses=request.guesses)
+    result = solve(
+        request.model, request.inputs, want=request.want, guesses=request.guesses, prove=arguments.prove
+    )
     if arguments.output:
         _write(result, arguments.output)
     _print(result, arguments)

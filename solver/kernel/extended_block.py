@@ -51,8 +51,8 @@ def solve_block_extended(
     refinement = _Refinement(question, system, outcome)
     found = refinement.linear() if kernel.linear else refinement.outcome()
     more = max(0, len(found.answers) - len(outcome.answers))
-    attempt = Attempt(Method.EXTENDED, more, found.complete)
-    return replace(found, attempts=(*outcome.attempts, attempt))
+    attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
+    return replace(found, attempts=(*outcome.attempts, *attempts))
 
 
 class _Refinement:

@@ -30,6 +30,7 @@ def result_json(
             "status": str(result.status),
             "solutions": solutions,
             **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
+            **_proofs(result, solutions),
             "complete": result.complete,
             "undetermined": list(result.undetermined),
             "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
@@ -55,6 +56,18 @@ def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Jso
         for name, variable in result.model.variables.items()
         if name in answer and (explain or variable.posted or name in asked) and _finite(answer[name])
     }
+
+
+def _proofs(result: Result, shown: list[Json]) -> Json:
+    """What was proved of every answer, where that was asked for."""
+    if not any(answer.proof for answer in result.solutions):
+        return {}
+    found = [
+        {"proved": answer.proof.proved, "radius": {n: answer.radius[n] for n in some if n in answer.radius}}
+        for answer, some in zip(result.solutions, shown, strict=True)
+        if answer.proof is not None
+    ]
+    return {"proofs": found}
 
 
 def _errors(answer: Solution, shown: Json) -> Json:

@@ -100,6 +100,10 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
     if result.status is not Status.SOLVED:
         yield f"{result.status}: {MEANINGS[result.status]}"
     yield work_line(result)
+    if any(solution.proof for solution in result.solutions):
+        from solver.report.proof import proof_lines
+
+        yield from proof_lines(result)
     yield from _others(result, every)
 
 

@@ -1,0 +1,76 @@
+"""The value of an expression over balls: a rigorous enclosure to any precision."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import reduce
+from typing import Any, assert_never
+
+from rulesheets.evaluate.number import Undefined
+from rulesheets.functions.balls import FUNCTIONS, Ball, ball
+from rulesheets.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+)
+
+_ROUNDED: dict[float, Any] = {
+    math.pi / 180.0: lambda: FUNCTIONS["pi"]() / 180,
+    180.0 / math.pi: lambda: 180 / FUNCTIONS["pi"](),
+    2.0 / math.sqrt(math.pi): lambda: 2 / FUNCTIONS["pi"]().sqrt(),
+    -2.0 / math.sqrt(math.pi): lambda: -2 / FUNCTIONS["pi"]().sqrt(),
+    1.0 / math.log(10.0): lambda: 1 / ball(10).log(),
+}
+"""Floats that derivatives have in place of numbers that no float holds."""
+
+
+def enclosing_ball(expression: Expression, balls: Mapping[str, Ball], derivative: bool = False) -> Ball:
+    """A ball that holds every value of ``expression`` over the ``balls`` of its variables.
+
+    ``derivative``: the expression is one, in which some floats stand for the exact numbers next to
+    them; both are enclosed. Raises Undefined where it may not be defined everywhere, KeyError for a
+    variable without a ball.
+    """
+    match expression:
+        case Number(value):
+            exact = _ROUNDED.get(value) if derivative else None
+            return ball(value) if exact is None else ball(value).union(exact())
+        case Name(name):
+            return balls[name]
+        case Negative(operand):
+            return -enclosing_ball(operand, balls, derivative)
+        case Sum(terms):
+            return reduce(lambda a, b: a + b, (enclosing_ball(term, balls, derivative) for term in terms))
+        case Product(left, right):
+            return enclosing_ball(left, balls, derivative) * enclosing_ball(right, balls, derivative)
+        case Quotient(left, right):
+            above, below = (enclosing_ball(part, balls, derivative) for part in (left, right))
+            return _defined(above / below, "/", expression)
+        case Power(base, exponent):
+            return _power(expression, *(enclosing_ball(part, balls, derivative) for part in (base, exponent)))
+        case Call(function, arguments):
+            inside = [enclosing_ball(argument, balls, derivative) for argument in arguments]
+            return _defined(FUNCTIONS[function](*inside), function, expression)
+        case Symbol():
+            raise Undefined("symbol", (), expression)
+        case _:
+            assert_never(expression)
+
+
+def _power(expression: Power, base: Ball, exponent: Ball) -> Ball:
+    whole = exponent.unique_fmpz() if exponent.is_exact() and exponent.is_integer() else None
+    return _defined(base**exponent if whole is None else base ** int(whole), "^", expression)
+
+
+def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
+    if not result.is_finite():
+        raise Undefined(operation, (math.nan,), expression)
+    return result

@@ -1,0 +1,119 @@
+"""The built-in functions on balls: rigorous enclosures to any precision, by Arb (the only import of it).
+
+A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE Trans. Computers 66 (2017)
+1281–1292). Outside its domain a function gives a ball that is not finite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from typing import Any, TypeAlias
+
+from flint import arb, arb_mat, ctx
+
+Ball: TypeAlias = Any
+"""An ``arb`` of python-flint (which has no types of its own)."""
+
+
+def precision(bits: int) -> Any:
+    """A context in which balls are computed with so many bits."""
+    return ctx.workprec(bits)
+
+
+def ball(number: Any) -> Ball:
+    """The exact number: a float, an int, or an mpmath number."""
+    if hasattr(number, "_mpf_"):
+        sign, mantissa, exponent, _ = number._mpf_
+        return (arb(-int(mantissa)) if sign else arb(int(mantissa))) * arb(2) ** exponent
+    return arb(number)
+
+
+def around(middle: Ball, radius: float) -> Ball:
+    """Everything within ``radius`` of a number."""
+    return middle + arb(0, radius)
+
+
+def preconditioned(
+    jacobian: Sequence[Sequence[Ball]], centre: Sequence[Sequence[Ball]], residual: Sequence[Ball]
+) -> tuple[list[list[Ball]], list[Ball]] | None:
+    """I − Y J and Y F, for Y next to the inverse of the middle of ``centre``; None where that is singular."""
+    n = len(residual)
+    try:
+        inverse = arb_mat([[a.mid() for a in row] for row in centre]).inv()
+    except ZeroDivisionError:
+        return None
+    rough = arb_mat([[inverse[i, j].mid() for j in range(n)] for i in range(n)])
+    product = rough * arb_mat([list(row) for row in jacobian])
+    shift = rough * arb_mat([[f] for f in residual])
+    rest = [[(1 if i == j else 0) - product[i, j] for j in range(n)] for i in range(n)]
+    return rest, [shift[i, 0] for i in range(n)]
+
+
+def _degrees(function: Callable[[Ball], Ball]) -> Callable[[Ball], Ball]:
+    return lambda x: function(x) / arb.pi() * 180
+
+
+def _wave(function: Callable[[Ball], Ball]) -> Callable[[Ball], Ball]:
+    """A function of degrees from that of half turns."""
+    return lambda x: function(x / 180)
+
+
+def _truncated(x: Ball) -> Ball:
+    return x.floor() if x >= 0 else x.ceil() if x <= 0 else x.floor().union(x.ceil())
+
+
+def _rounded(x: Ball) -> Ball:
+    return x.sgn() * (abs(x) + arb(0.5)).floor()
+
+
+def _mod(x: Ball, y: Ball) -> Ball:
+    return x - y * _truncated(x / y)
+
+
+def _step(x: Ball, a: Ball) -> Ball:
+    return arb(1) if x >= a else arb(0) if x < a else arb(0).union(arb(1))
+
+
+def _log_gamma(x: Ball) -> Ball:
+    return x.lgamma() if x > 0 else abs(x.gamma()).log()
+
+
+FUNCTIONS: Mapping[str, Callable[..., Ball]] = {
+    "pi": arb.pi,
+    "e": arb.const_e,
+    **{name: getattr(arb, name) for name in ("sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan")},
+    **{name: getattr(arb, name) for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
+    **{name: getattr(arb, name) for name in ("gamma", "digamma", "erf", "erfc", "sgn")},
+    "abs": abs,
+    "ln": arb.log,
+    "log": lambda x: x.log() / arb.const_log10(),
+    "log10": lambda x: x.log() / arb.const_log10(),
+    "sind": _wave(arb.sin_pi),
+    "cosd": _wave(arb.cos_pi),
+    "tand": _wave(arb.tan_pi),
+    "asind": _degrees(arb.asin),
+    "acosd": _degrees(arb.acos),
+    "atand": _degrees(arb.atan),
+    "atan2": arb.atan2,
+    "atan2d": lambda y, x: arb.atan2(y, x) / arb.pi() * 180,
+    "int": _truncated,
+    "frac": lambda x: x - _truncated(x),
+    "round": _rounded,
+    "mod": _mod,
+    "step": _step,
+    "min": lambda *numbers: reduce(lambda a, b: a.min(b), numbers),
+    "max": lambda *numbers: reduce(lambda a, b: a.max(b), numbers),
+    "lgamma": _log_gamma,
+    "beta": lambda a, b: a.gamma() * b.gamma() / (a + b).gamma(),
+    "j0": lambda x: x.bessel_j(0),
+    "j1": lambda x: x.bessel_j(1),
+    "jn": lambda n, x: x.bessel_j(n),
+    "y0": lambda x: x.bessel_y(0),
+    "y1": lambda x: x.bessel_y(1),
+    "yn": lambda n, x: x.bessel_y(n),
+    "i0": lambda x: x.bessel_i(0),
+    "bessel_i1": lambda x: x.bessel_i(1),
+    "k0": lambda x: x.bessel_k(0),
+    "bessel_k1": lambda x: x.bessel_k(1),
+}

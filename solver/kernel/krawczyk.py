@@ -1,0 +1,91 @@
+"""Existence and uniqueness of a root of a square system near a point, proved.
+
+If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root in X,
+whatever the known numbers are within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A. Neumaier,
+*Interval Methods for Systems of Equations*, 1990, section 5.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.enclosing_ball import enclosing_ball
+from rulesheets.functions.balls import Ball, around, ball, preconditioned
+from rulesheets.nodes import Expression
+
+INFLATIONS = 24
+TIGHTENINGS = 12
+TIGHT = 2.0**-110
+"""Relative radius that no float can tell from 0."""
+
+
+class Square:
+    """F = 0 for as many ``forms`` as ``unknowns``; ``partials`` are ∂F_i/∂x_j row by row."""
+
+    def __init__(
+        self, forms: Sequence[Expression], partials: Sequence[Expression], unknowns: Sequence[str]
+    ) -> None:
+        self.forms, self.partials, self.unknowns = forms, partials, unknowns
+
+
+def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
+    """Balls around ``middle`` with exactly one root, for any ``known`` numbers in theirs; None: no proof."""
+    try:
+        return _Proof(square, known).near(list(middle))
+    except (Undefined, OverflowError):
+        return None
+
+
+class _Proof:
+    def __init__(self, square: Square, known: Mapping[str, Ball]) -> None:
+        self.square, self.known = square, known
+
+    def near(self, middle: list[Ball]) -> dict[str, Ball] | None:
+        """Inflate until the image lies inside; then tighten."""
+        size = max(float(m.abs_upper()) for m in middle) or 1.0
+        least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
+        radii = least
+        for _ in range(INFLATIONS):
+            box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
+            image = self._image(middle, box)
+            if image is None:
+                return None
+            if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
+                return dict(zip(self.square.unknowns, self._tightened(image), strict=True))
+            reach = [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
+            radii = [1.5 * far + tiny for far, tiny in zip(reach, least, strict=True)]
+        return None
+
+    def _tightened(self, box: list[Ball]) -> list[Ball]:
+        """The image of the image, and so on: each holds the root."""
+        for _ in range(TIGHTENINGS):
+            if all(float(x.rad()) <= TIGHT * float(x.abs_upper()) for x in box):
+                break
+            image = self._image([x.mid() for x in box], box)
+            if image is None or not any(k.rad() < 0.5 * x.rad() for k, x in zip(image, box, strict=True)):
+                break
+            box = [x.intersection(k) for x, k in zip(box, image, strict=True)]
+        return box
+
+    def _image(self, middle: Sequence[Ball], box: Sequence[Ball]) -> list[Ball] | None:
+        found = preconditioned(self._jacobian(box), self._jacobian(middle), self._residual(middle))
+        if found is None:
+            return None
+        rest, shift = found
+        apart = [x - m for x, m in zip(box, middle, strict=True)]
+        return [
+            m - s + sum((a * d for a, d in zip(row, apart, strict=True)), ball(0))
+            for m, s, row in zip(middle, shift, rest, strict=True)
+        ]
+
+    def _at(self, point: Sequence[Ball]) -> dict[str, Ball]:
+        return {**self.known, **dict(zip(self.square.unknowns, point, strict=True))}
+
+    def _residual(self, point: Sequence[Ball]) -> list[Ball]:
+        return [enclosing_ball(form, self._at(point)) for form in self.square.forms]
+
+    def _jacobian(self, point: Sequence[Ball]) -> list[list[Ball]]:
+        n, at = len(self.square.unknowns), self._at(point)
+        flat = [enclosing_ball(partial, at, derivative=True) for partial in self.square.partials]
+        return [flat[i : i + n] for i in range(0, n * n, n)]

@@ -1,0 +1,212 @@
+"""Answers proved: that each exists, and is the only one within its radius.
+
+The rules that an answer was solved with are taken step by step, in the order of the path: the inputs are
+exact, each step proves its unknowns for whatever its known numbers are within their balls. Conditions must
+come out as they were taken for all numbers in the balls; rules that were left over must not be contradicted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rulesheets.construct import subtract
+from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
+from solver.leaves import Leaf
+from solver.path.activity import activity
+from solver.path.steps import Evaluate, Select, SolveBlock
+
+BITS = 400
+EXTRA = "python-flint"
+
+
+@dataclass(frozen=True)
+class Proof:
+    """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
+
+    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
+    """
+
+    proved: bool
+    radius: Mapping[str, float] = field(default_factory=dict)
+    nearest: bool = False
+    obstacle: str = ""
+
+
+def require_proof() -> None:
+    """Raises RuleSheetError where the extra is not installed."""
+    from importlib.util import find_spec
+
+    if find_spec("flint") is None:
+        raise RuleSheetError(error("E449", f"proof needs {EXTRA}", notes=("pip install 'backsolve[proof]'",)))
+
+
+class _Obstacle(Exception):
+    """What stands in the way of a proof."""
+
+
+def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
+    """The proof of a solved leaf, as far as it goes."""
+    from rulesheets.functions.balls import precision
+
+    with precision(BITS):
+        try:
+            proving = _Proving(model, leaf, inputs)
+            proving.run()
+            return proving.proof()
+        except _Obstacle as obstacle:
+            return Proof(False, obstacle=str(obstacle))
+
+
+class _Proving:
+    def __init__(self, model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> None:
+        from rulesheets.functions.balls import ball
+
+        self.model, self.leaf, self.inputs = model, leaf, inputs
+        self.values = leaf.branch.values
+        self.decided = {**leaf.branch.decided, **leaf.branch.assumed}
+        self.balls: dict[str, Any] = {
+            name: ball(number)
+            for name, number in self.values.items()
+            if isinstance(number, float) and name not in leaf.branch.origins
+        }
+
+    def run(self) -> None:
+        """Raises _Obstacle."""
+        used: set[int] = set()
+        for step in dict.fromkeys(self.leaf.branch.steps):
+            match step:
+                case Evaluate(equation=equation, unknown=unknown):
+                    self._step((equation,), (unknown,), used)
+                case Select(equations=equations, unknown=unknown):
+                    chosen = next(e for e in equations if activity(self.model.equations[e], self.decided))
+                    self._step((chosen,), (unknown,), used)
+                case SolveBlock(equations=equations, unknowns=unknowns):
+                    self._step(equations, unknowns, used)
+        for rule in self.model.equations:
+            if activity(rule, self.decided) and all(name in self.values for name in rule.names):
+                self._guarded(rule)
+                if rule.index not in used:
+                    self._uncontradicted(rule)
+
+    def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
+        from rulesheets.functions.balls import ball
+        from solver.kernel.krawczyk import Square, proved_root
+
+        equations = [self.model.equations[index] for index in indices]
+        used.update(indices)
+        if any(isinstance(self.values.get(name), str) for name in unknowns):
+            return
+        if not all(name in self.values for name in unknowns):
+            raise _Obstacle(f"{', '.join(unknowns)} is not determined")
+        forms = [subtract(equation.left, equation.right) for equation in equations]
+        try:
+            partials = [differentiate(form, name) for form in forms for name in unknowns]
+        except NotDifferentiable as missing:
+            raise _Obstacle(str(missing)) from None
+        precise = self.leaf.branch.precise
+        middle = [ball(precise.get(name, self.values[name])) for name in unknowns]
+        root = proved_root(Square(forms, partials, tuple(unknowns)), self.balls, middle)
+        if root is None:
+            raise _Obstacle(f"no proof for {', '.join(unknowns)}: the rules are not regular there")
+        self.balls.update(root)
+
+    def _uncontradicted(self, equation: Equation) -> None:
+        """Left and right of a rule that checks must overlap."""
+        if any(isinstance(self.values[name], str) for name in equation.names):
+            return
+        from rulesheets.evaluate.enclosing_ball import enclosing_ball
+
+        try:
+            left, right = (enclosing_ball(side, self.balls) for side in (equation.left, equation.right))
+        except Undefined as undefined:
+            raise _Obstacle(f"a rule that checks needs {undefined}") from None
+        if not left.overlaps(right):
+            raise _Obstacle("a rule that checks is not satisfied exactly")
+
+    # --- conditions ---
+
+    def _guarded(self, equation: Equation) -> None:
+        for premise in equation.guard:
+            if self._certain(self.model.conditions[premise.condition]) is not premise.holds:
+                raise _Obstacle("a condition that no enclosure decides: two numbers are too near to equal")
+
+    def _certain(self, condition: Condition) -> bool | None:
+        """How a condition comes out for all numbers in the balls; None where they do not agree."""
+        match condition:
+            case Comparison():
+                return self._compared(condition)
+            case And(terms):
+                return _all(map(self._certain, terms))
+            case Or(terms):
+                either = _all(_not(self._certain(term)) for term in terms)
+                return _not(either)
+            case Not(term):
+                return _not(self._certain(term))
+            case Given(name):
+                return name in self.inputs
+
+    def _compared(self, comparison: Comparison) -> bool | None:
+        from rulesheets.evaluate.enclosing_ball import enclosing_ball
+
+        sides = comparison.left, comparison.right
+        if any(map(self._symbolic, sides)):
+            from rulesheets.evaluate import holds
+
+            return holds(comparison, self.values, self.inputs)
+        try:
+            left, right = (enclosing_ball(side, self.balls) for side in sides)
+        except (Undefined, KeyError):
+            return None
+        if left.is_exact() and right.is_exact():
+            less, same = left < right, left == right
+        elif left.overlaps(right):
+            return None
+        else:
+            less, same = left < right, False
+        match comparison.operator:
+            case "=":
+                return bool(same)
+            case "<>":
+                return not same
+            case "<" | "<=":
+                return bool(less or (same and comparison.operator == "<="))
+            case _:
+                return bool(not less and (not same or comparison.operator == ">="))
+
+    def _symbolic(self, side: Expression) -> bool:
+        value = self.values.get(side.name) if isinstance(side, Name) else None
+        return isinstance(side, Symbol) or isinstance(value, str)
+
+    # --- what is proved ---
+
+    def proof(self) -> Proof:
+        from rulesheets.functions.balls import ball
+
+        radius, nearest = {}, True
+        for name, found in self.balls.items():
+            number = self.values[name]
+            computed = name in self.leaf.branch.origins
+            radius[name] = _up(float((found - ball(number)).abs_upper())) if computed else 0.0
+            nearest = nearest and float(found.lower()) == float(found.upper()) == number
+        return Proof(True, radius, nearest)
+
+
+def _up(number: float) -> float:
+    return math.nextafter(number, math.inf) if number else 0.0
+
+
+def _all(outcomes: Iterable[bool | None]) -> bool | None:
+    found = list(outcomes)
+    if any(outcome is False for outcome in found):
+        return False
+    return None if any(outcome is None for outcome in found) else True
+
+
+def _not(outcome: bool | None) -> bool | None:
+    return None if outcome is None else not outcome

@@ -1,0 +1,25 @@
+"""What was proved of a result, where a proof was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rulesheets.spelling import plural
+from solver.result import Result, Status
+
+
+def proof_lines(result: Result) -> Iterator[str]:
+    """Whether each answer is proved, how far the numbers may be off at most, and whether these are all."""
+    proofs = [solution.proof for solution in result.solutions if solution.proof is not None]
+    if not proofs or result.status is not Status.SOLVED:
+        return
+    proved = [proof for proof in proofs if proof.proved]
+    if len(proved) < len(proofs):
+        yield f"not proved: {next(p.obstacle for p in proofs if not p.proved)}"
+    if proved:
+        worst = max(max(proof.radius.values(), default=0.0) for proof in proved)
+        nearest = "every number the float nearest to the exact one" if all(p.nearest for p in proved) else ""
+        radius = nearest or f"every number within {worst:.0e}"
+        yield f"proved: {plural(len(proved), 'answer')}, {radius}"
+    if result.complete and len(proved) == len(proofs):
+        yield "proved: there is no other answer" if len(proofs) == 1 else "proved: there are no others"
