@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -63,6 +64,7 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
 
 def _axis(option: Option, stretch: str) -> Axis:
     """A range, or a list; one value is a list of one."""
+    from rulesheets.input_messages import not_finite
     from solver.sweeps.grid import Stretch, listed
 
     if ":" not in stretch:
@@ -76,6 +78,8 @@ def _axis(option: Option, stretch: str) -> Axis:
     count = int((stop - start) / step) + 1
     if count > LIMIT:
         raise RuleSheetError(_too_many(option))
+    if max(abs(start), abs(start + step * (count - 1))) > Fraction(sys.float_info.max):
+        raise RuleSheetError(not_finite("it is too large for a float", option.place(stretch)))
     return Stretch(start, step, count)
 
 

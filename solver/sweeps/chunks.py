@@ -46,7 +46,7 @@ def grid_lessons(rows: Rows) -> Chunk:
 def first_lessons(chunk: Chunk) -> Chunk:
     """Some rows of the first piece, where nothing is known of the others."""
     count = lessons(16 * len(chunk[0])) if chunk else 0
-    places = np.linspace(0, len(chunk[0]) - 1, count).astype(np.int64)
+    places = np.linspace(0, len(chunk[0]) - 1, count).astype(np.int64) if count else ()
     return tuple(column[places] for column in chunk) if count else ()
 
 

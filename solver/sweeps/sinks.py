@@ -79,9 +79,10 @@ class StreamSink:
 
     def __init__(self, stream: TextIO, names: Sequence[str]) -> None:
         self._stream = stream
-        self._stream.write(csv_head(names).decode())
+        self._head = csv_head(names).decode()
 
     def add(self, piece: Solved) -> None:
+        self._begin()
         if piece.text is not None:
             self._stream.write(piece.text.decode())
         else:
@@ -89,7 +90,13 @@ class StreamSink:
             self._stream.write(csv_rows(piece.table).decode())
 
     def close(self) -> None:
+        self._begin()
         self._stream.flush()
+
+    def _begin(self) -> None:
+        """The heading comes with the first rows: a sweep that never starts prints nothing."""
+        self._stream.write(self._head)
+        self._head = ""
 
     def discard(self) -> None:
         """What is printed is printed."""

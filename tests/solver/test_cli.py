@@ -304,7 +304,8 @@ def test_ranges_of_a_sweep_are_decimal(run: Run, sheet: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "stretch", ["a", "a=", "a=1:2", "a=1,", "a=1:2:0", "a=1:2:-1", "a=0:1:1e-13", "z=1:2:1"]
+    "stretch",
+    ["a", "a=", "a=1:2", "a=1,", "a=1:2:0", "a=1:2:-1", "a=0:1:1e-13", "a=0:1e309:1e308", "z=1:2:1"],
 )
 def test_a_wrong_range_of_a_sweep(run: Run, sheet: str, stretch: str) -> None:
     code, out, err = run("sweep", sheet, "--over", stretch)

@@ -186,6 +186,16 @@ def test_a_wrong_file_of_rows(run: Run, sheet: str, tmp_path: Path, text: str, c
     assert complaint in err
 
 
+def test_a_file_without_rows_makes_a_table_without_rows(run: Run, sheet: str, tmp_path: Path) -> None:
+    file, out = tmp_path / "rows.csv", tmp_path / "out.csv"
+    file.write_text("a\n")
+    assert run("sweep", sheet, "--rows", str(file), "--want", "c") == (0, "a,c,status\n", "no rows\n")
+    for every in ([], ["--all"]):
+        words = ("sweep", sheet, "--rows", str(file), "--want", "c", "-o", str(out), *every)
+        assert run(*words) == (0, "", "no rows\n")
+        assert out.read_text() == ("a,answer,c,status\n" if every else "a,c,status\n")
+
+
 @pytest.mark.parametrize("name", ["missing.csv", "missing.parquet", "."])
 def test_a_missing_file_of_rows(run: Run, sheet: str, tmp_path: Path, name: str) -> None:
     code, out, err = run("sweep", sheet, "--rows", str(tmp_path / name))
