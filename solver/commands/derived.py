@@ -44,6 +44,11 @@ def _samples(text: str) -> int:
     return int(text)
 
 
+def asked(arguments: Namespace) -> bool:
+    """Whether an option asks for something derived."""
+    return arguments.sensitivity is not None or bool(arguments.tolerances or arguments.monte_carlo)
+
+
 def derived_text(result: Result, arguments: Namespace, *, color: bool) -> str:
     """What the options ask for, as blocks of text; empty where they ask for nothing."""
     return "\n\n".join(_texts(result, arguments, color))

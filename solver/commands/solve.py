@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from solver.commands.derived import add_derived_options, derived_json, derived_text
+from solver.commands.derived import add_derived_options, asked, derived_json, derived_text
 from solver.commands.inputs import add_input_options, read_request
 
 TYPE_CHECKING = False
@@ -58,6 +58,8 @@ def _print(result: Result, arguments: Namespace) -> None:
         print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
     elif arguments.csv:
         _print_csv(result, every=arguments.all)
+        if asked(arguments) and (derived := derived_text(result, arguments, color=False)):
+            print(derived, file=sys.stderr)
     else:
         from solver.report.text import result_text
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import mpmath
@@ -68,6 +69,22 @@ def test_near_dead_centre_the_digits_are_right(distance: float) -> None:
             lambda s: mpmath.degrees(mpmath.acos((mpmath.mpf(9) + s * s - 64) / (6 * s))), mpmath.mpf(x)
         )
     assert found["theta", "x"] == pytest.approx(float(exact), rel=1e-12)
+
+
+@pytest.mark.parametrize("distance", [1e-6, 1e-14])
+def test_the_slider_crank_near_the_end_of_its_stroke(distance: float) -> None:
+    """In line with the shaft cosd(thetaAO) = (AO² + xB² − AB²)/(2 AO xB), for both answers."""
+    x = 11.0 * (1.0 - distance)
+    model = rulesheets.load("offset_slider_crank_slope_free")
+    result = solver.solve(model, {"thetaAO": None, "xB": x, "offset": 0.0}, ["thetaAO"])
+    assert len(result.solutions) == 2
+    with mpmath.workdps(60):
+        far = mpmath.mpf(x)
+        cosine = (9 + far**2 - 64) / (6 * far)
+        exact = -mpmath.degrees((1 + 55 / far**2) / 6 / mpmath.sqrt(1 - cosine**2))
+    for answer, solution in enumerate(result.solutions):
+        found = result.sensitivity(["thetaAO"], ["xB"], answer)["thetaAO", "xB"]
+        assert found == pytest.approx(math.copysign(1.0, solution["thetaAO"]) * float(exact), rel=1e-14)
 
 
 # --- where there is no derivative -----------------------------------------------------

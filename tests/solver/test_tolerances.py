@@ -179,3 +179,8 @@ def test_the_command_prints_and_tells_json(tmp_path: Path, capsys: pytest.Captur
     assert "2 ± 0.1" in said and "6 ± 5%" in said
     assert "V     12     ± 1.2       ± 0.8485               I 50 %, R 50 %" in said
     assert main(["solve", str(sheet), "--monte-carlo", "1"]) == 2
+    capsys.readouterr()
+    assert main(["solve", str(sheet), "--csv", "--tolerances"]) == 0
+    said = capsys.readouterr()
+    assert said.out.splitlines()[1] == ",2 ± 0.1,I,,,"
+    assert "Tolerances, to first order" in said.err
