@@ -121,7 +121,8 @@ class Exploration:
 
     ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
     undetermined what they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
-    floats can tell; ``outcomes`` are what the blocks came to.
+    floats can tell; ``outcomes`` are what the blocks came to;
+    ``work`` is what it took, counted (see ``kernel/budget.py``).
     """
 
     leaves: tuple[Leaf, ...]
@@ -130,3 +131,4 @@ class Exploration:
     adrift: tuple[Leaf, ...] = ()
     delicate: bool = False
     outcomes: Outcomes = field(default_factory=dict, repr=False, compare=False)
+    work: int = 0

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from time import monotonic
 
 from rulesheets import nodes
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, replace
-from solver.leaves import Leaf
+from solver.leaves import Exploration, Leaf
 from solver.path.steps import equations_of
 from solver.solution import explore, planner
 
@@ -17,19 +16,23 @@ MAX_CANDIDATES = 200
 MAX_SETS = 400
 MAX_FILTER = 60
 MAX_TRIALS = 26
-PATIENCE = 4.0
-"""Seconds that the search for one remedy may take: it is advice, and the verdict stands without it."""
+PATIENCE = 400_000
+"""Work that the search for one remedy may take: it is advice, and the verdict stands without it."""
 
 
 class Patience:
-    """Runs out ``PATIENCE`` seconds after it was made."""
+    """Runs out with the work of the explorations it is shown: counted, so the same anywhere."""
 
     def __init__(self) -> None:
-        self._end = monotonic() + PATIENCE
+        self._left = PATIENCE
 
     @property
     def lost(self) -> bool:
-        return monotonic() > self._end
+        return self._left <= 0
+
+    def shown(self, found: Exploration) -> Exploration:
+        self._left -= found.work
+        return found
 
 
 # --- under-determined: what to give ------------------------------------------------------
@@ -101,7 +104,7 @@ def clash(model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequ
         if patience.lost:
             break
         fewer = [e for e in rules if e != item], [n for n in given if n != item]
-        if _contradictory(model, inputs, *fewer):
+        if _contradictory(model, inputs, *fewer, patience):
             rules, given = fewer
     return Clash(tuple(rules), tuple(given))
 
@@ -145,13 +148,17 @@ def restricted(model: Model, equations: Sequence[int]) -> Model:
 
 
 def _contradictory(
-    model: Model, inputs: Mapping[str, Value], rules: Sequence[int], given: Sequence[str]
+    model: Model,
+    inputs: Mapping[str, Value],
+    rules: Sequence[int],
+    given: Sequence[str],
+    patience: Patience,
 ) -> bool:
     if not rules:
         return False
     part = restricted(model, rules)
     values = {name: inputs[name] for name in given if name in part.variables}
-    found = explore(part, values, None, {}, ())
+    found = patience.shown(explore(part, values, None, {}, ()))
     impossible = not any(leaf.solved and not _impossible(leaf) for leaf in found.leaves)
     return impossible and bool(found.dead or found.leaves)
 
@@ -175,7 +182,8 @@ def cures(
         if patience.lost:
             break
         rest = {n: v for n, v in inputs.items() if n != name}
-        leaves = [leaf for leaf in explore(model, rest, None, {}, judged).leaves if leaf.solved]
+        tried = patience.shown(explore(model, rest, None, {}, judged))
+        leaves = [leaf for leaf in tried.leaves if leaf.solved]
         values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
         if values:
             found.append((name, _nearest(inputs[name], values)))
@@ -212,8 +220,8 @@ def bounds(
         def feasible(value: float, name: str = name) -> bool:
             if patience.lost:
                 return False
-            leaves = explore(model, {**inputs, name: value}, judged, {}, judged).leaves
-            return any(leaf.solved for leaf in leaves)
+            tried = patience.shown(explore(model, {**inputs, name: value}, judged, {}, judged))
+            return any(leaf.solved for leaf in tried.leaves)
 
         edge = _edge(feasible, given)
         if edge is not None and not patience.lost:

@@ -8,7 +8,7 @@ from functools import partial
 from rulesheets.model import Model, Value
 from solver.casework import Casework
 from solver.facts import AsksNothing, Conflict, Fact, NoRoot, RankLoss, Truncated
-from solver.kernel.budget import Budget
+from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.step import solve_step
 from solver.leaves import Branch, Exploration, Leaf, blocked
 from solver.path.activity import activity
@@ -95,6 +95,7 @@ class Explorer:
             tuple(self.adrift),
             self.delicate,
             self.outcomes,
+            self.budget.used,
         )
 
     # --- following a path ---
@@ -105,6 +106,7 @@ class Explorer:
             if self._full():
                 self._truncate(branch, "answers")
                 return
+            self.budget.used += PLAN
             known = frozenset(branch.values)
             decided = {**branch.decided, **branch.assumed}
             path = self.planner.path(known, decided, frozenset(branch.void), self.want)
@@ -141,6 +143,7 @@ class Explorer:
         return False
 
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Value]) -> None:
+        self.budget.used += STEP
         branch.values.update(found)
         branch.origins.update(dict.fromkeys(found, step))
         branch.steps.append(step)

@@ -12,6 +12,8 @@ GLANCE = 1_500
 """For a block whose proof would be in vain, because it is known already that something was left out."""
 ROUNDS = 40
 LAST_RESORTS = 2
+STEP, PLAN, ROUND, LAST_RESORT = 10, 50, 8_000, 100_000
+"""What else costs time, in the same unit."""
 
 
 class Budget:
@@ -19,6 +21,7 @@ class Budget:
 
     def __init__(self) -> None:
         self.left = SOLVE
+        self.used = 0
         self.of_block = BLOCK
         self.rounds = ROUNDS
         self.last_resorts = LAST_RESORTS
@@ -40,16 +43,21 @@ class Budget:
         return work <= self.of_block
 
     def spend(self, work: int) -> None:
+        self.used += work
         self.of_block = max(self.of_block - work, 0)
         if self.shared:
             self.left = max(self.left - work, 0)
 
     def another_round(self) -> bool:
         """Whether there may be one more round of starts, beside the first of each block."""
+        self.used += ROUND
         self.rounds -= self.shared
         return self.rounds >= 0
 
     def last_resort(self) -> bool:
         """Whether a search may still be tried that costs more than all others and rarely helps."""
         self.last_resorts -= 1
-        return self.last_resorts >= 0
+        if self.last_resorts < 0:
+            return False
+        self.used += LAST_RESORT
+        return True
