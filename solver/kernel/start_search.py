@@ -19,11 +19,8 @@ from solver.numerics.batch_newton import Array, batch_newton
 from solver.numerics.multistart import low_discrepancy
 from solver.numerics.newton import NewtonLimits
 
-STARTS = 128
-"""Of each kind in a round."""
-ROUNDS = 6
-PATIENCE = 2
-"""Rounds without any root, after which there is no further one."""
+ROUNDS = ((0, 128), (128, 512), (512, 1024))
+"""From which start of a sequence to which a round goes, of each of the two kinds; two rounds at least."""
 DECADES = 3.0
 SAME = 1e-6
 NEAR = 1e-5
@@ -36,8 +33,8 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
     known, sizes = question.known, _sizes(question)
     scale = np.array([sizes[name] for name in question.unknowns])
     found: list[Array] = []
-    for turn in range(ROUNDS):
-        starts = _starts(question, sizes, turn)
+    for turn, (first, last) in enumerate(ROUNDS):
+        starts = _starts(question, sizes, first, last)
         ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
         new = _distinct(_wrapped(question, ends), found, scale)
         for end in new:
@@ -45,7 +42,7 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
                 candidates.refine(end.tolist(), FINISH)
         if turn == 0 and not new:
             _note_the_best(question, candidates, starts)
-        if (not new and (found or turn + 1 >= PATIENCE)) or not budget.another_round():
+        if (turn and not new) or not budget.another_round():
             break
         found += new
 
@@ -68,20 +65,22 @@ def _of_the_rules(question: Question, x: list[float]) -> bool:
     return all(abs(r) <= NEAR * size + 1e-12 for r, size in zip(residual, sizes, strict=True))
 
 
-def _starts(question: Question, sizes: Mapping[str, float], turn: int) -> Array:
+def _starts(question: Question, sizes: Mapping[str, float], first: int, last: int) -> Array:
     """Half of them along the chains, the others with every unknown on its own."""
     block = question.kernel.block
     with np.errstate(all="ignore"):
-        tears = _points(question, block.tears, sizes, turn)
+        tears = _points(question, block.tears, sizes, first, last)
         along = question.kernel.arrays.starts(question.known, tears)
-    apart = _points(question, question.unknowns, sizes, turn)
+    apart = _points(question, question.unknowns, sizes, first, last)
     return np.concatenate([np.where(np.isfinite(along), along, apart), apart])
 
 
-def _points(question: Question, names: Sequence[str], sizes: Mapping[str, float], turn: int) -> Array:
-    """Points (STARTS, names) spread over the ranges of unknowns, others in each turn."""
+def _points(
+    question: Question, names: Sequence[str], sizes: Mapping[str, float], first: int, last: int
+) -> Array:
+    """The points (last - first, names) of a sequence that is spread over the ranges of unknowns."""
     spreads = [_spread(*question.domain(name), sizes[name]) for name in names]
-    shares = low_discrepancy(len(names), STARTS, turn * STARTS)
+    shares = low_discrepancy(len(names), last - first, first)
     return np.array([[spread(u) for spread, u in zip(spreads, row, strict=True)] for row in shares])
 
 
