@@ -1,71 +1,129 @@
 """A block that its tearing makes one polynomial in the tear: every answer, by an exact count of its roots.
 
 The known numbers are taken as the exact fractions that floats are, and the chain is followed in polynomials
-of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are.
+of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
+the tear is an angle θ, the polynomials are those of t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import (
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-)
+from rulesheets.nodes import Expression
 from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
+from solver.kernel.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
-from solver.numerics.sturm import real_roots
+from solver.numerics.sturm import real_roots, simple_part
+from solver.witness import gross
 
-HIGHEST_DEGREE = 12
 TOUCHING = Fraction(1, 10**9)
-"""An extremum this near to 0 beside its terms may be a double root that rounding of the inputs has parted."""
+"""An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
+STRANGE = 1e-6
+"""A zero of a squared rule that misses the rule by more than this, beside its terms, has another sign."""
 
-Polynomial: TypeAlias = list[Fraction]
-"""Coefficients, lowest degree first."""
-
-
-class NotPolynomial(Exception):
-    """Something that is no polynomial of low degree, or whose coefficients are not exact."""
+Forms: TypeAlias = Sequence[tuple[str, Expression]]
+Point: TypeAlias = Mapping[str, float]
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one."""
-    block = question.kernel.block
-    if len(block.tears) != 1 or question.turn(block.tears[0]) is not None:
+    tears = question.kernel.block.tears
+    forms = None if len(tears) != 1 or question.turn(tears[0]) is not None else _forms(question)
+    if forms is None:
+        return False
+    try:
+        polynomial = closing(question, forms)
+    except NotPolynomial:
+        return False
+    roots = real_roots(polynomial, *question.domain(tears[0]))
+    if roots is None or _touches(polynomial):
+        return False
+    trial = Candidates(question)
+    for root in roots:
+        point = _point(question, forms, root)
+        if point is None or not (_plainly(question, trial, point) or _tried(question, trial, point, False)):
+            return False
+    candidates.answers += trial.answers
+    candidates.outside = candidates.outside or trial.outside
+    return True
+
+
+def _plainly(question: Question, trial: Candidates, point: Point) -> bool:
+    """Keep a point that holds: a simple root that is counted needs no further look."""
+    if not question.holds(point):
+        return False
+    name = question.outside(point)
+    if name is None:
+        trial.answers.append(Answer(point))
+    else:
+        trial.outside = OutOfRange(question.equations[0], name, point[name])
+    return True
+
+
+def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
+    """The same where the tear is an angle free to turn; multiple roots are what they are in exact numbers."""
+    tears = question.kernel.block.tears
+    turn = question.turn(tears[0]) if len(tears) == 1 else None
+    if turn is None or question.domain(tears[0]) != (-turn / 2, turn / 2):
         return False
     forms = _forms(question)
     if forms is None:
         return False
+    quarters = Quarters(tears[0], turn)
     try:
-        polynomial = _closing(question, forms)
+        polynomial = closing(question, forms, quarters)
     except NotPolynomial:
         return False
-    roots = real_roots(polynomial, *question.domain(block.tears[0]))
-    if roots is None or _touches(polynomial):
+    simple = simple_part(polynomial)
+    roots = real_roots(simple)
+    if roots is None or _touches(simple):
         return False
-    points = [_settled(question, _point(question, forms, root)) for root in roots]
-    if None in points:
-        return False
-    for point in filter(None, points):
-        name = question.outside(point)
-        if name is None:
-            candidates.answers.append(Answer(point))
-        else:
-            candidates.outside = OutOfRange(question.equations[0], name, point[name])
+    angles = [2.0 * math.atan(t) * turn / math.tau for t in roots]
+    if quarters.at_half_turn:
+        angles.append(turn / 2)
+    trial = Candidates(question)
+    several = len(simple) < len(polynomial) or quarters.at_half_turn > 1
+    for angle in angles:
+        point = _point(question, forms, angle)
+        if point is None or not _tried(question, trial, point, several):
+            return False
+    candidates.answers += trial.answers
+    candidates.outside = candidates.outside or trial.outside
     return True
 
 
-Forms: TypeAlias = Sequence[tuple[str, Expression]]
+def _tried(question: Question, trial: Candidates, point: Point, several: bool) -> bool:
+    """Whether it is plain that the point is an answer (then kept), or that it is none."""
+    if question.holds(point):
+        trial.keep(dict(point), singular=several and _is_singular(question, point))
+        return True
+    count = len(trial.answers)
+    if not several:
+        trial.refine(list(point.values()))
+    everything = {**question.here, **point}
+    try:
+        misses = question.residual(list(point.values()))
+    except (ArithmeticError, ValueError):
+        return len(trial.answers) > count
+    equations = question.kernel.equations
+    strange = any(abs(m) > STRANGE * gross(e, everything) for m, e in zip(misses, equations, strict=True))
+    return strange or len(trial.answers) > count
+
+
+def _is_singular(question: Question, point: Point) -> bool:
+    import numpy as np
+
+    try:
+        matrix = np.asarray(question.jacobian(list(point.values())), dtype=float)
+    except (ArithmeticError, ValueError):
+        return False
+    sizes = np.abs(matrix).max(axis=1, keepdims=True)
+    return bool(np.linalg.cond(matrix / np.where(sizes > 0, sizes, 1.0)) > 1e8)
 
 
 def _forms(question: Question) -> Forms | None:
@@ -79,73 +137,11 @@ def _forms(question: Question) -> Forms | None:
     return found
 
 
-def _closing(question: Question, forms: Forms) -> Polynomial:
-    """What must vanish. Raises NotPolynomial."""
-    block = question.kernel.block
-    known = {name: [Fraction(v)] for name, v in zip(question.kernel.known, question.known, strict=True)}
-    moving: dict[str, Polynomial] = {**known, block.tears[0]: [Fraction(0), Fraction(1)]}
-    for name, form in forms:
-        moving[name] = _polynomial(form, moving)
-    equation = question.graph.model.equations[block.residuals[0]]
-    return _plus(_polynomial(equation.left, moving), _polynomial(equation.right, moving), -1)
-
-
-def _polynomial(node: Expression, known: dict[str, Polynomial]) -> Polynomial:
-    match node:
-        case Number(number):
-            return [Fraction(number)]
-        case Name(name):
-            return known[name]
-        case Negative(operand):
-            return [-c for c in _polynomial(operand, known)]
-        case Sum(terms):
-            total = _polynomial(terms[0], known)
-            for term in terms[1:]:
-                total = _plus(total, _polynomial(term, known), 1)
-            return total
-        case Product(left, right):
-            return _times(_polynomial(left, known), _polynomial(right, known))
-        case Quotient(left, right):
-            divisor = _polynomial(right, known)
-            if len(divisor) > 1 or not divisor[0]:
-                raise NotPolynomial
-            return [c / divisor[0] for c in _polynomial(left, known)]
-        case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
-            factor = power = _polynomial(base, known)
-            for _ in range(int(exponent) - 1):
-                power = _times(power, factor)
-            return power
-        case _:
-            raise NotPolynomial
-
-
-def _plus(a: Polynomial, b: Polynomial, sign: int) -> Polynomial:
-    size = max(len(a), len(b))
-    padded = ([*p, *[Fraction(0)] * (size - len(p))] for p in (a, b))
-    return _trimmed([x + sign * y for x, y in zip(*padded, strict=True)])
-
-
-def _times(a: Polynomial, b: Polynomial) -> Polynomial:
-    if len(a) + len(b) - 2 > HIGHEST_DEGREE:
-        raise NotPolynomial
-    product = [Fraction(0)] * (len(a) + len(b) - 1)
-    for i, x in enumerate(a):
-        for j, y in enumerate(b):
-            product[i + j] += x * y
-    return _trimmed(product)
-
-
-def _trimmed(polynomial: Polynomial) -> Polynomial:
-    while len(polynomial) > 1 and not polynomial[-1]:
-        polynomial.pop()
-    return polynomial
-
-
 def _touches(polynomial: Polynomial) -> bool:
     """Whether an extremum may be a double root but for the rounding of the inputs."""
     if len(polynomial) <= 2:
         return False
-    extrema = real_roots([k * c for k, c in enumerate(polynomial)][1:])
+    extrema = real_roots(simple_part([k * c for k, c in enumerate(polynomial)][1:]))
     if extrema is None:
         return True
     for x in map(Fraction, extrema):
@@ -153,15 +149,6 @@ def _touches(polynomial: Polynomial) -> bool:
         if abs(sum(terms, Fraction(0))) <= TOUCHING * sum(map(abs, terms), Fraction(0)):
             return True
     return False
-
-
-def _settled(question: Question, point: Mapping[str, float] | None) -> Mapping[str, float] | None:
-    """The point, or the answer that it leads to where the steps from the tear have lost digits."""
-    if point is None or question.holds(point):
-        return point
-    trial = Candidates(question)
-    trial.refine(list(point.values()))
-    return trial.answers[0].values if len(trial.answers) == 1 and not trial.answers[0].double else None
 
 
 def _point(question: Question, forms: Forms, root: float) -> dict[str, float] | None:

@@ -19,7 +19,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
 from solver.kernel.outcome import BlockOutcome, Stretch
-from solver.kernel.polynomial_block import solve_as_polynomial
+from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
 from solver.kernel.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
@@ -62,6 +62,9 @@ def solve_block(
         return _outcome(question, candidates, complete=True)
     if kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed):
         candidates.tried(Method.FORMULA, complete=True)
+        return _outcome(question, candidates, complete=True)
+    if solve_by_half_angle(question, candidates):
+        candidates.tried(Method.POLYNOMIAL, complete=True)
         return _outcome(question, candidates, complete=True)
     complete = whole = False
     stretches: tuple[Stretch, ...] = ()

@@ -46,6 +46,21 @@ def real_roots(
     return at_low + tuple(bracketed_root(_scaled(whole, *bracket), *bracket) for bracket in brackets)
 
 
+def simple_part(coefficients: Sequence[Fraction]) -> list[Fraction]:
+    """The polynomial with the same roots, each of them once: p over the common divisor of p and p'."""
+    whole = _whole(coefficients)
+    if len(whole) < 2:
+        return [Fraction(c) for c in whole]
+    common = _sturm_chain(whole)[-1]
+    rest, quotient = [Fraction(c) for c in whole], []
+    while len(rest) >= len(common):
+        quotient.append(rest[-1] / common[-1])
+        for k, c in enumerate(common):
+            rest[len(rest) - len(common) + k] -= quotient[-1] * c
+        rest.pop()
+    return quotient[::-1]
+
+
 def _whole(coefficients: Sequence[Fraction]) -> Whole:
     scale = math.lcm(*(c.denominator for c in coefficients)) if coefficients else 1
     return _primitive([int(c * scale) for c in coefficients])

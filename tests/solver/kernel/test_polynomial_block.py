@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import random
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import rulesheets
 import solver
@@ -69,3 +73,55 @@ def test_a_range_of_another_unknown_leaves_out_roots() -> None:
     sheet = "variables\nx\ny in [-20, -10]\nk = 6\nrules\ny = x^3 - 6*x^2\ny + 11*x = k"
     result = solved(sheet)
     assert sorted(s["x"] for s in result.solutions) == pytest.approx([2])
+
+
+# --- the tear is an angle -----------------------------------------------------------
+
+WAVES = "u = p*cosd(t)\nv = q*sind(t)\nu^2 + u*v + r*v = k"
+
+
+def waves(t: float, p: float, q: float, r: float) -> float:
+    u, v = p * math.cos(math.radians(t)), q * math.sin(math.radians(t))
+    return u * u + u * v + r * v
+
+
+@given(*(st.integers(-5, 5).filter(bool) for _ in range(3)), st.integers(-170, 170))
+def test_every_angle_of_a_planted_one(p: int, q: int, r: int, planted: int) -> None:
+    """As many angles as there are changes of sign on a fine grid, the planted one among them."""
+    k = waves(planted, p, q, r)
+    result = solved(WAVES, p=float(p), q=float(q), r=float(r), k=k)
+    found = sorted(s["t"] for s in result.solutions)
+    for t in found:
+        assert waves(t, p, q, r) == pytest.approx(k, abs=1e-11)
+    grid = [waves(-180 + 0.25 * i + 0.1, p, q, r) - k for i in range(1441)]
+    if min(map(abs, grid)) > 1e-3 or result.complete:
+        assert len(found) >= sum(a * b < 0 for a, b in itertools.pairwise(grid))
+    assert any(abs(t - planted) < 1e-4 for t in found)
+
+
+def test_angles_that_are_multiple_are_told_and_are_all() -> None:
+    """A crank of 3 and a rod of 5 in line: one angle, twice."""
+    sheet = "x = 3*cosd(t)\ny = 3*sind(t)\n8 - x = sqrt(25 - y^2)"
+    result = solved(sheet)
+    assert str(result.status) == "singular"
+    assert [s["t"] for s in result.solutions] == [0.0]
+
+
+@pytest.mark.parametrize(("sheet", "angle"), [("x = 3*cosd(t)\ny = sind(t)\nx + y^2 = -3", 180.0)])
+def test_the_half_turn_is_not_lost(sheet: str, angle: float) -> None:
+    result = solved(sheet)
+    assert angle in [s["t"] for s in result.solutions]
+
+
+QUARTERS = "x = 2*cosd(t + 90)\ny = 3*sind(180 - t)\nx*y + y = k"
+
+
+def test_quarter_turns_are_exact() -> None:
+    """3 s - 6 s² = k for the sine s."""
+    result = solved(QUARTERS, k=0.25)
+    assert result.complete
+    assert methods(result) == [Method.POLYNOMIAL]
+    assert len(result.solutions) == 4
+    sines = {round(math.sin(math.radians(s["t"])), 12) for s in result.solutions}
+    assert sorted(sines) == pytest.approx([(3 - math.sqrt(3)) / 12, (3 + math.sqrt(3)) / 12], abs=1e-11)
+    assert str(solved(QUARTERS, k=1.0).status) == "infeasible"

@@ -1,0 +1,161 @@
+"""Expressions as polynomials of one unknown with exact fractions for coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+from rulesheets.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
+from solver.kernel.question import Question
+from solver.path.smooth import smooth
+
+HIGHEST_DEGREE = 12
+
+Polynomial: TypeAlias = list[Fraction]
+"""Coefficients, lowest degree first."""
+
+Value: TypeAlias = tuple[Polynomial, int]
+"""A polynomial over (1 + t²) to that power."""
+
+CIRCLE: Polynomial = [Fraction(1), Fraction(0), Fraction(1)]
+COSINE: Value = [Fraction(1), Fraction(0), Fraction(-1)], 1
+SINE: Value = [Fraction(0), Fraction(2)], 1
+
+
+class NotPolynomial(Exception):
+    """Something that is no polynomial of low degree, or whose coefficients are not exact."""
+
+
+class Quarters:
+    """An angle that the unknown t is half the tangent of. ``at_half_turn``: how often t = ∞ is a root."""
+
+    def __init__(self, name: str, turn: float) -> None:
+        self.name, self.turn = name, turn
+        self.functions = ("cosd", "sind") if turn == 360.0 else ("cos", "sin")
+        self.at_half_turn = 0
+
+    def wave(self, call: Call) -> Value:
+        """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
+        if call.function not in self.functions:
+            raise NotPolynomial
+        sign, offset = self._argument(call.arguments[0])
+        quarters, rest = divmod(offset, 90.0)
+        if rest or (offset and self.turn != 360.0):
+            raise NotPolynomial
+        cosine, sine = COSINE, (SINE if sign > 0 else _scaled(SINE, -1))
+        for _ in range(int(quarters) % 4):
+            cosine, sine = _scaled(sine, -1), cosine
+        return cosine if call.function == self.functions[0] else sine
+
+    def _argument(self, node: Expression) -> tuple[int, float]:
+        match node:
+            case Name(name) if name == self.name:
+                return 1, 0.0
+            case Negative(operand):
+                sign, offset = self._argument(operand)
+                return -sign, -offset
+            case Sum((Number(number), other)) | Sum((other, Number(number))):
+                sign, offset = self._argument(other)
+                return sign, offset + number
+            case Sum((other, Negative(Number(number)))):
+                sign, offset = self._argument(other)
+                return sign, offset - number
+            case _:
+                raise NotPolynomial
+
+
+def closing(
+    question: Question, forms: Sequence[tuple[str, Expression]], quarters: Quarters | None = None
+) -> Polynomial:
+    """What must vanish in the tear, or in the tangent of half of it. Raises NotPolynomial."""
+    block = question.kernel.block
+    values: dict[str, Value] = {
+        name: ([Fraction(v)], 0) for name, v in zip(question.kernel.known, question.known, strict=True)
+    }
+    if quarters is None:
+        values[block.tears[0]] = [Fraction(0), Fraction(1)], 0
+    for name, form in forms:
+        values[name] = _value(form, values, quarters)
+    equation = question.graph.model.equations[block.residuals[0]]
+    polynomial, power = _value(smooth(equation.left, equation.right), values, quarters)
+    if quarters is not None:
+        quarters.at_half_turn = 2 * power + 1 - len(polynomial)
+    return polynomial
+
+
+def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | None) -> Value:
+    match node:
+        case Number(number):
+            return [Fraction(number)], 0
+        case Name(name):
+            if name not in known:
+                raise NotPolynomial
+            return known[name]
+        case Negative(operand):
+            return _scaled(_value(operand, known, quarters), -1)
+        case Sum(terms):
+            total = _value(terms[0], known, quarters)
+            for term in terms[1:]:
+                total = _plus(total, _value(term, known, quarters))
+            return total
+        case Product(left, right):
+            return _times(_value(left, known, quarters), _value(right, known, quarters))
+        case Quotient(left, right):
+            divisor, power = _value(right, known, quarters)
+            if len(divisor) > 1 or power or not divisor[0]:
+                raise NotPolynomial
+            return _scaled(_value(left, known, quarters), 1 / divisor[0])
+        case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
+            factor = total = _value(base, known, quarters)
+            for _ in range(int(exponent) - 1):
+                total = _times(total, factor)
+            return total
+        case Call() if quarters is not None:
+            return quarters.wave(node)
+        case _:
+            raise NotPolynomial
+
+
+def _scaled(value: Value, factor: Fraction | int) -> Value:
+    return [factor * c for c in value[0]], value[1]
+
+
+def _plus(a: Value, b: Value) -> Value:
+    while a[1] < b[1]:
+        a = _product(a[0], CIRCLE), a[1] + 1
+    while b[1] < a[1]:
+        b = _product(b[0], CIRCLE), b[1] + 1
+    size = max(len(a[0]), len(b[0]))
+    padded = ([*p, *[Fraction(0)] * (size - len(p))] for p in (a[0], b[0]))
+    return _trimmed([x + y for x, y in zip(*padded, strict=True)]), a[1]
+
+
+def _times(a: Value, b: Value) -> Value:
+    return _product(a[0], b[0]), a[1] + b[1]
+
+
+def _product(a: Polynomial, b: Polynomial) -> Polynomial:
+    if len(a) + len(b) - 2 > HIGHEST_DEGREE:
+        raise NotPolynomial
+    product = [Fraction(0)] * (len(a) + len(b) - 1)
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            product[i + j] += x * y
+    return _trimmed(product)
+
+
+def _trimmed(polynomial: Polynomial) -> Polynomial:
+    while len(polynomial) > 1 and not polynomial[-1]:
+        polynomial.pop()
+    return polynomial
