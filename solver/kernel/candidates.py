@@ -94,6 +94,8 @@ class Candidates:
             if self._same(here, answer.values, blur):
                 if found.double and not answer.double and not _equal(here, answer.values):
                     self.answers[index] = found  # the other one is what rounding makes of it
+                elif not answer.double and self._stretched(here, answer.values, blur):
+                    self.answers[index] = Answer(answer.values, self._double(dict(answer.values)))
                 return
         self.answers.append(found)
 
@@ -144,6 +146,11 @@ class Candidates:
             self.question.holds({n: v + share * (other[n] - v) for n, v in one.items()})
             for share in (0.25, 0.5, 0.75)
         )
+
+    def _stretched(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
+        """Whether two points of one answer lie farther apart than rounding parts those of a simple root."""
+        within = all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
+        return not within and not _equal(one, other)
 
     def _blur(self, point: Mapping[str, float]) -> list[float]:
         """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""

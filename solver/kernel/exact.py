@@ -25,12 +25,15 @@ HIGHEST_DEGREE = 12
 Polynomial: TypeAlias = list[Fraction]
 """Coefficients, lowest degree first."""
 
-Value: TypeAlias = tuple[Polynomial, int]
-"""A polynomial over (1 + t²) to that power."""
+Value: TypeAlias = tuple[Polynomial, Polynomial, int]
+"""A polynomial over (1 + t²) to that power; second, how large its coefficients were before they cancelled."""
+
+CANCELLED = Fraction(1, 10**9)
+"""A coefficient this small beside what it was made of may be nothing but the rounding of the inputs."""
 
 CIRCLE: Polynomial = [Fraction(1), Fraction(0), Fraction(1)]
-COSINE: Value = [Fraction(1), Fraction(0), Fraction(-1)], 1
-SINE: Value = [Fraction(0), Fraction(2)], 1
+COSINE: Value = [Fraction(1), Fraction(0), Fraction(-1)], CIRCLE, 1
+SINE: Value = [Fraction(0), Fraction(2)], [Fraction(0), Fraction(2)], 1
 
 
 class NotPolynomial(Exception):
@@ -80,15 +83,15 @@ def closing(
 ) -> Polynomial:
     """What must vanish in the tear, or in the tangent of half of it. Raises NotPolynomial."""
     block = question.kernel.block
-    values: dict[str, Value] = {
-        name: ([Fraction(v)], 0) for name, v in zip(question.kernel.known, question.known, strict=True)
-    }
+    values = {n: _number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
     if quarters is None:
-        values[block.tears[0]] = [Fraction(0), Fraction(1)], 0
+        values[block.tears[0]] = [Fraction(0), Fraction(1)], [Fraction(0), Fraction(1)], 0
     for name, form in forms:
         values[name] = _value(form, values, quarters)
     equation = question.graph.model.equations[block.residuals[0]]
-    polynomial, power = _value(smooth(equation.left, equation.right), values, quarters)
+    polynomial, gross, power = _value(smooth(equation.left, equation.right), values, quarters)
+    if any(0 != abs(c) <= CANCELLED * size for c, size in zip(polynomial, gross, strict=False)):
+        raise NotPolynomial
     if quarters is not None:
         quarters.at_half_turn = 2 * power + 1 - len(polynomial)
     return polynomial
@@ -97,7 +100,7 @@ def closing(
 def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | None) -> Value:
     match node:
         case Number(number):
-            return [Fraction(number)], 0
+            return _number(number)
         case Name(name):
             if name not in known:
                 raise NotPolynomial
@@ -112,8 +115,8 @@ def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | No
         case Product(left, right):
             return _times(_value(left, known, quarters), _value(right, known, quarters))
         case Quotient(left, right):
-            divisor, power = _value(right, known, quarters)
-            if len(divisor) > 1 or power or not divisor[0]:
+            divisor, gross, power = _value(right, known, quarters)
+            if len(divisor) > 1 or power or abs(divisor[0]) <= CANCELLED * gross[0]:
                 raise NotPolynomial
             return _scaled(_value(left, known, quarters), 1 / divisor[0])
         case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
@@ -127,22 +130,37 @@ def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | No
             raise NotPolynomial
 
 
-def _scaled(value: Value, factor: Fraction | int) -> Value:
-    return [factor * c for c in value[0]], value[1]
+def _number(number: float) -> Value:
+    return [Fraction(number)], [abs(Fraction(number))], 0
+
+
+def _scaled(value: Value, number: Fraction | int) -> Value:
+    factor = Fraction(number)
+    return [factor * c for c in value[0]], [abs(factor) * c for c in value[1]], value[2]
 
 
 def _plus(a: Value, b: Value) -> Value:
-    while a[1] < b[1]:
-        a = _product(a[0], CIRCLE), a[1] + 1
-    while b[1] < a[1]:
-        b = _product(b[0], CIRCLE), b[1] + 1
-    size = max(len(a[0]), len(b[0]))
-    padded = ([*p, *[Fraction(0)] * (size - len(p))] for p in (a[0], b[0]))
-    return _trimmed([x + y for x, y in zip(*padded, strict=True)]), a[1]
+    power = max(a[2], b[2])
+    a, b = _raised(a, power), _raised(b, power)
+    return _sum(a[0], b[0]), _sum(a[1], b[1]), power
+
+
+def _raised(value: Value, power: int) -> Value:
+    """The same over a higher power of 1 + t²."""
+    polynomial, gross, own = value
+    for _ in range(power - own):
+        polynomial, gross = _product(polynomial, CIRCLE), _product(gross, CIRCLE)
+    return polynomial, gross, power
 
 
 def _times(a: Value, b: Value) -> Value:
-    return _product(a[0], b[0]), a[1] + b[1]
+    return _product(a[0], b[0]), _product(a[1], b[1]), a[2] + b[2]
+
+
+def _sum(a: Polynomial, b: Polynomial) -> Polynomial:
+    size = max(len(a), len(b))
+    padded = ([*p, *[Fraction(0)] * (size - len(p))] for p in (a, b))
+    return _trimmed([x + y for x, y in zip(*padded, strict=True)])
 
 
 def _product(a: Polynomial, b: Polynomial) -> Polynomial:

@@ -24,7 +24,7 @@ ROUNDS = ((0, 128), (128, 512), (512, 1024))
 DECADES = 3.0
 SAME = 1e-6
 NEAR = 1e-5
-FINISH = NewtonLimits(iterations=15, escapes=0)
+FINISH = NewtonLimits(iterations=60, escapes=2)
 
 
 def search_from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
