@@ -111,7 +111,7 @@ def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
                 yield "false success", f"{result.status}: {rule} at {known}"
     if not _plant_holds(made):
         return
-    if result.status is Status.INFEASIBLE or (result.status is Status.INCONSISTENT and _square(made)):
+    if result.status in (Status.INFEASIBLE, Status.INCONSISTENT) and _square(made):
         yield "false refusal", f"{result.status}, but there is {made.planted}"
     elif result.complete and not any(_is_plant(made, solution) for solution in result.solutions):
         yield "false refusal", f"complete without {made.planted}"

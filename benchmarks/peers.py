@@ -32,7 +32,7 @@ class Equations:
 
 @dataclass(frozen=True)
 class End:
-    """What a solver returned: whether it calls that a root, and the seconds it took. No x: it raised."""
+    """What a solver returned: whether it calls that a root, and the processor time. No x: it raised."""
 
     success: bool
     x: tuple[float, ...] | None
@@ -77,17 +77,17 @@ def run(solve: Solve, equations: Equations, start: Vector, limit: float = 20.0) 
         warnings.simplefilter("ignore")
         silent = os.open(os.devnull, os.O_WRONLY)
         os.dup2(silent, 1), os.dup2(silent, 2)
-        began = time.perf_counter()
+        began = time.process_time()
         try:
             success, x = solve(equations, start)
             found = None if x is None else tuple(float(v) for v in x)
             finite = found is not None and all(map(math.isfinite, found))
-            sender.send(End(bool(success) and finite, found if finite else None, time.perf_counter() - began))
+            sender.send(End(bool(success) and finite, found if finite else None, time.process_time() - began))
         except NotImplementedError as reason:
             sender.send(End(False, None, math.nan, f"{NOT_TRIED}: {reason}"))
         except Exception as error:
             said = f"{type(error).__name__}: {error}".splitlines()[0][:100]
-            sender.send(End(False, None, time.perf_counter() - began, said))
+            sender.send(End(False, None, time.process_time() - began, said))
 
     process = multiprocessing.get_context("fork").Process(target=child, daemon=True)
     process.start()

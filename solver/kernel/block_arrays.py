@@ -55,7 +55,10 @@ class BlockArrays:
         found = np.empty((len(tears), self.n))
         for place, chain in enumerate(self.chains):
             mine = tears[place :: len(self.chains)]
-            found[place :: len(self.chains)] = self._stacked(chain(*mine.T, *known), len(mine))
+            try:
+                found[place :: len(self.chains)] = self._stacked(chain(*mine.T, *known), len(mine))
+            except ArithmeticError:  # among the known numbers alone, which are no arrays
+                found[place :: len(self.chains)] = np.nan
         return found
 
     def _stacked(self, columns: Sequence[Any], k: int) -> Array:

@@ -18,6 +18,7 @@ EPSILON = 2.0**-52
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
+MOST_SINGULAR, MOST_STRAYS = 12, 48
 VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
 VAGUE = 1e-4
@@ -52,11 +53,18 @@ class Candidates:
         self.miss = math.inf
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
+        self.strays = 0
 
     def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
         """Note what a method has added to the answers."""
         before = sum(attempt.found for attempt in self.attempts)
         self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
+
+    @property
+    def endless(self) -> bool:
+        """Whether more starts would find but more of a curve of answers, or of a valley that holds none."""
+        singular = sum(answer.double is not None for answer in self.answers)
+        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
@@ -87,6 +95,7 @@ class Candidates:
             for v, error, scale in zip(point.values(), blur, scales, strict=True)
         )
         if vague and self._leads_away(point):
+            self.strays += 1
             return
         found = Answer(point, self._double(point) if singular or vague else None)
         for index, answer in enumerate(self.answers):

@@ -118,7 +118,8 @@ class Question:
         """Sort key: nearest to the guesses; else angles by size, other numbers positive first."""
         guessed = [name for name in self.unknowns if name in self.guesses]
         if guessed:
-            return (sum((point[name] - self.guesses[name]) ** 2 for name in guessed),)
+            apart = [point[name] - self.guesses[name] for name in guessed]
+            return (sum(d * d for d in apart),)  # a power would raise where it overflows
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)

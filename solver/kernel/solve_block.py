@@ -113,7 +113,10 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
     if in_batches:
         from solver.kernel.start_search import search_from_starts
 
-        search_from_starts(question, candidates, budget)
+        try:
+            search_from_starts(question, candidates, budget)
+        except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
+            return
 
 
 def _one_by_one(question: Question, candidates: Candidates) -> None:

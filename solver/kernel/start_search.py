@@ -40,6 +40,8 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
         for end in new:
             if _of_the_rules(question, end.tolist()):
                 candidates.refine(end.tolist(), FINISH)
+            if candidates.endless:
+                return
         if turn == 0 and not new:
             _note_the_best(question, candidates, starts)
         if (turn and not new) or not budget.another_round():
@@ -124,9 +126,12 @@ def _wrapped(question: Question, ends: Array) -> Array:
 
 def _distinct(ends: Array, known: Sequence[Array], scale: Array) -> list[Array]:
     """Those that are neither among the ``known`` nor one another."""
-    found: list[Array] = []
+    seen = np.empty((len(known) + len(ends), len(scale)))
+    seen[: len(known)] = np.reshape(known, (-1, len(scale)))
+    count = len(known)
     for end in ends:
         size = np.maximum(abs(end), 1e-3 * scale)
-        if not any((abs(end - other) <= SAME * size).all() for other in (*known, *found)):
-            found.append(end)
-    return found
+        if not (abs(seen[:count] - end) <= SAME * size).all(axis=1).any():
+            seen[count] = end
+            count += 1
+    return list(seen[len(known) : count])

@@ -13,11 +13,15 @@ from rulesheets.record import dataclass
 from solver.facts import AsksNothing, DoubleRoot, Fact, NoValue, OutOfRange
 from solver.kernel.exponents import exponents
 from solver.path.graph import ModelGraph
-from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
+from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
 from solver.witness import gross, testify
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 MAX_TURNS = 2_000
-MAX_BENT_TURNS = 400
+FEW_TURNS = 20
 EPSILON = 2.0**-52
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
@@ -226,27 +230,46 @@ class StepSolver:
 
     def _bent_turns(self, principal: float, period: float, rest: tuple[Stage, ...], bent: int) -> list[float]:
         """Whole turns where what is left to undo is not affine from stage ``bent`` on: all that the image of
-        that stage admits, or that may lead into a finite range of the unknown.
-
-        Each form of each stage is monotone, so that turns which lead into the range are neighbours.
+        that stage admits, or that a finite range of the unknown can lead to. Where both are infinite, or hold
+        too many turns, a few.
         """
         low, high = rest[bent].low, rest[bent].high
         if math.isfinite(low) and math.isfinite(high):
-            first = self._through(principal, rest[:bent])
-            stride = self._through(principal + period, rest[:bent]) - first
-            slack = 1e-9 * max(abs(low), abs(high), abs(first))
-            ends = sorted(((low - slack - first) / stride, (high + slack - first) / stride)) if stride else []
+            foot = self._through(principal, rest[:bent])
+            stride = self._through(principal + period, rest[:bent]) - foot
+            slack = 1e-9 * max(abs(low), abs(high), abs(foot))
+            ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
             if ends and ends[1] - ends[0] <= MAX_TURNS:
                 turns = range(math.ceil(ends[0]), math.floor(ends[1]) + 1)
                 return [principal + k * period for k in sorted(turns, key=abs)]
         if not (math.isfinite(self.variable.low) and math.isfinite(self.variable.high)):
             self.complete = False
-            return [principal]
-        counts = range(-MAX_BENT_TURNS, MAX_BENT_TURNS + 1)
-        inside = [k for k in counts if self._leads_inside(principal + k * period, rest)]
-        if inside and (inside[0] == counts[0] or inside[-1] == counts[-1]):
+            near = (principal + k * period for k in sorted(range(-FEW_TURNS, FEW_TURNS + 1), key=abs))
+            return [next((turn for turn in near if self._leads_inside(turn, rest)), principal)]
+        low, high = self._range_of_operand(rest)
+        first, last = (low - principal) / period, (high - principal) / period
+        if not last - first <= MAX_TURNS:
             self.complete = False
+            middle = (first + last) / 2 if math.isfinite(first + last) else 0.0
+            first, last = middle - FEW_TURNS, middle + FEW_TURNS
+        counts = range(math.floor(first), math.ceil(last) + 1)
+        inside = [k for k in counts if self._leads_inside(principal + k * period, rest)]
         return [principal + k * period for k in sorted(inside, key=abs)]
+
+    def _range_of_operand(self, rest: tuple[Stage, ...]) -> tuple[float, float]:
+        """Bounds of what the stages ``rest`` are still to undo, over the finite range of the unknown."""
+        import numpy as np
+
+        from rulesheets.evaluate.enclosure import enclose
+
+        unknown, depth = self.isolation.unknown, len(self.isolation.stages) - len(rest)
+        part = operand(self.equation.left, self.equation.right, unknown, depth)
+        boxes: dict[str, Any] = {n: (v, v) for n, v in self.values.items() if isinstance(v, float)}
+        boxes[unknown] = np.array([self.variable.low]), np.array([self.variable.high])
+        with np.errstate(all="ignore"):
+            low, high = enclose(part, boxes)
+        bounds = float(np.min(low)), float(np.max(high))
+        return (-math.inf, math.inf) if any(map(math.isnan, bounds)) else bounds
 
     def _leads_inside(self, target: float, rest: tuple[Stage, ...]) -> bool:
         """Whether some preimage of the stages left over lies in the range of the unknown, or near it."""

@@ -107,6 +107,16 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
     return None
 
 
+def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Expression:
+    """The part of an equation, isolable by stages, that holds the unknown under its outermost operations."""
+    node = left if unknown in nodes.names(left) else right
+    for _ in range(depth):
+        undone = _undo(node, unknown)
+        assert undone is not None
+        node = undone[1]
+    return node
+
+
 def _chain(inside: Expression, other: Expression, unknown: str) -> Isolation | None:
     stages: list[Stage] = []
     node = inside

@@ -62,3 +62,25 @@ def test_a_root_where_a_quotient_says_nothing(ranges: str) -> None:
     result = solver.solve(rulesheets.loads(f"{ranges}x*(x^2 + y^2) = 0\ny*(x^2 + y^2) = 0"))
     assert str(result.status) == "singular"
     assert [(s["x"], s["y"]) for s in result.solutions] == [(0.0, 0.0)]
+
+
+def test_an_answer_on_a_turn_that_the_principal_value_does_not_lead_to() -> None:
+    """exp(x) is -π/2 nowhere, and 3π/2 at one place; a range with too many turns is not called empty."""
+    result = solver.solve(rulesheets.loads("sin(exp(x)) = -1"))
+    assert str(result.status) != "infeasible"
+    assert any(abs(float(str(s["x"])) - math.log(1.5 * math.pi)) < 1e-7 for s in result.solutions)
+    many = solver.solve(rulesheets.loads("variables\nx in [-9, 9]\nrules\ncos((x + 1e6)^3) = 0.3"))
+    assert str(many.status) == "solved"
+    assert not many.complete
+
+
+def test_a_curve_of_answers_is_not_sampled_without_end() -> None:
+    text = "variables\nx ~ -0.2\ny ~ 0.6\nz ~ 5\nrules\nx*z = 0\nx*y = 0\ny + z = -1.75"
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) == "singular"
+    assert len(result.solutions) <= 64
+
+
+def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
+    text = "x^2 + y*sin(x) = 3 + 1/(2 - 2)\ny*cos(x) + x = 2"
+    assert str(solver.solve(rulesheets.loads(text)).status) in ("failed", "infeasible", "inconsistent")
