@@ -39,7 +39,7 @@ def explore_refined(
     Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
     needed or not.
     """
-    found = explore(model, inputs, want, guesses, judged)
+    found = explore(model, inputs, want, guesses, judged, thorough=always)
     if not always and not _delicate(model, found, judged):
         return found
     from solver.precise_explorer import explore_precisely

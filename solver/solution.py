@@ -53,9 +53,15 @@ def explore(
     want: Sequence[str] | None,
     guesses: Mapping[str, float],
     judged: Sequence[str],
+    thorough: bool = False,
 ) -> Exploration:
-    """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have."""
-    return Explorer(model, inputs, want, guesses, judged).run()
+    """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have.
+
+    ``thorough``: what it costs to prove that there are no others does not count.
+    """
+    explorer = Explorer(model, inputs, want, guesses, judged)
+    explorer.budget.thorough = thorough
+    return explorer.run()
 
 
 class Explorer:

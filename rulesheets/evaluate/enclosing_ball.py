@@ -72,5 +72,5 @@ def _power(expression: Power, base: Ball, exponent: Ball) -> Ball:
 
 def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
     if not result.is_finite():
-        raise Undefined(operation, (math.nan,), expression)
+        raise Undefined(operation, (math.nan, math.nan)[: 2 if operation == "^" else 1], expression)
     return result

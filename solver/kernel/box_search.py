@@ -13,10 +13,14 @@ from solver.kernel.question import Question
 from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune
 
 LIMITS = SubdivisionLimits(boxes=20_000, alive=2_000)
+THOROUGH = SubdivisionLimits(boxes=600_000, alive=40_000)
 
 
-def search_boxes(question: Question, candidates: Candidates) -> bool:
-    """Refine every box that may hold a root. True where the roots are proven to be all."""
+def search_boxes(question: Question, candidates: Candidates, thorough: bool = False) -> bool:
+    """Refine every box that may hold a root. True where the roots are proven to be all.
+
+    ``thorough``: with thirty times the boxes.
+    """
     kernel = question.kernel
     constants = {name: (v, v) for name, v in zip(kernel.known, question.known, strict=True)}
     ranges = [question.domain(name) for name in question.unknowns]
@@ -35,7 +39,7 @@ def search_boxes(question: Question, candidates: Candidates) -> bool:
         lo, hi = bounds(flat, low, high)
         return lo.reshape(-1, n, n), hi.reshape(-1, n, n)
 
-    found = branch_and_prune(residual, jacobian, ranges, LIMITS)
+    found = branch_and_prune(residual, jacobian, ranges, THOROUGH if thorough else LIMITS)
     for root in found.roots:
         candidates.refine(list(root))
     return found.complete

@@ -17,9 +17,13 @@ STEP, PLAN, ROUND, LAST_RESORT = 10, 50, 8_000, 100_000
 
 
 class Budget:
-    """What is left of the work of one solve, shared by all of its blocks and cases."""
+    """What is left of the work of one solve, shared by all of its blocks and cases.
 
-    def __init__(self) -> None:
+    ``thorough``: a proof was asked for, and may cost what it costs.
+    """
+
+    def __init__(self, thorough: bool = False) -> None:
+        self.thorough = thorough
         self.left = SOLVE
         self.used = 0
         self.of_block = BLOCK

@@ -30,6 +30,8 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_ANSWERS = 64
 MAX_BOX_UNKNOWNS = 6
 MAX_BATCH_UNKNOWNS = 60
+MAX_PROOF_UNKNOWNS = 12
+"""The same where a proof is asked for."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -80,10 +82,11 @@ def solve_block(
         candidates.tried(Method.RANGE, complete)
         if not candidates.answers and (freedom := search.flat_stretch()) is not None:
             return freedom
-    elif question.finite and len(block.unknowns) <= MAX_BOX_UNKNOWNS:
+    most = MAX_PROOF_UNKNOWNS if budget.thorough else MAX_BOX_UNKNOWNS
+    if question.finite and len(block.unknowns) <= most and (len(block.tears) > 1 or _asked(budget, whole)):
         from solver.kernel.box_search import search_boxes
 
-        complete = search_boxes(question, candidates)
+        complete = search_boxes(question, candidates, budget.thorough)
         candidates.tried(Method.BOXES, complete)
     if not complete:
         _from_starts(question, candidates, budget)
@@ -95,6 +98,11 @@ def solve_block(
 
             fall_back(question, candidates)
     return replace(_outcome(question, candidates, complete), stretches=stretches, whole=whole)
+
+
+def _asked(budget: Budget, whole: bool) -> bool:
+    """Whether boxes are to be searched as well where the range of the tear was."""
+    return budget.thorough and not whole
 
 
 def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:

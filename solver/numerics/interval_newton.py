@@ -120,7 +120,14 @@ def _inverses(matrices: Array) -> tuple[Array, Mask]:
     """Inverses of the regular ones of (k, n, n) finite matrices; the identity, and False, for the others."""
     identity = np.eye(matrices.shape[-1])
     rows = abs(matrices).sum(axis=2, keepdims=True)
-    regular: Mask = abs(np.linalg.det(matrices / np.where(rows > 0, rows, 1.0))) > 1e-100
-    inverse = np.linalg.inv(np.where(regular[:, None, None], matrices, identity))
+    sizes = np.where(rows > 0, rows, 1.0)
+    scaled = matrices / sizes
+    regular: Mask = (abs(np.linalg.det(scaled)) > 1e-100) & _finite(scaled, scaled)
+    scaled = np.where(regular[:, None, None], scaled, identity)
+    try:
+        inverse = np.linalg.inv(scaled)
+    except np.linalg.LinAlgError:  # a pivot has vanished all the same
+        inverse = np.linalg.pinv(scaled)
+    inverse = inverse / sizes.swapaxes(1, 2)
     regular &= _finite(inverse, inverse)
     return np.where(regular[:, None, None], inverse, identity), regular

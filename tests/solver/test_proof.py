@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
+from benchmarks.interval_systems import SYSTEMS, IntervalSystem
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.balls import FUNCTIONS, ball, precision
@@ -176,3 +177,13 @@ def test_extended_values_agree_with_balls() -> None:
     with precision(200):
         held = enclosing_ball(equation.right, {"x": ball(1.7)})
         assert abs(held - ball(extended(equation.right, {"x": 1.7}, 50))) < 1e-45
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
+def test_classic_systems_have_their_roots_and_no_others(system: IntervalSystem) -> None:
+    assert_proved(proved(system.sheet), system.roots)
+
+
+def test_an_empty_range_is_proved_empty() -> None:
+    text = "variables\n x in [3, 10]\n y in [3, 10]\nrules\n x^2 + y = 11\n x + y^2 = 7"
+    assert str(proved(text).status) == "infeasible"
