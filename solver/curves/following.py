@@ -118,9 +118,12 @@ class _Following:
 
     # --- the table ---
 
+    def _filling(self, found: _Found, want: tuple[str, ...]) -> Filling:
+        return Filling(self.model, found.system, want, found.curve.pieces[0].problem.scale)
+
     def _table(self) -> CurveTable:
         want = tuple(n for n in self.plan.want if n != self.name)
-        runs = [run for found in self.found for run in _runs(found, Filling(self.model, found.system, want))]
+        runs = [run for found in self.found for run in _runs(found, self._filling(found, want))]
         rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
         columns = {
             self.name: _column([float(row.point.z[-1]) for _, row in rows]),

@@ -17,6 +17,9 @@ from solver.result import Status
 from solver.solution import explore
 from solver.verdict import judge
 
+NOUGHT = 1e-15
+"""Share of its magnitude below which a coordinate may be what is left of an exact 0."""
+
 
 @dataclass(frozen=True)
 class CurveRow:
@@ -73,18 +76,24 @@ class Filling:
     So is all that does not move along the curve: of several answers it is that of the branch.
     """
 
-    def __init__(self, model: Model, system: CoreSystem, want: Sequence[str]) -> None:
-        self.model, self.system, self.want = model, system, tuple(want)
+    def __init__(self, model: Model, system: CoreSystem, want: Sequence[str], scale: Vector) -> None:
+        self.model, self.system, self.want, self.scale = model, system, tuple(want), scale
 
     def __call__(self, point: CurvePoint) -> tuple[Status, dict[str, Value]]:
         """The status and the wanted values that are determined. A fold is ``singular``."""
-        core = self.wrapped(point.z)
-        inputs = {**self.system.fixed, **core}
+        status, values = self._solved(point.z)
+        if status is not Status.SOLVED and not point.fold:
+            cleared = np.where(np.abs(point.z) <= NOUGHT * self.scale, 0.0, point.z)
+            if not np.array_equal(cleared, point.z):
+                status, values = self._solved(cleared)
+        return Status.SINGULAR if point.fold else status, values
+
+    def _solved(self, z: Vector) -> tuple[Status, dict[str, Value]]:
+        inputs = {**self.system.fixed, **self.wrapped(z)}
         found = explore(self.model, inputs, self.want, {}, self.want)
         verdict = judge(self.model, found, self.want, inputs, {})
         values = verdict.leaves[0].branch.values if verdict.leaves else inputs
-        status = Status.SINGULAR if point.fold else verdict.status
-        return status, {name: values[name] for name in self.want if name in values}
+        return verdict.status, {name: values[name] for name in self.want if name in values}
 
     def wrapped(self, z: Vector) -> dict[str, float]:
         """The core with angles in (-180, 180], as far as its rules admit it."""
