@@ -19,7 +19,7 @@ from solver.witness import testify
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping
+    from collections.abc import Hashable, Mapping, Sequence
 
     from rulesheets.model import Model, Value
     from solver.forward_error import ForwardErrors
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 CLEAR = 1e-3
 """Discriminants nearer to zero than this are left to the step-by-step way."""
+
+UNUSUAL = 1e-3
+"""Share of its size in an earlier answer below which a number is left to the step-by-step way, too."""
 
 MAX_PATTERNS = 64
 
@@ -59,7 +62,7 @@ class Repeats:
         numbers = [given[name] for name in repeat.names]
         for way, template in zip(repeat.paths.every, repeat.templates, strict=True):
             rows = way(*numbers)
-            if rows is not None and len(rows) == len(template.solutions):
+            if rows is not None and len(rows) == len(template.solutions) and _usual(rows, template):
                 names = template.solutions[0]
                 return self._result(template, given, [dict(zip(names, row, strict=True)) for row in rows])
         return None
@@ -113,6 +116,18 @@ class Repeats:
 def _named(solution: Solution, paths: CompiledPaths) -> Solution:
     """The solution with its names in the order in which the ways give them."""
     return replace(solution, by_name={name: solution[name] for name in paths.pattern.want})
+
+
+def _usual(rows: Sequence[tuple[Value, ...]], template: Result) -> bool:
+    """Whether all numbers are about as large as they were: one that is not may have lost its digits."""
+    for row, solution in zip(rows, template.solutions, strict=True):
+        for value, once in zip(row, solution.values(), strict=True):
+            if isinstance(value, str) or isinstance(once, str):
+                continue
+            size, usual = abs(value), abs(once)
+            if not UNUSUAL * usual <= size <= usual / UNUSUAL:
+                return False
+    return True
 
 
 def _key(given: Mapping[str, Value], want: tuple[str, ...] | None, guesses: Mapping[str, float]) -> Hashable:

@@ -123,6 +123,19 @@ def assert_right(name: str, crank: Crank, tolerance: float) -> None:
         assert abs(result[quantity] - exact[quantity]) <= tolerance * abs(exact[quantity]), quantity
 
 
+@pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
+def test_repeated_solves_are_as_right_as_the_first(name: str) -> None:
+    """What earlier solves taught is not used where it loses digits."""
+    sheet = model(name)
+    for angle in (-30.0, -31.0, -32.0, 40.0):
+        solver.solve(sheet, {"thetaAO": angle, "offset": 0.0})
+    for angle in (1e-3, 1e-9, 1e-13):
+        exact = oracle.forward(Crank(3.0, 8.0, 0.0, -15.0, -10.0, angle))
+        result = solver.solve(sheet, {"thetaAO": angle, "offset": 0.0})
+        for quantity in QUANTITIES:
+            assert abs(result[quantity] - exact[quantity]) <= 1e-14 * abs(exact[quantity]), quantity
+
+
 def test_rod_past_vertical_is_infeasible() -> None:
     inputs = Crank(3.0, 8.0, 8 * (1 + 1e-15) + 1.5, -15.0, -10.0, 30.0).inputs
     for name in (AS_PRINTED, SLOPE_FREE):
