@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from typing import TypeAlias
 
 from rulesheets.nodes import (
@@ -25,15 +26,17 @@ HIGHEST_DEGREE = 12
 Polynomial: TypeAlias = list[Fraction]
 """Coefficients, lowest degree first."""
 
-Value: TypeAlias = tuple[Polynomial, Polynomial, int]
+Sizes: TypeAlias = list[float]
+Value: TypeAlias = tuple[Polynomial, Sizes, int]
 """A polynomial over (1 + t²) to that power; second, how large its coefficients were before they cancelled."""
 
-CANCELLED = Fraction(1, 10**9)
+CANCELLED = 1e-9
 """A coefficient this small beside what it was made of may be nothing but the rounding of the inputs."""
 
 CIRCLE: Polynomial = [Fraction(1), Fraction(0), Fraction(1)]
-COSINE: Value = [Fraction(1), Fraction(0), Fraction(-1)], CIRCLE, 1
-SINE: Value = [Fraction(0), Fraction(2)], [Fraction(0), Fraction(2)], 1
+ROUND: Sizes = [1.0, 0.0, 1.0]
+COSINE: Value = [Fraction(1), Fraction(0), Fraction(-1)], ROUND, 1
+SINE: Value = [Fraction(0), Fraction(2)], [0.0, 2.0], 1
 
 
 class NotPolynomial(Exception):
@@ -85,7 +88,7 @@ def closing(
     block = question.kernel.block
     values = {n: _number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
     if quarters is None:
-        values[block.tears[0]] = [Fraction(0), Fraction(1)], [Fraction(0), Fraction(1)], 0
+        values[block.tears[0]] = [Fraction(0), Fraction(1)], [0.0, 1.0], 0
     for name, form in forms:
         values[name] = _value(form, values, quarters)
     equation = question.graph.model.equations[block.residuals[0]]
@@ -131,36 +134,45 @@ def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | No
 
 
 def _number(number: float) -> Value:
-    return [Fraction(number)], [abs(Fraction(number))], 0
+    return [Fraction(number)], [abs(number)], 0
 
 
 def _scaled(value: Value, number: Fraction | int) -> Value:
-    factor = Fraction(number)
-    return [factor * c for c in value[0]], [abs(factor) * c for c in value[1]], value[2]
+    factor, size = Fraction(number), abs(float(number))
+    return [factor * c for c in value[0]], [size * c for c in value[1]], value[2]
 
 
 def _plus(a: Value, b: Value) -> Value:
     power = max(a[2], b[2])
     a, b = _raised(a, power), _raised(b, power)
-    return _sum(a[0], b[0]), _sum(a[1], b[1]), power
+    sizes = [x + y for x, y in zip_longest(a[1], b[1], fillvalue=0.0)]
+    return _sum(a[0], b[0]), sizes, power
 
 
 def _raised(value: Value, power: int) -> Value:
     """The same over a higher power of 1 + t²."""
     polynomial, gross, own = value
     for _ in range(power - own):
-        polynomial, gross = _product(polynomial, CIRCLE), _product(gross, CIRCLE)
+        polynomial, gross = _product(polynomial, CIRCLE), _size_of_product(gross, ROUND)
     return polynomial, gross, power
 
 
 def _times(a: Value, b: Value) -> Value:
-    return _product(a[0], b[0]), _product(a[1], b[1]), a[2] + b[2]
+    return _product(a[0], b[0]), _size_of_product(a[1], b[1]), a[2] + b[2]
 
 
 def _sum(a: Polynomial, b: Polynomial) -> Polynomial:
     size = max(len(a), len(b))
     padded = ([*p, *[Fraction(0)] * (size - len(p))] for p in (a, b))
     return _trimmed([x + y for x, y in zip(*padded, strict=True)])
+
+
+def _size_of_product(a: Sizes, b: Sizes) -> Sizes:
+    product = [0.0] * (len(a) + len(b) - 1)
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            product[i + j] += x * y
+    return product
 
 
 def _product(a: Polynomial, b: Polynomial) -> Polynomial:

@@ -38,7 +38,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         return False
     try:
         polynomial = closing(question, forms)
-    except NotPolynomial:
+    except (NotPolynomial, OverflowError):
         return False
     roots = real_roots(polynomial, *question.domain(tears[0]))
     if roots is None or _touches(polynomial):
@@ -77,7 +77,7 @@ def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
     quarters = Quarters(tears[0], turn)
     try:
         polynomial = closing(question, forms, quarters)
-    except NotPolynomial:
+    except (NotPolynomial, OverflowError):
         return False
     simple = simple_part(polynomial)
     roots = real_roots(simple)
