@@ -12,13 +12,15 @@ from solver.kernel.block import BlockKernel
 from solver.numerics.plain_newton import PlainEnd, plain_newton
 from solver.numerics.scipy_roots import METHODS, scipy_root
 from solver.path.steps import SolveBlock
+from solver.result import Status
 from solver.solution import planner
+from solver.solving import solve
 
 if TYPE_CHECKING:
     from solver.plan import Plan
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 16))
-PREPARED = "backsolve"
+SOLVE, PREPARED = "backsolve", "backsolve, prepared"
 EXTENDED_DIGITS = 34
 
 
@@ -70,7 +72,8 @@ class Case:
 def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[float]) -> Iterator[Method]:
     """All of them, for one case. ``names`` are the inputs that the plan takes by position."""
     numbers = tuple(case.inputs[name] for name in names)
-    yield Method(PREPARED, "backsolve", lambda: _prepared(plan, numbers))
+    yield Method(SOLVE, SOLVE, lambda: _solved(case, plan))
+    yield Method(PREPARED, PREPARED, lambda: _prepared(plan, numbers))
     block = SolveBlock(case.rules.flat_equations, case.rules.flat_unknowns, ())
     kernel = BlockKernel(planner(case.model).graph, block)
     known = [v for name in kernel.known if isinstance(v := case.inputs[name], float)]
@@ -92,6 +95,15 @@ def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[f
     yield Method(f"Newton, {EXTENDED_DIGITS} digits", "extended precision", lambda: _extended(case))
     for method in METHODS:
         yield Method(f"scipy {method}", f"scipy {method}", scipy_by(method))
+
+
+def _solved(case: Case, plan: Plan) -> End:
+    """``solver.solve``, from the model on: in extended precision where floats leave an answer vague."""
+    given: dict[str, Value | None] = {name: case.inputs.get(name) for name in case.model.variables}
+    result = solve(case.model, given, want=plan.want, guesses=plan.guesses)
+    if result.status is not Status.SOLVED:
+        return End((), said=str(result.status))
+    return End(result.solutions)
 
 
 def _prepared(plan: Plan, numbers: tuple[Value, ...]) -> End:

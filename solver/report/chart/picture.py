@@ -20,6 +20,7 @@ NOTHING = 10.0
 
 STYLES = {
     "backsolve": ("#1b4f72", "o", 2.4),
+    "backsolve, prepared": ("#5dade2", "o", 1.8),
     "Newton": ("#7d8a97", "s", 1.0),
     "extended precision": ("#2a7f62", "D", 1.2),
     "scipy hybr": ("#d68910", "^", 1.0),
