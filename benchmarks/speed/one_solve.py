@@ -1,0 +1,117 @@
+"""One solve, prepared: microseconds for five outputs, checked and judged, beside peers that check nothing."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import solver
+from benchmarks.speed import closed_forms, solvers, symbols
+from benchmarks.speed.by_c import CCrank
+from benchmarks.speed.page import Claim, Section, figures
+from benchmarks.speed.stopwatch import Contestant, Time, race
+from benchmarks.speed.task import ANGLE, DIRECTIONS, POSITION, model, plan
+
+UNPREPARED = "solver.solve, a path seen before"
+
+
+def measure(rounds: int) -> Section:
+    with tempfile.TemporaryDirectory() as folder:
+        found = {d: race(contestants(d, Path(folder)), rounds) for d in DIRECTIONS}
+    kinds = {c: k for c, k in KINDS.items() if any(c in times for times in found.values())}
+    rows = [(name, *_cells(found, name)) for name in kinds]
+    return Section(
+        "one",
+        "One solve",
+        ("µs a solve", "forward", "slider-driven, both answers", "forward, ratio", "slider-driven, ratio"),
+        rows,
+        (
+            "Ratios are to the closed form in Python. fsolve, casadi's Newton and nsolve start some degrees "
+            "away from the answer and return one.",
+        ),
+        claims(found),
+        tuple(
+            (title, "µs", [(n, found[d][n].cpu * 1e6, k) for n, k in kinds.items() if n in found[d]])
+            for d, title in (("forward", "One solve, forward"), ("backward", "One solve, slider-driven"))
+        ),
+    )
+
+
+OURS, HAND = "backsolve, prepared", "closed form by hand, Python"
+KINDS = {
+    OURS: "ours",
+    UNPREPARED: "ours",
+    HAND: "hand",
+    "closed form by hand, numba": "hand",
+    "closed form by hand, C": "hand",
+    "sympy.lambdify with cse": "peer",
+    "casadi function": "peer",
+    "casadi rootfinder (newton)": "peer",
+    "jax": "peer",
+    "scipy fsolve with Jacobian": "peer",
+    "scipy fsolve": "peer",
+    "sympy.nsolve": "peer",
+}
+
+
+def contestants(direction: str, folder: Path) -> list[Contestant]:
+    ahead = direction == "forward"
+    number = ANGLE if ahead else POSITION
+    prepared = plan(direction)
+    closed = closed_forms.forward if ahead else closed_forms.backward
+    runs: dict[str, Any] = {
+        OURS: prepared if ahead else prepared.all,
+        UNPREPARED: _unprepared(ahead),
+        HAND: closed,
+        "sympy.lambdify with cse": symbols.function(direction, "math", every=True),
+        "scipy fsolve with Jacobian": solvers.fsolve(direction, True),
+        "scipy fsolve": solvers.fsolve(direction, False),
+        "sympy.nsolve": solvers.nsolve(direction),
+    }
+    if find_spec("numba"):
+        from benchmarks.speed import by_numba
+
+        runs["closed form by hand, numba"] = by_numba.forward if ahead else by_numba.backward
+    if find_spec("casadi"):
+        runs["casadi function"] = solvers.casadi_function(direction)
+        runs["casadi rootfinder (newton)"] = solvers.casadi_rootfinder(direction)
+    if find_spec("jax"):
+        runs["jax"] = solvers.jax_function(direction)
+    try:
+        runs["closed form by hand, C"] = CCrank(folder).one()[0 if ahead else 1]
+    except OSError:
+        pass
+    return [Contestant(name, runs[name], number) for name in KINDS if name in runs]
+
+
+def _unprepared(ahead: bool) -> Any:
+    sheet = model()
+    if ahead:
+        return lambda angle: solver.solve(sheet, {"thetaAO": angle})
+    return lambda place: solver.solve(sheet, {"xB": place, "thetaAO": None})
+
+
+def _cells(found: dict[str, dict[str, Time]], name: str) -> list[str]:
+    times = [found[d][name].cpu * 1e6 if name in found[d] else None for d in DIRECTIONS]
+    bases = [found[d][HAND].cpu * 1e6 for d in DIRECTIONS]
+    ratios = [None if t is None else t / base for t, base in zip(times, bases, strict=True)]
+    return ["–" if t is None else figures(t) for t in (*times, *ratios)]
+
+
+def claims(found: dict[str, dict[str, Time]]) -> list[Claim]:
+    def ratio(direction: str, one: str, other: str) -> float:
+        return found[direction][one].cpu / found[direction][other].cpu
+
+    newton = "scipy fsolve with Jacobian"
+    unprepared = found["forward"][UNPREPARED].cpu * 1e6
+    return [
+        Claim("forward, of the closed form by hand in Python", 4, ratio("forward", OURS, HAND)),
+        Claim("forward, faster than fsolve with its Jacobian", 40, ratio("forward", newton, OURS), more=True),
+        Claim("slider-driven, both answers, of the closed form by hand", 10, ratio("backward", OURS, HAND)),
+        Claim(
+            "slider-driven, both answers, faster than fsolve for one", 30, ratio("backward", newton, OURS), more=True
+        ),
+        Claim("unprepared, a path seen before", 100, unprepared, "µs"),
+    ]

@@ -1,0 +1,80 @@
+"""What was measured, as Markdown: tables, what is held to what, and the places in pages where they go."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Claim:
+    """``measured`` is held to at most ``limit`` (at least, where ``more``)."""
+
+    text: str
+    limit: float
+    measured: float
+    unit: str = "×"
+    more: bool = False
+
+    @property
+    def met(self) -> bool:
+        return self.measured >= self.limit if self.more else self.measured <= self.limit
+
+    def row(self) -> tuple[str, str, str, str]:
+        sign = "≥" if self.more else "≤"
+        numbers = f"{sign} {self.limit:g} {self.unit}", f"{figures(self.measured)} {self.unit}"
+        return self.text, *numbers, "yes" if self.met else "**no**"
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of the measurement: a table, remarks below it, and claims. ``bars`` go into the picture:
+    title, unit, and for each contestant its name, number and kind."""
+
+    name: str
+    title: str
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    remarks: Sequence[str] = ()
+    claims: Sequence[Claim] = ()
+    bars: Sequence[tuple[str, str, Sequence[tuple[str, float, str]]]] = field(default=())
+
+    def markdown(self) -> str:
+        parts = [markdown_table(self.head, self.rows), *self.remarks]
+        if self.claims:
+            rows = [claim.row() for claim in self.claims]
+            parts.append(markdown_table(("held to", "limit", "measured", "met"), rows))
+        return "\n\n".join(parts)
+
+
+def figures(number: float) -> str:
+    """Two or three figures, without an exponent."""
+    if number == 0 or number != number:
+        return f"{number:g}"
+    if abs(number) >= 100:
+        return f"{float(f'{number:.3g}'):,.0f}"
+    return f"{number:.3g}" if abs(number) >= 1 else f"{number:.2g}"
+
+
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table with its columns in line; all but the first are flush right."""
+    table = [list(map(str, row)) for row in (head, *rows)]
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    lines = [
+        " | ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
+        for row in table
+    ]
+    rule = " | ".join(["-" * widths[0], *("-" * (w - 1) + ":" for w in widths[1:])])
+    return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))
+
+
+def place(path: Path, name: str, text: str) -> bool:
+    """Put text between ``<!-- speed: NAME -->`` and ``<!-- end -->``; False where the page has no such place."""
+    before = path.read_text(encoding="utf-8")
+    pattern = re.compile(rf"(<!-- speed: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
+    after, count = pattern.subn(lambda match: f"{match[1]}\n{text}\n\n{match[2]}", before)
+    if count:
+        path.write_text(after, encoding="utf-8")
+    return bool(count)
