@@ -54,7 +54,7 @@ def _close(found: object, expected: float) -> bool:
     return isinstance(found, float) and math.isclose(found, expected, rel_tol=1e-6, abs_tol=1e-6)
 
 
-def _in_its_own_process(shape: str, rules: int, store: str) -> dict[str, float]:
+def in_its_own_process(shape: str, rules: int, store: str) -> dict[str, float]:
     command = [sys.executable, __file__, "--one", shape, str(rules)]
     environment = {**os.environ, "BACKSOLVE_CACHE": store}
     answer = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
@@ -70,7 +70,7 @@ def table(sizes: list[int]) -> None:
         first: tuple[int, float] | None = None
         for rules in sizes:
             with tempfile.TemporaryDirectory() as store:
-                found, again = (_in_its_own_process(shape, rules, store) for _ in range(2))
+                found, again = (in_its_own_process(shape, rules, store) for _ in range(2))
             total = found["load"] + found["path"] + found["solve"]
             first = first or (rules, total)
             growth = (total / first[1]) / (rules * math.log(rules) / (first[0] * math.log(first[0])))

@@ -1,4 +1,4 @@
-"""Sweeps: nanoseconds a row for five outputs, every row checked and judged, beside peers that check nothing."""
+"""Sweeps: nanoseconds a row for five outputs, every row checked, beside peers that check nothing."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ KINDS = {
     "scipy fsolve with Jacobian, a loop": "peer",
     "scipy fsolve, a loop": "peer",
 }
-THREADED = {JIT, "jax", PARALLEL, f"{OWN}, parallel"} | {name for name in KINDS if name.endswith("2 threads")}
+TITLES = {"forward": "A row of a sweep, forward", "backward": "A row of a sweep, slider-driven"}
 
 
 def measure(rounds: int, rows: int) -> tuple[Section, Section]:
@@ -67,14 +67,17 @@ def measure(rounds: int, rows: int) -> tuple[Section, Section]:
         ("ns a row", *heads),
         table,
         (
-            "All allocate their outputs in each run. The columns *cpu* add up the processors; *wall* is the clock, which "
-            f"others who use the machine slow down. casadi runs {SOME:,} rows, fsolve {FEW:,} (each from the answer of "
-            "the row before).",
+            "All allocate their outputs in each run, from memory that the system has to hand out anew. *cpu* "
+            "adds up the processors; *wall* is the clock, which others who use the machine slow down. casadi "
+            f"runs {SOME:,} rows; fsolve {FEW:,}, each from the answer of the row before.",
         ),
         claims(times),
         tuple(
             (title, "ns", [(n, times[d][n].cpu * 1e9, KINDS[n]) for n in shown if n in times[d]])
-            for d, title in (("forward", "A row of a sweep, forward"), ("backward", "A row of a sweep, slider-driven"))
+            for d, title in (
+                ("forward", "A row of a sweep, forward"),
+                ("backward", "A row of a sweep, slider-driven"),
+            )
         ),
     )
     return section, accuracy(worst)
@@ -182,7 +185,8 @@ def errors(direction: str, racers: list[Contestant]) -> dict[str, float]:
         columns = _columns(direction, racer.run(racer.argument))
         sample = np.random.default_rng(50).integers(0, len(numbers), SAMPLE)
         worst[racer.name] = max(
-            max(reference.errors(direction, float(numbers[k]), [float(c[k]) for c in columns])) for k in sample
+            max(reference.errors(direction, float(numbers[k]), [float(c[k]) for c in columns]))
+            for k in sample
         )
     return worst
 
@@ -208,11 +212,16 @@ def claims(times: dict[str, dict[str, Time]]) -> list[Claim]:
         Claim("slider-driven, of blocked numpy by hand", 2, ratio("backward", OURS, NUMPY)),
         Claim("jit, forward, of numba with own sincos", 2, ratio("forward", JIT, OWN)),
         *(
-            Claim(f"jit, forward, of the same in parallel, {n}", 2, ratio("forward", JIT, f"{OWN}, parallel", c))
+            Claim(
+                f"jit, forward, of the same in parallel, {n}", 2, ratio("forward", JIT, f"{OWN}, parallel", c)
+            )
             for c, n in both
         ),
         Claim("jit, forward, of writing the outputs", 4, ratio("forward", JIT, "writing the outputs")),
-        *(Claim(f"jit, forward, faster than jax, {n}", 5, ratio("forward", "jax", JIT, c), more=True) for c, n in both),
+        *(
+            Claim(f"jit, forward, faster than jax, {n}", 5, ratio("forward", "jax", JIT, c), more=True)
+            for c, n in both
+        ),
         Claim("jit, forward, faster than lambdify", 12, ratio("forward", lambdify, JIT), more=True),
         *(
             Claim(f"jit, slider-driven, of numba in parallel, {n}", 1.5, ratio("backward", JIT, PARALLEL, c))
@@ -232,6 +241,6 @@ def accuracy(worst: dict[str, dict[str, float]]) -> Section:
         f"Worst errors in {SAMPLE} rows of the sweep, beside 50 digits",
         ("ulp × conditioning", "forward", "slider-driven"),
         rows,
-        ("The unit is 2⁻⁵² (|y| + |x dy/dx|) for an output y and the input x: a change of the last digit of either.",),
+        ("The unit is 2⁻⁵² (|y| + |x dy/dx|) for an output y and the input x: a last digit of either.",),
         [Claim(f"{name}, {words[d]}", 4, worst[d][name], "ulp") for name, d in by_us],
     )

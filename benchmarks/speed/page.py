@@ -71,7 +71,7 @@ def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def place(path: Path, name: str, text: str) -> bool:
-    """Put text between ``<!-- speed: NAME -->`` and ``<!-- end -->``; False where the page has no such place."""
+    """Put text between ``<!-- speed: NAME -->`` and ``<!-- end -->``; False where there is no such place."""
     before = path.read_text(encoding="utf-8")
     pattern = re.compile(rf"(<!-- speed: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
     after, count = pattern.subn(lambda match: f"{match[1]}\n{text}\n\n{match[2]}", before)

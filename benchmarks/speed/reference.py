@@ -48,9 +48,7 @@ def errors(direction: str, number: float, found: Sequence[float]) -> list[float]
     near = found[0] if direction == "backward" else None
     with mp.workdps(DIGITS):
         step = mpf(10) ** -20 * max(1, abs(mpf(number)))
-        here, above, below = (
-            exact(direction, mpf(number) + k * step, near) for k in (0, 1, -1)
-        )
+        here, above, below = (exact(direction, mpf(number) + k * step, near) for k in (0, 1, -1))
         out = []
         for y, up, down, value in zip(here, above, below, found, strict=True):
             scale = abs(y) + abs(mpf(number) * (up - down) / (2 * step))

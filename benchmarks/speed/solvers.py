@@ -1,4 +1,4 @@
-"""Peers on the equations and on the closed form: scipy, casadi, jax, sympy. What is not installed is left out."""
+"""Peers on the equations and on the closed form: scipy, casadi, jax, sympy, as far as installed."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ def absent() -> list[str]:
 
 
 def fsolve(direction: str, with_jacobian: bool) -> Callable[..., Any]:
-    """``f(number, start)`` returns the five unknowns; raises ArithmeticError where fsolve says it has none."""
+    """``f(number, start)`` gives the five unknowns; raises ArithmeticError where fsolve says it has none."""
     from scipy.optimize import fsolve
 
     residual, jacobian = symbols.residuals(direction), symbols.jacobian(direction)
     nearby = np.array(NEARBY[direction])
 
     def solve(number: float, start: Any = nearby) -> Any:
-        slopes = (lambda u: jacobian(number, *u)) if with_jacobian else None
+        slopes = (lambda u: jacobian(number, *u.tolist())) if with_jacobian else None
         found, _, outcome, said = fsolve(
-            lambda u: residual(number, *u), start, fprime=slopes, full_output=True
+            lambda u: residual(number, *u.tolist()), start, fprime=slopes, full_output=True
         )
         if outcome != 1:
             raise ArithmeticError(said)
@@ -91,7 +91,7 @@ def jax_function(direction: str) -> Callable[[Any], Any]:
     import sympy as sp
 
     jax.config.update("jax_enable_x64", True)
-    names = ("sin", "cos", "sqrt", "arccos", "arctan2")
-    modules = [{**{n: getattr(jax.numpy, n) for n in names}, "acos": jax.numpy.arccos, "atan2": jax.numpy.arctan2}]
+    names = {"sin": "sin", "cos": "cos", "sqrt": "sqrt", "acos": "arccos", "atan2": "arctan2"}
+    modules = [{name: getattr(jax.numpy, theirs) for name, theirs in names.items()}]
     compiled = jax.jit(sp.lambdify(symbols.INPUT, symbols.closed_form(direction), modules, cse=True))
     return lambda x: jax.block_until_ready(compiled(x))

@@ -5,6 +5,7 @@ Processor time for what runs on one core (others who use the machine don't count
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import time
 from collections.abc import Callable, Sequence
@@ -41,6 +42,10 @@ PATIENCE = 4.0
 """Seconds for all measurements of one contestant; there are two of each at least."""
 
 
+WARM = 3
+"""Calls before the first that counts: some learn from the first ones."""
+
+
 def race(contestants: Sequence[Contestant], rounds: int) -> dict[str, Time]:
     """The best time of each, by name. A first call of each is not counted."""
     calls = {c.name: _calls(c) for c in contestants}
@@ -59,9 +64,13 @@ def race(contestants: Sequence[Contestant], rounds: int) -> dict[str, Time]:
 
 
 def _calls(contestant: Contestant) -> int:
-    contestant.run(contestant.argument)
+    """How often a run is repeated: sweeps never."""
+    for _ in range(WARM if contestant.units == 1 else 1):
+        contestant.run(contestant.argument)
+    if contestant.units > 1:
+        return 1
     calls = 1
-    while (once := _measure(contestant, calls).wall * contestant.units * calls) < AT_LEAST:
+    while (once := _measure(contestant, calls).cpu * calls) < AT_LEAST:
         calls = max(2 * calls, int(1.2 * AT_LEAST / max(once / calls, 1e-9)))
     return calls
 
@@ -70,6 +79,8 @@ def _measure(contestant: Contestant, calls: int) -> Time:
     run, argument = contestant.run, contestant.argument
     gc.collect()
     gc.disable()
+    if contestant.units > 1:
+        _give_back()
     try:
         cpu, wall = time.process_time(), time.perf_counter()
         for _ in repeat(None, calls):
@@ -79,3 +90,10 @@ def _measure(contestant: Contestant, calls: int) -> Time:
         gc.enable()
     work = calls * contestant.units
     return Time(cpu / work, wall / work)
+
+
+def _give_back() -> None:
+    """Free memory back to the system (where that is glibc's), so that every sweep writes to fresh pages."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)

@@ -15,7 +15,7 @@ UNKNOWNS = sp.symbols("u0:5", real=True)
 
 
 def closed_form(direction: str, every: bool = False) -> list[Any]:
-    """Five expressions of the input; with ``every`` both answers of the backward solve, one after the other."""
+    """Five expressions of the input; with ``every`` both answers backward, one after the other."""
     if direction == "forward":
         return _forward(INPUT * sp.pi / 180)
     lesser = _backward(-1)

@@ -1,0 +1,91 @@
+"""The rules that a solve used, as one square system for fsolve: the same equations, all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rulesheets.construct import subtract
+from rulesheets.evaluate import NotDifferentiable, differentiate, holds
+from rulesheets.model import Model, Value
+from solver.kernel.scalar import compile_expressions
+from solver.path.steps import Evaluate, Select, SolveBlock, equations_of
+from solver.plan import Plan
+from solver.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class System:
+    """``unknowns`` in order; ``residual(numbers, *unknowns)`` their equations, ``jacobian`` the slopes."""
+
+    unknowns: tuple[str, ...]
+    residual: Callable[..., Any]
+    jacobian: Callable[..., Any] | None
+
+    def fsolve(self, with_jacobian: bool = True) -> Callable[[float, Any], Any]:
+        """``f(number, start)`` gives the unknowns; raises ArithmeticError where fsolve says it has none."""
+        from scipy.optimize import fsolve
+
+        residual, jacobian, n = self.residual, self.jacobian, len(self.unknowns)
+
+        def solve(number: float, start: Any) -> Any:
+            slopes = None
+            if with_jacobian and jacobian is not None:
+                slopes = lambda u: np.array(jacobian(number, *u.tolist())).reshape(n, n)  # noqa: E731
+            found, _, outcome, said = fsolve(
+                lambda u: residual(number, *u.tolist()), start, fprime=slopes, full_output=True
+            )
+            if outcome != 1:
+                raise ArithmeticError(said)
+            return found
+
+        return solve
+
+    def start(self, values: Mapping[str, Value]) -> Any:
+        return np.array([values[name] for name in self.unknowns])
+
+
+def system_of(model: Model, plan: Plan, verdict: Verdict) -> System | None:
+    """The system of the primary answer of a row; None where it is not one of as many rules as numbers."""
+    values = verdict.leaves[0].branch.values
+    equations: list[int] = []
+    unknowns: list[str] = []
+    for step in verdict.leaves[0].branch.steps:
+        if isinstance(step, Evaluate | Select):
+            unknowns.append(step.unknown)
+        elif isinstance(step, SolveBlock):
+            unknowns += step.unknowns
+        else:
+            continue
+        equations += [e for e in equations_of(step) if _active(model, e, values)][: _room(step)]
+    if len(equations) != len(unknowns) or any(isinstance(values[n], str) for n in unknowns):
+        return None
+    misses = [subtract(model.equations[e].left, model.equations[e].right) for e in equations]
+    others = [n for n in values if n not in unknowns and n not in plan.inputs]
+    names = (*plan.inputs, *unknowns, *others)
+    fixed = tuple(values[n] for n in others)
+    residual = compile_expressions(misses, names)
+    try:
+        slopes = compile_expressions([differentiate(miss, n) for miss in misses for n in unknowns], names)
+    except NotDifferentiable:
+        slopes = None
+    return System(
+        tuple(unknowns),
+        lambda *numbers: residual(*numbers, *fixed),
+        None if slopes is None else lambda *numbers: slopes(*numbers, *fixed),
+    )
+
+
+def _room(step: object) -> int:
+    return len(step.unknowns) if isinstance(step, SolveBlock) else 1
+
+
+def _active(model: Model, equation: int, values: Mapping[str, Value]) -> bool:
+    given = [name for name, value in values.items() if isinstance(value, float)]
+    return all(
+        holds(model.conditions[p.condition], values, given) == p.holds
+        for p in model.equations[equation].guard
+    )
