@@ -63,9 +63,10 @@ class Sweeper:
         known = set(map(id, (*self.paths.programs, *self.paths.refusals)))
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         results: list[Array] = []
-        left = np.arange(len(columns[0]))
+        some: Array | None = None  # rows are numbered once a way has left some
         for program in list(self.paths.programs):
-            left = self._settled(program, columns, results, left)
+            some = self._settled(program, columns, results, some)
+        left = np.arange(len(columns[0])) if some is None else some
         for program in list(self.paths.refusals):
             left = self._refused(program, columns, left, keep)
         while len(left):
@@ -73,7 +74,9 @@ class Sweeper:
             status, values, learned = solve(row)
             if learned is not None and len(left) > WORTH:
                 if status is Status.SOLVED:
-                    left = self._settled(learned, columns, results, left)
+                    some = None if len(left) == len(columns[0]) else left
+                    found = self._settled(learned, columns, results, some)
+                    left = left if found is None else found
                 else:
                     left = self._refused(learned, columns, left, keep)
             if len(left) and left[0] == row:
@@ -96,26 +99,25 @@ class Sweeper:
         return left[~holds]
 
     def _settled(
-        self, program: Program, columns: Sequence[Array], results: list[Array], left: Array
-    ) -> Array:
-        """The rows that are still left after a way had its turn."""
+        self, program: Program, columns: Sequence[Array], results: list[Array], left: Array | None
+    ) -> Array | None:
+        """The rows that are still left after a way had its turn; None stands for all of them."""
         kernel = self._kernel(program)
-        if kernel is None or not len(left):
+        if kernel is None or not len(columns[0] if left is None else left):
             return left
-        whole = len(left) == len(columns[0])
-        found, holds = kernel([c if whole else c[left] for c in columns])
+        found, holds = kernel(columns if left is None else [c[left] for c in columns])
         everything = bool(holds.all())
-        rows = left if everything else left[holds]
-        if whole and not results and not any(isinstance(values, str) for values in found):
+        if left is None and not results and not any(isinstance(values, str) for values in found):
             results += found  # type: ignore[arg-type]
             if not everything:
                 for column in results:
                     column[~holds] = np.nan
         else:
             _spread(results, len(found), len(columns[0]))
+            rows = np.flatnonzero(holds) if left is None else left[holds]
             for place, values in enumerate(found):
                 _put(results, place, rows, values if everything or isinstance(values, str) else values[holds])
-        return left[:0] if everything else left[~holds]
+        return np.flatnonzero(~holds) if left is None else left[~holds]
 
     def _kernel(self, program: Program) -> RowKernel | None:
         known = self._kernels.get(id(program))
