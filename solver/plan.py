@@ -13,6 +13,7 @@ from solver.compiled.translate import Pattern
 from solver.explain import explain
 from solver.leaves import Exploration
 from solver.path.activity import activity
+from solver.refinement import explore_refined
 from solver.result import Status
 from solver.solution import explore, planner
 from solver.verdict import Verdict, judge
@@ -96,13 +97,17 @@ class Plan:
         rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
         return list(dict.fromkeys(rows))
 
-    def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
-        """Verdict on one row, unexplained; what it found out serves the rows that decide alike."""
+    def judged(self, numbers: tuple[Value, ...], refined: bool = False) -> tuple[Verdict, Exploration]:
+        """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
+
+        ``refined``: what floats leave vague is solved again in extended precision.
+        """
         if len(numbers) != len(self.inputs):
             raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
         row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
         values = {**self.given, **row}
-        found = explore(self.model, values, self.want, self.guesses, self.want)
+        follow = explore_refined if refined else explore
+        found = follow(self.model, values, self.want, self.guesses, self.want)
         return judge(self.model, found, self.want, values, self.guesses), found
 
     def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> Program | None:
@@ -123,7 +128,7 @@ class Plan:
         return self.paths.refuse(numbers, branch.values)
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        verdict, found = self.judged(numbers)
+        verdict, found = self.judged(numbers, refined=True)
         if verdict.status is not Status.SOLVED:
             values = {**self.given, **dict(zip(self.inputs, numbers, strict=True))}
             raise Unsolved(verdict.status, explain(self.model, verdict, values, self.want))

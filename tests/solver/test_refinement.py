@@ -136,6 +136,18 @@ def test_repeated_solves_are_as_right_as_the_first(name: str) -> None:
             assert abs(result[quantity] - exact[quantity]) <= 1e-14 * abs(exact[quantity]), quantity
 
 
+def test_a_prepared_plan_is_as_right() -> None:
+    given = slider(2.0, 1, True, 1e-13)
+    fixed = {name: value for name, value in given.items() if name != "xB"}
+    plan = solver.prepare(model(SLOPE_FREE), ["xB"], ["thetaAO", "omegaAO"], given=fixed)
+    exact = oracle.crank_angles(3.0, 8.0, 2.0, given["xB"])
+    found = sorted(plan.all(given["xB"]))
+    assert [angle for angle, _ in found] == [float(angle) for angle in exact]
+    for angle, rate in zip(exact, (rate for _, rate in found), strict=True):
+        truth = oracle.crank_rates(3.0, 2.0, given["xB"], angle, RATES["vB"], RATES["aB"])[0]
+        assert abs(rate - truth) <= LAST_PLACE * abs(truth)
+
+
 def test_rod_past_vertical_is_infeasible() -> None:
     inputs = Crank(3.0, 8.0, 8 * (1 + 1e-15) + 1.5, -15.0, -10.0, 30.0).inputs
     for name in (AS_PRINTED, SLOPE_FREE):
