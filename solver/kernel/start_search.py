@@ -22,9 +22,11 @@ from solver.numerics.newton import NewtonLimits
 ROUNDS = ((0, 128), (128, 512), (512, 1024))
 """From which start of a sequence to which a round goes, of each of the two kinds; two rounds at least."""
 DECADES = 3.0
+MOST = 48
+"""Ends of a round that are looked at, those of ordinary size first: many may lie along a curve or far out."""
 SAME = 1e-6
 NEAR = 1e-5
-FINISH = NewtonLimits(iterations=60, escapes=2)
+FINISH = NewtonLimits(iterations=60, escapes=0)
 
 
 def search_from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
@@ -37,7 +39,8 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
         starts = _starts(question, sizes, first, last)
         ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
         new = _distinct(_wrapped(question, ends), found, scale)
-        for end in new:
+        nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
+        for end in nearest[:MOST]:
             if _of_the_rules(question, end.tolist()):
                 candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
