@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
@@ -134,6 +135,8 @@ def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | No
 
 
 def _number(number: float) -> Value:
+    if not math.isfinite(number):
+        raise NotPolynomial
     return [Fraction(number)], [abs(number)], 0
 
 
