@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis
+from rulesheets.input_messages import outside_range
 from rulesheets.inputs import override, variable_named
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Variable
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.translate import Pattern
 from solver.explain import explain
@@ -15,7 +16,7 @@ from solver.leaves import Exploration
 from solver.path.activity import activity
 from solver.refinement import explore_refined
 from solver.result import Status
-from solver.solution import explore, planner
+from solver.solution import planner
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:
@@ -105,10 +106,20 @@ class Plan:
         if len(numbers) != len(self.inputs):
             raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
         row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
+        if self._outside(numbers) is not None:
+            return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         values = {**self.given, **row}
         follow = explore_refined if refined else explore
         found = follow(self.model, values, self.want, self.guesses, self.want)
         return judge(self.model, found, self.want, values, self.guesses), found
+
+    def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
+        """The first number that lies outside the range that the sheet declares."""
+        for name, number in zip(self.inputs, numbers, strict=True):
+            variable = self.model.variables[name]
+            if not isinstance(number, str) and not variable.admits(float(number)):
+                return float(number), variable
+        return None
 
     def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> Program | None:
         """A compiled way from a row that was judged step by step, where it has one.
@@ -129,6 +140,8 @@ class Plan:
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         verdict, found = self.judged(numbers, refined=True)
+        if (outside := self._outside(numbers)) is not None:
+            raise Unsolved(verdict.status, (outside_range(*outside, None),))
         if verdict.status is not Status.SOLVED:
             values = {**self.given, **dict(zip(self.inputs, numbers, strict=True))}
             raise Unsolved(verdict.status, explain(self.model, verdict, values, self.want))

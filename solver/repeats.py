@@ -19,7 +19,7 @@ from solver.witness import testify
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Hashable, Mapping
 
     from rulesheets.model import Model, Value
     from solver.forward_error import ForwardErrors
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 CLEAR = 1e-3
 """Discriminants nearer to zero than this are left to the step-by-step way."""
 
-UNUSUAL = 1e-3
-"""Share of its size in an earlier answer below which a number is left to the step-by-step way, too."""
+VAGUE = 5e-13
+"""Where rounding may change an answer by more than this share, the step-by-step way has the word, too."""
 
 MAX_PATTERNS = 64
 
@@ -62,7 +62,7 @@ class Repeats:
         numbers = [given[name] for name in repeat.names]
         for way, template in zip(repeat.paths.every, repeat.templates, strict=True):
             rows = way(*numbers)
-            if rows is not None and len(rows) == len(template.solutions) and _usual(rows, template):
+            if rows is not None and len(rows) == len(template.solutions):
                 names = template.solutions[0]
                 return self._result(template, given, [dict(zip(names, row, strict=True)) for row in rows])
         return None
@@ -86,7 +86,8 @@ class Repeats:
             return
         if repeat.paths is None or repeat.templates is None:
             names = tuple(leaves[0].branch.values)
-            pattern = Pattern(repeat.names, {}, names, guesses, pruned=want, clear=CLEAR, as_written=True)
+            judged = result.wanted, VAGUE
+            pattern = Pattern(repeat.names, {}, names, guesses, want, CLEAR, as_written=True, accuracy=judged)
             repeat.paths, repeat.templates = CompiledPaths(self.model, self.planner, pattern), []
         answers = [leaf.branch.values for leaf in leaves]
         numbers = [given[name] for name in repeat.names]
@@ -116,18 +117,6 @@ class Repeats:
 def _named(solution: Solution, paths: CompiledPaths) -> Solution:
     """The solution with its names in the order in which the ways give them."""
     return replace(solution, by_name={name: solution[name] for name in paths.pattern.want})
-
-
-def _usual(rows: Sequence[tuple[Value, ...]], template: Result) -> bool:
-    """Whether all numbers are about as large as they were: one that is not may have lost its digits."""
-    for row, solution in zip(rows, template.solutions, strict=True):
-        for value, once in zip(row, solution.values(), strict=True):
-            if isinstance(value, str) or isinstance(once, str):
-                continue
-            size, usual = abs(value), abs(once)
-            if not UNUSUAL * usual <= size <= usual / UNUSUAL:
-                return False
-    return True
 
 
 def _key(given: Mapping[str, Value], want: tuple[str, ...] | None, guesses: Mapping[str, float]) -> Hashable:

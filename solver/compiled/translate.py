@@ -18,6 +18,7 @@ from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.merge import less
 from solver.compiled.program import Ending, Program
 from solver.compiled.roots import RootFinder, root_values
+from solver.compiled.rounding import accurate
 from solver.compiled.trim import trimmed
 from solver.kernel.block import BlockKernel
 from solver.kernel.question import Question
@@ -60,6 +61,8 @@ class Pattern:
     clear: float = CLEAR
     as_written: bool = False
     """Whether every value must satisfy the rules as they are evaluated in floats."""
+    accuracy: tuple[tuple[str, ...], float] | None = None
+    """Names whose values count only if rounding cannot have changed them by more than a share."""
 
 
 @dataclass
@@ -144,6 +147,10 @@ class Translation:
             else:
                 values[name] = flow.input(place)
         way = Way(values, symbols, {}, gone=flow.false)
+        flow.checks = way.checks
+        for name in self.pattern.inputs:
+            if name in values:
+                self._within(way, self.model.variables[name], values[name])
         self._decide(way, range(len(self.model.conditions)))
         self._plan(way)
         return Program(flow, len(self.pattern.inputs), tuple(self.endings), tuple(told))
@@ -631,6 +638,7 @@ class Translation:
                 flow.require(holds)
         for name, variable in self.model.variables.items():
             self._turned(way, name, variable)
+        self._accurate(way)
         results = tuple(self._result(way, name) for name in self.pattern.want)
         for node in results:
             if isinstance(node, int):
@@ -639,6 +647,12 @@ class Translation:
         self.endings.append(trimmed(flow, ending))
         if len(self.endings) > MAX_ENDINGS:
             raise NotCompilable
+
+    def _accurate(self, way: Way) -> None:
+        if self.pattern.accuracy is not None:
+            names, share = self.pattern.accuracy
+            found = [way.values[name] for name in names if name in way.values and name not in self.given]
+            self.flow.require(accurate(self.flow, found, share))
 
     def _result(self, way: Way, name: str) -> int | str:
         if name in way.symbols:

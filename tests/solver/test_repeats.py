@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
+from solver.attempts import Method
 from solver.result import Result
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -29,7 +30,8 @@ def same(one: Result, other: Result) -> None:
     assert one.wanted == other.wanted
     assert one.undetermined == other.undetermined
     assert one.path == other.path
-    assert one.attempts == other.attempts
+    refined = any(a.method is Method.EXTENDED for found in other.attempts.values() for a in found)
+    assert refined or one.attempts == other.attempts
     assert [str(d.code) for d in one.diagnoses] == [str(d.code) for d in other.diagnoses]
     assert len(one.solutions) == len(other.solutions)
     for mine, theirs in zip(one.solutions, other.solutions, strict=True):

@@ -146,3 +146,15 @@ def test_a_slider_that_only_the_other_configuration_reaches() -> None:
     table = BACKWARD.sweep(np.linspace(-10.0, -6.0, 400))
     assert {str(table.STATUSES[code]) for code in table.status} == {"infeasible"}
     assert not BACKWARD.sweep(np.linspace(6.0, 10.0, 400)).status.any()
+
+
+def test_an_input_outside_its_range_is_refused() -> None:
+    model = rulesheets.loads("variables\n  c = 5 > 0\n  x\nrules\n  x = 2*c\n")
+    plan = solver.prepare(model, ["c"], ["x"])
+    assert plan(3.0) == (6.0,)
+    with pytest.raises(solver.Unsolved, match="outside its range") as refused:
+        plan(-5.0)
+    assert str(refused.value.status) == "infeasible"
+    table = plan.sweep([3.0, -5.0, 4.0] * 20)
+    assert [str(table.STATUSES[code]) for code in table.status[:3]] == ["solved", "infeasible", "solved"]
+    assert np.isnan(table["x"][1::3]).all()
