@@ -16,7 +16,7 @@ from solver.leaves import Exploration
 from solver.path.activity import activity
 from solver.refinement import explore_refined
 from solver.result import Status
-from solver.solution import planner
+from solver.solution import explore, planner
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:
