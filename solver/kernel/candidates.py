@@ -18,7 +18,7 @@ EPSILON = 2.0**-52
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
-MOST_SINGULAR, MOST_STRAYS = 12, 48
+MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS = 256, 12, 48
 VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
 VAGUE = 1e-4
@@ -83,6 +83,8 @@ class Candidates:
                 return
 
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
+        if len(self.answers) >= MOST_ANSWERS:
+            return
         point = self.question.wrapped(point)
         name = self.question.outside(point)
         if name is not None:

@@ -107,6 +107,10 @@ class Question:
 
     def scale(self) -> list[float]:
         """Typical size of the unknowns: that of the guess, else of the numbers around them."""
+        return self._scale
+
+    @cached_property
+    def _scale(self) -> list[float]:
         sizes = sorted(abs(v) for v in self.known if v)
         around = sizes[len(sizes) // 2] if sizes else 1.0
         return [
