@@ -97,7 +97,7 @@ def contestants(direction: str, rows: int, folder: Path) -> list[Contestant]:
     form = closed_forms.forward_rows if ahead else closed_forms.backward_rows
     runs: dict[str, Callable[[Array], Any]] = {
         OURS: prepared.sweep,
-        NUMPY: partial(_filled, form),
+        NUMPY: partial(filled, form),
         "sympy.lambdify with cse, numpy": symbols.function(direction, "numpy"),
         "scipy fsolve with Jacobian, a loop": partial(_loop, solvers.fsolve(direction, True)),
         "scipy fsolve, a loop": partial(_loop, solvers.fsolve(direction, False)),
@@ -139,7 +139,7 @@ def prepared_again(direction: str) -> Any:
     return plan(direction)
 
 
-def _filled(form: Callable[[Array, list[Array]], None], numbers: Array) -> list[Array]:
+def filled(form: Callable[[Array, list[Array]], None], numbers: Array) -> list[Array]:
     out = [np.empty(len(numbers)) for _ in range(5)]
     form(numbers, out)
     return out
@@ -182,16 +182,16 @@ def errors(direction: str, racers: list[Contestant]) -> dict[str, float]:
         if KINDS[racer.name] == "floor":
             continue
         numbers = np.asarray(racer.argument)
-        columns = _columns(direction, racer.run(racer.argument))
+        outputs = columns(direction, racer.run(racer.argument))
         sample = np.random.default_rng(50).integers(0, len(numbers), SAMPLE)
         worst[racer.name] = max(
-            max(reference.errors(direction, float(numbers[k]), [float(c[k]) for c in columns]))
+            max(reference.errors(direction, float(numbers[k]), [float(c[k]) for c in outputs]))
             for k in sample
         )
     return worst
 
 
-def _columns(direction: str, found: Any) -> list[Any]:
+def columns(direction: str, found: Any) -> list[Any]:
     if hasattr(found, "solved"):
         assert found.solved.all()
         return [found[name] for name in (FORWARD if direction == "forward" else BACKWARD)]
