@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
@@ -101,14 +102,14 @@ class Plan:
     def judged(self, numbers: tuple[Value, ...], refined: bool = False) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
 
-        ``refined``: what floats leave vague is solved again in extended precision.
+        A number that is not finite is an input that the row lacks. ``refined``: what floats leave
+        vague is solved again in extended precision.
         """
         if len(numbers) != len(self.inputs):
             raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
-        row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
-        values = {**self.given, **row}
+        values = self._values(numbers)
         follow = explore_refined if refined else explore
         found = follow(self.model, values, self.want, self.guesses, self.want)
         return judge(self.model, found, self.want, values, self.guesses), found
@@ -117,9 +118,16 @@ class Plan:
         """The first number that lies outside the range that the sheet declares."""
         for name, number in zip(self.inputs, numbers, strict=True):
             variable = self.model.variables[name]
-            if not isinstance(number, str) and not variable.admits(float(number)):
+            if isinstance(number, str) or not math.isfinite(number):
+                continue
+            if not variable.admits(float(number)):
                 return float(number), variable
         return None
+
+    def _values(self, numbers: tuple[Value, ...]) -> dict[str, Value]:
+        """The inputs of a row by name, those that it lacks left out."""
+        row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
+        return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
 
     def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> Program | None:
         """A compiled way from a row that was judged step by step, where it has one.
@@ -143,8 +151,7 @@ class Plan:
         if (outside := self._outside(numbers)) is not None:
             raise Unsolved(verdict.status, (outside_range(*outside, None),))
         if verdict.status is not Status.SOLVED:
-            values = {**self.given, **dict(zip(self.inputs, numbers, strict=True))}
-            raise Unsolved(verdict.status, explain(self.model, verdict, values, self.want))
+            raise Unsolved(verdict.status, explain(self.model, verdict, self._values(numbers), self.want))
         self.learn(numbers, verdict, found)
         return self._rows(verdict)
 

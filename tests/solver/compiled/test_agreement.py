@@ -114,6 +114,15 @@ def test_bad_rows_do_not_spoil_their_neighbours() -> None:
     assert np.isnan(table["vB"][[1, 3, 4]]).all()
 
 
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+def test_a_number_that_is_not_finite_is_an_input_that_is_lacking(number: float) -> None:
+    assert str(BACKWARD.sweep([number]).STATUSES[BACKWARD.sweep([number]).status[0]]) == "partial"
+    for ask in (BACKWARD, BACKWARD.all):
+        with pytest.raises(solver.Unsolved) as refused:
+            ask(number)
+        assert str(refused.value.status) == "partial"
+
+
 def test_symbols_select_the_rules() -> None:
     plan = solver.prepare(CRANK, ["branch", "thetaAO"], ["xB"])
     table = plan.sweep(["open", "crossed", "open"], [-30.0, -30.0, 10.0])
