@@ -17,7 +17,7 @@ from solver.leaves import Exploration
 from solver.path.activity import activity
 from solver.refinement import explore_refined
 from solver.result import Status
-from solver.solution import explore, planner
+from solver.solution import planner
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:
@@ -99,19 +99,18 @@ class Plan:
         rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
         return list(dict.fromkeys(rows))
 
-    def judged(self, numbers: tuple[Value, ...], refined: bool = False) -> tuple[Verdict, Exploration]:
+    def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
 
-        A number that is not finite is an input that the row lacks. ``refined``: what floats leave
-        vague is solved again in extended precision.
+        A number that is not finite is an input that the row lacks. What floats leave vague is solved again
+        in extended precision.
         """
         if len(numbers) != len(self.inputs):
             raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         values = self._values(numbers)
-        follow = explore_refined if refined else explore
-        found = follow(self.model, values, self.want, self.guesses, self.want)
+        found = explore_refined(self.model, values, self.want, self.guesses, self.want)
         return judge(self.model, found, self.want, values, self.guesses), found
 
     def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
@@ -147,7 +146,7 @@ class Plan:
         return self.paths.refuse(numbers, branch.values)
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        verdict, found = self.judged(numbers, refined=True)
+        verdict, found = self.judged(numbers)
         if (outside := self._outside(numbers)) is not None:
             raise Unsolved(verdict.status, (outside_range(*outside, None),))
         if verdict.status is not Status.SOLVED:
