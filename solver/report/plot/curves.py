@@ -156,14 +156,14 @@ def thinned(abscissa: Array, heights: Array, most: int) -> tuple[Array, Array]:
     bundle = 3 * len(heights) // most
     if bundle < 2:
         return abscissa, heights
-    count = len(heights) // bundle
-    kept = [np.arange(count * bundle, len(heights))]
-    block = heights[: count * bundle].reshape(count, bundle)
-    offsets = np.arange(count) * bundle
+    count = -(-len(heights) // bundle)
+    whole = np.minimum(np.arange(count * bundle), len(heights) - 1)  # the last point fills the last bundle
+    block, places = heights[whole].reshape(count, bundle), whole.reshape(count, bundle)
+    rows, kept = np.arange(count), []
     gap = np.isnan(block)
     for extreme in (np.where(gap, np.inf, block).argmin(1), np.where(gap, -np.inf, block).argmax(1)):
-        kept.append(offsets + extreme)
-    kept.append((offsets + gap.argmax(1))[gap.any(1)])
+        kept.append(places[rows, extreme])
+    kept.append(places[rows, gap.argmax(1)][gap.any(1)])
     chosen = np.unique(np.concatenate(kept))
     return abscissa[chosen], heights[chosen]
 
