@@ -11,6 +11,10 @@ from solver.sweeps.workers import processors, solved_by_workers
 
 WORTH = 2.0
 """Seconds that workers must save to be started: about twice what starting them takes."""
+ENOUGH = 0.02
+"""Seconds below which a piece says more of its own overhead than of its rows."""
+SLOW = 50e-6
+"""Seconds that a row takes which no compiled way settles, and learning them does not explain."""
 CARRIAGE = 0.15e-6
 """Seconds that a row of six numbers is on its way to a worker and back."""
 
@@ -41,15 +45,19 @@ def solved_pieces(
 def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Solved]:
     """Here, until what is left turns out to be worth starting workers for.
 
-    Where nobody knows how many rows are left it may be as many as there have been.
+    Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches
+    the ways that the others take, and is no measure of them, unless its rows were slow by themselves.
     """
     solve, done = Solver(work), 0
-    for chunk in chunks:
+    for number, chunk in enumerate(chunks):
         started = perf_counter()
         solved = solve(chunk)
-        each = (perf_counter() - started) / len(chunk[0])
+        spent = perf_counter() - started
+        each = spent / len(chunk[0])
         done += len(chunk[0])
         yield solved
+        if spent < ENOUGH or (number == 0 and each < SLOW):
+            continue
         left = done if total is None else total - done
         if left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
             yield from solved_by_workers(work, chunks, jobs)

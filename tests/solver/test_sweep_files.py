@@ -380,8 +380,9 @@ def test_workers_start_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list(solved_pieces(lens, pieces_of(600), 600))) == 3
     assert asked == []
     monkeypatch.setattr(running, "WORTH", 1e-6)
-    assert len(list(solved_pieces(lens, pieces_of(600), 600))) == 1
-    assert asked == [344]
+    monkeypatch.setattr(running, "ENOUGH", 0.0)
+    assert len(list(solved_pieces(lens, pieces_of(600), 600))) == 2
+    assert asked == [88]
 
 
 # --- progress --------------------------------------------------------------------
