@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from itertools import pairwise
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -229,7 +230,7 @@ def test_an_interrupt_leaves_what_is_done(
     assert rows > 0
     found = _rows_of(file)
     assert len(found) == rows
-    assert found[-1] == (rows - 1) / 1e5 + 100
+    assert found[-1] == float(100 + Fraction(rows - 1, 100_000))
     assert sorted(tmp_path.iterdir()) == [sheet, file]
 
 
