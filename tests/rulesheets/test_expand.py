@@ -182,6 +182,7 @@ def test_a_built_in_function_can_be_called_too():
     assert equations(loads("call atan2d(y, x; t)")) == ["t = atan2d(y, x)"]
 
 
+@pytest.mark.usefixtures("resting_collector")
 def test_many_rules_expand_quickly_and_without_recursion():
     model = loads("\n".join(f"x{k + 1} = x{k} + {k}" for k in range(3000)))
     assert len(model.equations) == 3000
@@ -195,7 +196,7 @@ def test_many_rules_expand_quickly_and_without_recursion():
     start = time.process_time()
     model = build(Program(RuleSheet(rules=rules), {}), "chain")
     assert len(model.equations) == 32_000
-    assert time.process_time() - start < 40.0
+    assert time.process_time() - start < 4.0
 
 
 def test_a_long_chain_of_else_ifs_is_no_deep_recursion():

@@ -367,7 +367,7 @@ KINDS = ["parentheses", "calls", "signs", "powers", "products", "not", "if", "el
 def test_deep_nesting_is_refused_quickly(kind: str) -> None:
     started = time.perf_counter()
     assert codes(nested(3_000, kind)) == ["E124"]
-    assert time.perf_counter() - started < 50
+    assert time.perf_counter() - started < 5
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -382,7 +382,7 @@ def test_nesting_within_the_limit_is_read(kind: str) -> None:
 def test_a_line_of_ten_megabytes_is_refused_quickly(text: str) -> None:
     started = time.perf_counter()
     assert codes(text) == ["E125"]
-    assert time.perf_counter() - started < 100
+    assert time.perf_counter() - started < 10
 
 
 def test_a_comment_may_be_of_any_length() -> None:

@@ -72,19 +72,21 @@ def test_a_part_that_cannot_be_matched_is_refused(incidence: Incidence) -> None:
         block_triangular(incidence)
 
 
+@pytest.mark.usefixtures("resting_collector")
 def test_a_chain_of_a_hundred_thousand() -> None:
     n = 100_000
     chain = system((0,), *((i - 1, i) for i in range(1, n)))
     start = time.process_time()
     blocks = block_triangular(chain)
-    assert time.process_time() - start < 20.0  # what grows with the square takes hours
+    assert time.process_time() - start < 2.0
     assert [block.unknowns for block in blocks] == [(i,) for i in range(n)]
 
 
+@pytest.mark.usefixtures("resting_collector")
 def test_thousands_of_blocks_of_five() -> None:
     count = 6400
     rings = [{5 * b + k, 5 * b + (k + 1) % 5, max(5 * b - 1, 0)} for b in range(count) for k in range(5)]
     start = time.process_time()
     blocks = block_triangular(system(*(tuple(ring) for ring in rings)))
-    assert time.process_time() - start < 20.0  # what grows with the square takes hours
+    assert time.process_time() - start < 2.0
     assert [block.equations for block in blocks] == [tuple(range(5 * b, 5 * b + 5)) for b in range(count)]
