@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rulesheets.model import Value
 from solver.files.columns import Columns
 from solver.result import Status
 
@@ -53,40 +52,3 @@ class Table(Mapping[str, NDArray[Any]]):
         from solver.files.tables import write_table
 
         write_table(path, Columns(self._columns, self.status, tuple(map(str, self.STATUSES))))
-
-
-def rows(
-    inputs: Sequence[str],
-    want: Sequence[str],
-    columns: Sequence[Column],
-    answer: Callable[[tuple[Value, ...]], tuple[Status, Sequence[Value]]],
-) -> Table:
-    """One call of ``answer`` for each row of the columns (n,), which stand in the order of ``inputs``.
-
-    Raises ValueError for columns of different lengths.
-    """
-    arrays = [np.atleast_1d(np.asarray(column)) for column in columns]
-    if len({len(array) for array in arrays}) > 1:
-        lengths = ", ".join(f"{n}: {len(a)}" for n, a in zip(inputs, arrays, strict=True))
-        raise ValueError(f"the columns of a sweep must have one length ({lengths}); or use grid=True")
-    count = len(arrays[0]) if arrays else 1
-    answers: list[list[Value | None]] = [[None] * count for _ in want]
-    status = np.zeros(count, dtype=np.int8)
-    for row in range(count):
-        outcome, values = answer(tuple(_plain(array[row]) for array in arrays))
-        status[row] = CODES[outcome]
-        for column, value in zip(answers, values, strict=False):
-            column[row] = value
-    table: dict[str, NDArray[Any]] = dict(zip(inputs, arrays, strict=True))
-    table.update((name, _column(values)) for name, values in zip(want, answers, strict=True))
-    return Table(table, status)
-
-
-def _plain(value: Any) -> Value:
-    return str(value) if isinstance(value, str) else float(value)
-
-
-def _column(values: Sequence[Value | None]) -> NDArray[Any]:
-    if any(isinstance(value, str) for value in values):
-        return np.array(values, dtype=object)
-    return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -34,17 +34,6 @@ def primary(program: Program) -> Merged:
     return Merged(results, flow.add("and", have, sure))
 
 
-def every(program: Program) -> tuple[tuple[Merged, ...], int]:
-    """Each ending by itself, and the node that is true where it is known of all whether they count."""
-    flow = program.flow
-    states = [_states(flow, ending) for ending in program.endings]
-    sure = flow.true
-    for _, known in states:
-        sure = flow.add("and", sure, known)
-    merged = (Merged(e.results, holds) for e, (holds, _) in zip(program.endings, states, strict=True))
-    return tuple(merged), sure
-
-
 def _states(flow: Flow, ending: Ending) -> tuple[int, int]:
     """Whether an ending is an answer, and whether that is known."""
     holds = flow.true

@@ -13,7 +13,7 @@ from solver.compiled.flow import NotCompilable
 from solver.compiled.program import Ending, Program
 from solver.compiled.translate import CLEAR, Translation
 from solver.path.closed_form import Circle, Let, Parabola
-from solver.path.steps import Check, Decide, Evaluate, Select, SolveBlock
+from solver.path.steps import Decide, Evaluate, Select, SolveBlock
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -49,28 +49,19 @@ class _Refusal(Translation):
         for step in steps:
             self.flow.checks, self.flow.finite = way.checks, way.finite
             match step:
-                case Evaluate(unknown=unknown) | Select(unknown=unknown) if unknown not in self.sample:
-                    if not isinstance(step, Evaluate):
-                        raise NotCompilable
+                case Evaluate(unknown=unknown) if unknown not in self.sample:
                     self._refused(way, self._no_value(way, step))
                     return
+                case Select(unknown=unknown) if unknown not in self.sample:
+                    raise NotCompilable
                 case SolveBlock(unknowns=unknowns) if not all(name in self.sample for name in unknowns):
                     self._refused(way, self._no_root(way, step))
                     return
-                case Evaluate(equation=equation, unknown=unknown):
-                    found = list(self._evaluated(way, equation, unknown))
-                case Select():
-                    found = [self._selected(way, step)]
-                case SolveBlock():
-                    found = list(self._block(way, step))
-                case Check():
-                    continue
                 case Decide(conditions=conditions):
                     self._decide(way, conditions)
                     self._plan(way)
                     return
-                case _:
-                    raise NotCompilable
+            found = self._taken(way, step)
             if len(found) != 1:
                 raise NotCompilable
             way = found[0]

@@ -168,21 +168,11 @@ class Translation:
     def _follow(self, way: Way, steps: Sequence[Step]) -> None:
         for place, step in enumerate(steps):
             self.flow.checks, self.flow.finite = way.checks, way.finite
-            match step:
-                case Evaluate(equation=equation, unknown=unknown):
-                    found = list(self._evaluated(way, equation, unknown))
-                case Select():
-                    found = [self._selected(way, step)]
-                case SolveBlock():
-                    found = list(self._block(way, step))
-                case Check():
-                    continue
-                case Decide(conditions=conditions):
-                    self._decide(way, conditions)
-                    self._plan(way)
-                    return
-                case _:
-                    raise NotCompilable
+            if isinstance(step, Decide):
+                self._decide(way, step.conditions)
+                self._plan(way)
+                return
+            found = self._taken(way, step)
             if self.first and len(found) > 1:
                 found = [self._merged(found)]
             if len(found) != 1:
@@ -191,6 +181,20 @@ class Translation:
                 return
             way = found[0]
         self._finish(way)
+
+    def _taken(self, way: Way, step: Step) -> list[Way]:
+        """The way after a step, or the ways that it forks into."""
+        match step:
+            case Evaluate(equation=equation, unknown=unknown):
+                return list(self._evaluated(way, equation, unknown))
+            case Select():
+                return [self._selected(way, step)]
+            case SolveBlock():
+                return list(self._block(way, step))
+            case Check():
+                return [way]
+            case _:
+                raise NotCompilable
 
     def _merged(self, ways: list[Way]) -> Way:
         """The first of several ways that is not gone, as one; all that tells which it is must hold."""

@@ -7,7 +7,7 @@ square of a sine is written by that of the cosine.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -148,8 +148,3 @@ def _bounded(polynomial: Polynomial) -> Polynomial:
     if len(polynomial) > MAX_TERMS:
         raise TooLarge
     return polynomial
-
-
-def total_degree(monomial: Monomial, among: Iterable[str]) -> int:
-    wanted = set(among)
-    return sum(exponent for name, exponent in monomial if name in wanted)
