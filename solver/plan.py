@@ -11,7 +11,7 @@ from rulesheets.input_messages import outside_range
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value, Variable
 from solver.compiled.paths import CompiledPaths
-from solver.compiled.translate import Pattern
+from solver.compiled.way import Pattern
 from solver.explain import explain
 from solver.leaves import Exploration
 from solver.path.activity import activity

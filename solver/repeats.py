@@ -12,7 +12,7 @@ from functools import partial
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.record import dataclass, replace
 from solver.compiled.paths import CompiledPaths
-from solver.compiled.translate import Pattern
+from solver.compiled.way import Pattern
 from solver.path.activity import activity
 from solver.result import Result, Solution, Status
 from solver.witness import testify

@@ -11,7 +11,8 @@ from __future__ import annotations
 from solver.compiled.flow import NotCompilable
 from solver.compiled.refusal import refusals
 from solver.compiled.scalar import compile_scalar
-from solver.compiled.translate import Pattern, translate
+from solver.compiled.translate import translate
+from solver.compiled.way import Pattern
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

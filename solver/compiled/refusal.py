@@ -11,7 +11,8 @@ import math
 
 from solver.compiled.flow import NotCompilable
 from solver.compiled.program import Ending, Program
-from solver.compiled.translate import CLEAR, Translation
+from solver.compiled.translate import Translation
+from solver.compiled.way import CLEAR
 from solver.path.closed_form import Circle, Let, Parabola
 from solver.path.steps import Decide, Evaluate, Select, SolveBlock
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rulesheets.model import Model, Value
-    from solver.compiled.translate import Pattern, Way
+    from solver.compiled.way import Pattern, Way
     from solver.path.planner import Planner
     from solver.path.steps import Step
 

@@ -1,0 +1,105 @@
+"""The end of a way: every rule that does not hold by construction is checked, and the results are named."""
+
+from __future__ import annotations
+
+import math
+
+from rulesheets.construct import subtract
+from rulesheets.evaluate import NotDifferentiable, differentiate
+from solver.compiled.conditions import Conditions
+from solver.compiled.flow import NotCompilable
+from solver.compiled.program import Ending
+from solver.compiled.rounding import accurate
+from solver.compiled.trim import trimmed
+from solver.compiled.way import STRANGE, symbol_of
+from solver.path.activity import activity
+from solver.witness import BACKWARD
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from rulesheets.model import Equation, Variable
+    from solver.compiled.way import Way
+
+_DIRECTIONS = frozenset({"atan2", "atan2d", "acosd", "asind", "atand", "acos", "asin", "atan"})
+
+
+class Finish(Conditions):
+    """The witness of a way and its ending."""
+
+    def _finished(self, way: Way) -> Ending:
+        flow = self.flow
+        flow.checks, flow.finite = way.checks, way.finite
+        for equation in self.model.equations:
+            known = all(name in way.values or name in way.symbols for name in equation.names)
+            if not known or equation.index in way.settled or activity(equation, way.decided) is False:
+                continue
+            active = self._active(way, equation)
+            if active is None or active == flow.false:
+                continue
+            holds = self._witness(way, equation, active)
+            with flow.only_if(active):
+                flow.require(holds)
+        for name, variable in self.model.variables.items():
+            self._turned(way, name, variable)
+        self._accurate(way)
+        results = tuple(self._result(way, name) for name in self.pattern.want)
+        for node in results:
+            if isinstance(node, int):
+                flow.bound(node)
+        ending = Ending(results, tuple(way.checks), tuple(way.finite), way.gone, tuple(way.order))
+        return trimmed(flow, ending)
+
+    def _accurate(self, way: Way) -> None:
+        if self.pattern.accuracy is not None:
+            names, share = self.pattern.accuracy
+            found = [way.values[name] for name in names if name in way.values and name not in self.given]
+            self.flow.require(accurate(self.flow, found, share))
+
+    def _result(self, way: Way, name: str) -> int | str:
+        if name in way.symbols:
+            return way.symbols[name]
+        if name not in way.values:
+            raise NotCompilable
+        return way.values[name]
+
+    def _turned(self, way: Way, name: str, variable: Variable) -> None:
+        """An angle outside of one turn is for the step-by-step way to move."""
+        turn, node = self.graph.turn(name), way.values.get(name)
+        bounded = variable.low > -math.inf or variable.high < math.inf
+        if node is None or turn is None or bounded or not variable.posted or name in self.given:
+            return
+        flow = self.flow
+        if self._is_direction(node):
+            return
+        half = flow.constant(turn / 2)
+        flow.require(flow.add("lt", flow.add("neg", half), node))
+        flow.require(flow.add("le", node, half))
+
+    def _is_direction(self, node: int) -> bool:
+        kind = self.flow.nodes[node]
+        return (kind[0] == "call" and kind[1] in _DIRECTIONS) or kind[0] in ("direction", "directiond")
+
+    def _witness(self, way: Way, equation: Equation, active: int) -> int:
+        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|. One of several values that is far
+        from that is no answer."""
+        flow = self.flow
+        symbols = [symbol_of(side, way.symbols) for side in (equation.left, equation.right)]
+        if symbols != [None, None]:
+            return flow.constant(symbols[0] == symbols[1])
+        form = subtract(equation.left, equation.right)
+        miss = flow.add("sub", *(self._expression(way, side) for side in (equation.left, equation.right)))
+        if flow.value_of(miss) == 0.0:
+            return flow.true
+        size = flow.constant(0.0)
+        for name in equation.names:
+            try:
+                slope = self._expression(way, differentiate(form, name))
+            except NotDifferentiable:
+                raise NotCompilable from None
+            size = flow.add("add", size, flow.add("abs", flow.add("mul", slope, way.values[name])))
+        flow.bound(size)
+        limit = flow.add("mul", flow.constant(BACKWARD), size)
+        if way.order:
+            far = flow.add("lt", flow.add("mul", flow.constant(STRANGE), size), flow.add("abs", miss))
+            way.gone = flow.add("or", way.gone, flow.add("and", active, far))
+        return flow.add("le", flow.add("abs", miss), limit)

@@ -1,0 +1,188 @@
+"""What an operation of a graph comes down to, by what its operands are; None where it stays itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from solver.compiled.flow import Flow
+
+
+def _negative(flow: Flow, a: int) -> int | None:
+    kind, *parts = flow.nodes[a]
+    if kind == "neg":
+        return int(parts[0])
+    number = flow.factor(a)
+    return None if number is None else flow.add("mul", flow.constant(-number[0]), number[1])
+
+
+def _add(flow: Flow, a: int, b: int) -> int | None:
+    if flow.value_of(a) == 0.0:
+        return b
+    if flow.value_of(b) == 0.0:
+        return a
+    if flow.nodes[b][0] == "neg":
+        return flow.add("sub", a, int(flow.nodes[b][1]))
+    if flow.nodes[a][0] == "neg":
+        return flow.add("sub", b, int(flow.nodes[a][1]))
+    for one, other in ((a, b), (b, a)):
+        number = flow.factor(other)
+        if number is not None and number[0] < 0.0:
+            return flow.add("sub", one, flow.add("mul", flow.constant(-number[0]), number[1]))
+    return None
+
+
+def _subtract(flow: Flow, a: int, b: int) -> int | None:
+    if a == b:
+        return flow.constant(0.0)
+    if flow.value_of(b) == 0.0:
+        return a
+    if flow.value_of(a) == 0.0:
+        return flow.add("neg", b)
+    if flow.nodes[b][0] == "neg":
+        return flow.add("add", a, int(flow.nodes[b][1]))
+    number = flow.factor(b)
+    if number is not None and number[0] < 0.0:
+        return flow.add("add", a, flow.add("mul", flow.constant(-number[0]), number[1]))
+    left = _cancelled(flow, a, b)
+    if left is not None:
+        return left
+    return flow.node("neg", flow.node("sub", b, a)) if b < a else None
+
+
+def _ordered(operation: str) -> Callable[[Flow, int, int], int | None]:
+    """A comparison with zero of what has the sign of something simpler, or the opposite one."""
+
+    def simple(flow: Flow, a: int, b: int) -> int | None:
+        for zero, other, turned in ((b, a, False), (a, b, True)):
+            if flow.value_of(zero) != 0.0:
+                continue
+            number = flow.factor(other)
+            if flow.nodes[other][0] == "neg":
+                number = -1.0, int(flow.nodes[other][1])
+            if number is None or not 1e-100 < abs(number[0]) < 1e100:
+                continue
+            swap = (number[0] < 0.0) is not turned
+            return flow.add(operation, *((zero, number[1]) if swap else (number[1], zero)))
+        return None
+
+    return simple
+
+
+def _cancelled(flow: Flow, a: int, b: int) -> int | None:
+    """``(x + y) - y`` and its like: what was added and is taken away again is not rounded twice."""
+    if flow.plain:
+        return None
+    kind, *parts = flow.nodes[a]
+    if kind == "add" and b in parts:
+        return int(parts[1] if parts[0] == b else parts[0])
+    if kind == "sub" and parts[0] == b:
+        return flow.add("neg", int(parts[1]))
+    kind, *parts = flow.nodes[b]
+    if kind == "add" and a in parts:
+        return flow.add("neg", int(parts[1] if parts[0] == a else parts[0]))
+    return int(parts[1]) if kind == "sub" and parts[0] == a else None
+
+
+def _equal(flow: Flow, a: int, b: int) -> int | None:
+    """What is zero: a quotient where its dividend is, a product with a number where its other factor is."""
+    if a == b:
+        return flow.true
+    if flow.value_of(b) != 0.0:
+        return None
+    kind, *parts = flow.nodes[a]
+    if kind in ("neg", "div"):
+        return flow.add("eq", int(parts[0]), b)
+    if kind == "mul":
+        for one, other in ((0, 1), (1, 0)):
+            if flow.value_of(int(parts[one])):
+                return flow.add("eq", int(parts[other]), b)
+    return None
+
+
+def _multiply(flow: Flow, a: int, b: int) -> int | None:
+    for one, other in ((a, b), (b, a)):
+        match flow.value_of(one):
+            case 0.0:
+                return flow.constant(0.0)
+            case 1.0:
+                return other
+            case -1.0:
+                return flow.add("neg", other)
+    for one, other in ((a, b), (b, a)):
+        number, value = flow.factor(other), flow.value_of(one)
+        if number is not None and isinstance(value, float):
+            return flow.add("mul", flow.constant(value * number[0]), number[1])
+    if flow.nodes[a][0] == "neg":
+        return flow.add("neg", flow.add("mul", int(flow.nodes[a][1]), b))
+    if flow.nodes[b][0] == "neg":
+        return flow.add("neg", flow.add("mul", a, int(flow.nodes[b][1])))
+    return flow.node("mul", b, a) if b < a else None
+
+
+def _divide(flow: Flow, a: int, b: int) -> int | None:
+    if flow.value_of(b) == 1.0:
+        return a
+    if flow.value_of(b) == -1.0:
+        return flow.add("neg", a)
+    if flow.nodes[a][0] == "neg":
+        return flow.add("neg", flow.add("div", int(flow.nodes[a][1]), b))
+    if flow.nodes[b][0] == "neg":
+        return flow.add("neg", flow.add("div", a, int(flow.nodes[b][1])))
+    below = flow.nodes[b]
+    if below[0] == "div" and flow.value_of(int(below[1])) == 1.0:
+        return flow.add("mul", a, int(below[2]))
+    if below[0] == "div" and not flow.plain:
+        return flow.add("div", flow.add("mul", a, int(below[2])), int(below[1]))
+    return None
+
+
+def _both(flow: Flow, a: int, b: int) -> int | None:
+    if flow.false in (a, b):
+        return flow.false
+    if a == flow.true or a == b:
+        return b
+    return a if b == flow.true else None
+
+
+def _either(flow: Flow, a: int, b: int) -> int | None:
+    if flow.true in (a, b):
+        return flow.true
+    if a == flow.false or a == b:
+        return b
+    return a if b == flow.false else None
+
+
+def _opposite(flow: Flow, a: int) -> int | None:
+    return int(flow.nodes[a][1]) if flow.nodes[a][0] == "not" else None
+
+
+def _where(flow: Flow, c: int, a: int, b: int) -> int | None:
+    if c == flow.true or a == b:
+        return a
+    return b if c == flow.false else flow.selected(c, a, b)
+
+
+def _absolute(flow: Flow, a: int) -> int | None:
+    node = flow.nodes[a]
+    if node[0] == "neg":
+        return flow.add("abs", int(node[1]))
+    return a if node[0] in ("abs", "sqrt") or (node[0] == "mul" and node[1] == node[2]) else None
+
+
+SIMPLIFY: dict[str, Callable[..., int | None]] = {
+    "neg": _negative,
+    "add": _add,
+    "sub": _subtract,
+    "mul": _multiply,
+    "div": _divide,
+    "and": _both,
+    "or": _either,
+    "not": _opposite,
+    "where": _where,
+    "abs": _absolute,
+    "eq": _equal,
+    "lt": _ordered("lt"),
+    "le": _ordered("le"),
+}

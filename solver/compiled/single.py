@@ -1,0 +1,93 @@
+"""One equation for one unknown: evaluated, or selected among those that can be active."""
+
+from __future__ import annotations
+
+from solver.compiled.flow import NotCompilable
+from solver.compiled.preimages import Preimages
+from solver.compiled.way import symbol_of
+from solver.path.activity import activity
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from solver.compiled.way import Way
+    from solver.path.isolate import Isolation
+    from solver.path.steps import Select
+
+_LINEAR = frozenset({"negative", "sum", "product", "quotient"})
+
+
+class Single(Preimages):
+    """Steps that compute one unknown from one equation."""
+
+    def _evaluated(self, way: Way, equation: int, unknown: str) -> Iterator[Way]:
+        isolation = self._isolation(equation, unknown)
+        if _certified(isolation):
+            way.settled.add(equation)
+        said = symbol_of(isolation.start, way.symbols) if isolation.identity else None
+        if said is not None:
+            way.symbols[unknown] = said
+            yield way
+            return
+        found = self._preimages(way, isolation)
+        variable = self.model.variables[unknown]
+        if len(found) == 1:
+            self._within(way, variable, found[0])
+            way.values[unknown] = found[0]
+            yield way
+            return
+        for place, node in enumerate(found):
+            fork = way.fork()
+            fork.values[unknown] = node
+            fork.order.append(self.flow.constant(float(place)))
+            self._leave(fork, variable, node)
+            if fork.gone != self.flow.true:
+                yield fork
+
+    def _selected(self, way: Way, step: Select) -> Way:
+        """A selection between the values of those that can be active; exactly one value may come out."""
+        flow, unknown = self.flow, step.unknown
+        groups: dict[int, int] = {}
+        for index in step.equations:
+            equation = self.model.equations[index]
+            if activity(equation, way.decided) is False:
+                continue
+            active = self._active(way, equation)
+            if active is None:
+                raise NotCompilable
+            if active == flow.false:
+                continue
+            isolation = self._isolation(index, unknown)
+            if isolation.branches > 1 or (isolation.identity and symbol_of(isolation.start, way.symbols)):
+                raise NotCompilable
+            with flow.only_if(active):
+                (node,) = self._preimages(way, isolation)
+            groups[node] = flow.add("or", groups[node], active) if node in groups else active
+            if _certified(isolation):
+                way.settled.add(index)
+            way.chosen += [p.condition for p in equation.guard if p.condition not in way.decided]
+        if not groups:
+            raise NotCompilable
+        *others, (value, some) = groups.items()
+        for place, (node, active) in enumerate(reversed(others)):
+            value = flow.add("where", active, node, value)
+            if place == len(others) - 1:
+                some = flow.add("xor", active, some)
+            else:
+                flow.require(flow.add("not", flow.add("and", active, some)))
+                some = flow.add("or", active, some)
+        flow.require(some)
+        self._within(way, self.model.variables[unknown], value)
+        way.values[unknown] = value
+        return way
+
+
+def _certified(isolation: Isolation) -> bool:
+    """Whether a rule holds by the way its unknown is computed: one rounding an operation, no more.
+
+    True of sums, products and quotients undone one after the other. Each rounding is one of a variable
+    of the rule, or of a term of the size of one.
+    """
+    linear = all(stage.operation in _LINEAR for stage in isolation.stages)
+    return linear and isolation.quadratic is None and not isolation.verify
