@@ -13,7 +13,6 @@ from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression
 from solver.kernel.chain import Chain, chains, compile_chain, directions, exhaustive, jumps
 from solver.kernel.scalar import compile_expressions
-from solver.path.closed_form import ClosedForm, closed_form
 from solver.path.graph import ModelGraph
 from solver.path.linearity import is_linear
 from solver.path.steps import SolveBlock
@@ -21,6 +20,7 @@ from solver.path.steps import SolveBlock
 if TYPE_CHECKING:
     from solver.kernel.block_arrays import BlockArrays
     from solver.kernel.enclosure import Enclosure
+    from solver.path.closed_form import ClosedForm
 
 
 class BlockKernel:
@@ -60,6 +60,8 @@ class BlockKernel:
     @cached_property
     def closed(self) -> ClosedForm | None:
         """Formulas for the unknowns, where elimination leads to them."""
+        from solver.path.elimination import closed_form
+
         turning = [name for name in self.unknowns if self.graph.turn(name)]
         return closed_form(self.equations, self.unknowns, turning)
 
