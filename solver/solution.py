@@ -222,6 +222,7 @@ class Explorer:
         testimony = testify(self.model.equations[equation], branch.values)
         if testimony.holds:
             return None
+        self.delicate = self.delicate or testimony.delicate
         self._finish(branch)
         return False
 
@@ -337,6 +338,7 @@ class Explorer:
             if testimony.holds:
                 worst = max(worst, testimony.scaled)
             else:
+                self.delicate = self.delicate or testimony.delicate
                 conflicts.append(Conflict((equation.index,), testimony.miss, values))
         missing = tuple(name for name in self.judged if name not in values)
         leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)

@@ -1,9 +1,9 @@
 """The independent witness: does a rule, as written, hold at an answer?
 
 A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
-is, if values within a few ulp of those reported satisfy it exactly. Where F comes out larger than
-that, but no larger than the rounding of its own evaluation (``cosd(x + 90)`` at a small x), it is
-evaluated again to many digits.
+is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
+may have made F (``cosd(x + 90)`` at a small x), or have hidden it (``tanh(x) = 1`` at 20), F and its slopes
+are evaluated again to as many digits as it takes.
 Every decision that a rule is satisfied is made here, and nowhere else.
 """
 
@@ -24,11 +24,15 @@ ROUNDINGS = 4
 
 @dataclass(frozen=True, slots=True)
 class Testimony:
-    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number."""
+    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
+
+    ``delicate``: floats could not decide; values to more digits may well satisfy a rule that these do not.
+    """
 
     holds: bool
     miss: float | None
     scaled: float = 0.0
+    delicate: bool = False
 
 
 def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
@@ -43,17 +47,19 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
         b, others, more = rounded_derivatives(right, values)
     except Undefined:
         return Testimony(False, None, math.inf)
-    miss = a - b
-    if miss == 0.0:
+    miss, noise = a - b, noise + more
+    if miss == 0.0 and noise == 0.0:
         return Testimony(True, miss)
     total = _size(slopes, others, values)
-    if math.isfinite(total):
-        if abs(miss) > BACKWARD * total and abs(miss) <= ROUNDINGS * (noise + more):
-            miss = _exactly(equation, values)
-        scaled = abs(miss) / total if total else math.inf
-        return Testimony(scaled <= BACKWARD, miss, scaled)
-    reached = _crosses(equation, values, miss)
-    return Testimony(reached, miss, 0.0 if reached else math.inf)
+    bound = BACKWARD * total
+    if abs(miss) + noise <= bound < math.inf:
+        return Testimony(True, miss, abs(miss) / total)
+    if abs(miss) > bound + ROUNDINGS * noise:
+        return Testimony(False, miss, abs(miss) / total if total else math.inf)
+    from solver.second_look import look_again
+
+    sight = look_again(equation, values, BACKWARD, noise)
+    return Testimony(sight.reaches, None if math.isnan(sight.miss) else sight.miss, sight.scaled, True)
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
@@ -79,16 +85,6 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
         return math.inf
 
 
-def _exactly(equation: Equation, values: Mapping[str, Value]) -> float:
-    """F at the values as the exact numbers that they are; nan where it has no value there."""
-    from rulesheets.evaluate import extended
-
-    try:
-        return float(extended(equation.left, values) - extended(equation.right, values))
-    except Undefined:
-        return math.nan
-
-
 def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:
     slopes = dict(left)
     for name, slope in right.items():
@@ -103,17 +99,3 @@ def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
         found = values[expression.name]
         return found if isinstance(found, str) else None
     return None
-
-
-def _crosses(equation: Equation, values: Mapping[str, Value], miss: float) -> bool:
-    """Where a slope is infinite or undefined: does F reach zero within that change of one variable?"""
-    for name in equation.names:
-        number = values[name]
-        for change in (1 - BACKWARD, 1 + BACKWARD):
-            moved = {**values, name: number * change}  # type: ignore[operator]
-            try:
-                if (value(equation.left, moved) - value(equation.right, moved)) * miss <= 0.0:
-                    return True
-            except Undefined:
-                continue
-    return False

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent
 FLOORS = (
     ("solver.structure", "solver.numerics", "solver.facts", "solver.attempts", "solver.files"),
     ("solver.path",),
-    ("solver.witness", "solver.forward_error"),
+    ("solver.witness", "solver.second_look", "solver.forward_error"),
     ("solver.kernel", "solver.turns", "solver.linearization", "solver.sharpening"),
     ("solver.edges", "solver.corners", "solver.missing_slopes"),
     ("solver.total_derivatives", "solver.one_sided", "solver.sensitivities", "solver.tolerances"),

@@ -39,13 +39,17 @@ _ULPS = {
     **dict.fromkeys(("beta", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"), 64.0),
 }
 """Functions that floats compute to fewer digits than the last, and by how many units of it."""
+_VANISHING = frozenset({"exp", "erfc", "gamma", "k0", "bessel_k1", "beta"})
+"""Functions that are never 0 but where floats lose them."""
+_SMALLEST = 2.0**-1022
+"""Numbers below this have fewer digits than others."""
 
 
 @dataclass(slots=True)
 class _Trace:
     """A part of an expression at a point: its value, and the slope in each part below it that varies.
 
-    ``rounded``: the size of the numbers that its own operation has rounded.
+    ``rounded``: the size of the numbers that its own operation has rounded; infinite where it has lost all.
     """
 
     value: float
@@ -124,10 +128,17 @@ def _product(expression: Product, values: Values) -> _Trace:
     if type(left) is Number:  # the usual case, a coefficient
         part = _trace(right, values)
         result = left.value * part.value
-        return _Trace(result, "", ((left.value, part),), abs(result))
+        return _Trace(result, "", ((left.value, part),), _rounded(result, left.value != 0.0 != part.value))
     first, second = _trace(left, values), _trace(right, values)
     result = first.value * second.value
-    return _Trace(result, "", ((second.value, first), (first.value, second)), abs(result))
+    rounded = _rounded(result, first.value != 0.0 != second.value)
+    return _Trace(result, "", ((second.value, first), (first.value, second)), rounded)
+
+
+def _rounded(result: float, some: bool) -> float:
+    """The size of a result that has been rounded; ``some``: it would not be 0 in exact numbers."""
+    size = abs(result)
+    return size if size >= _SMALLEST else _SMALLEST if size else math.inf if some else 0.0
 
 
 def _applied(expression: Expression, template: Expression, parts: tuple[_Trace, ...]) -> float:
@@ -157,17 +168,18 @@ def _quotient(expression: Quotient, values: Values) -> _Trace:
     first, second = parts = _trace(expression.left, values), _trace(expression.right, values)
     result = _applied(expression, _QUOTIENT, parts)
     slopes = (1.0 / second.value, first), (-result / second.value, second)
-    return _Trace(result, "", slopes, abs(result))
+    return _Trace(result, "", slopes, _rounded(result, first.value != 0.0))
 
 
 def _power(expression: Power, values: Values) -> _Trace:
     base, exponent = parts = _trace(expression.base, values), _trace(expression.exponent, values)
     result = _applied(expression, _POWER, parts)
+    rounded = _rounded(result, base.value != 0.0)
     by_base = 0.0 if exponent.value == 0.0 else _slope(_POWER_BY_BASE, parts)
     if exponent.constant:
-        return _Trace(result, "", ((by_base, base),), abs(result))
+        return _Trace(result, "", ((by_base, base),), rounded)
     by_exponent = _slope(_POWER_BY_EXPONENT, parts)
-    return _Trace(result, "", ((by_base, base), (by_exponent, exponent)), abs(result))
+    return _Trace(result, "", ((by_base, base), (by_exponent, exponent)), rounded)
 
 
 def _call(expression: Call, values: Values) -> _Trace:
@@ -175,7 +187,10 @@ def _call(expression: Call, values: Values) -> _Trace:
     result = _applied(expression, Call(expression.function, _places(len(parts))), parts)
     slopes = _partials(expression.function, len(parts))
     below = tuple((_slope(slope, parts), part) for slope, part in zip(slopes, parts, strict=True))
-    return _Trace(result, "", below, abs(result) * _ULPS.get(expression.function, 1.0))
+    size = abs(result)
+    if size < _SMALLEST and (size or expression.function in _VANISHING):
+        size = _SMALLEST
+    return _Trace(result, "", below, size * _ULPS.get(expression.function, 1.0))
 
 
 @cache

@@ -18,7 +18,7 @@ EPSILON = 2.0**-52
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
-MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS = 256, 12, 48
+MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS, MOST_BLURRED = 256, 12, 48, 8
 VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
 VAGUE = 1e-4
@@ -50,6 +50,7 @@ class Candidates:
         self.outside: Fact | None = None
         self.suspects: list[dict[str, float]] = []
         self.refused: list[dict[str, float]] = []
+        self.blurred: list[dict[str, float]] = []
         self.miss = math.inf
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
@@ -81,6 +82,8 @@ class Candidates:
             if question.holds(point):
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
+        if result.outcome.found and len(self.blurred) < MOST_BLURRED:
+            self._blurred(question.named(result.x))
 
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
         if len(self.answers) >= MOST_ANSWERS:
@@ -127,6 +130,12 @@ class Candidates:
         """Remember a point that nearly satisfies every equation; whether it does may be beyond floats."""
         if self._nearly(point):
             self.suspects.append(point)
+
+    def _blurred(self, point: dict[str, float]) -> None:
+        """Remember where floats converge, but have not the digits that satisfy the rules, or to see it."""
+        known = (*self.blurred, *(answer.values for answer in self.answers))
+        if self._nearly(point) and not any(_near(point, one, BLUR, self.question.scale()) for one in known):
+            self.blurred.append(point)
 
     def _nearly(self, point: dict[str, float]) -> bool:
         everything = {**self.question.here, **point}

@@ -88,6 +88,8 @@ class _Refinement:
             self._refine(seed)
         for near in self.floats.refused:
             self._refine(near)
+        for point in self.floats.blurred:
+            self._try(point)
         for suspect in self.floats.suspects:
             start = list(suspect.values())
             if not any(_close(start, root) for root in self.folded):
@@ -103,6 +105,13 @@ class _Refinement:
         if root is None or not self._near(root, start):
             raise Unresolved
         self._keep(root)
+
+    def _try(self, blurred: Mapping[str, float]) -> None:
+        """The root next to where floats converge, if there is one."""
+        start = list(blurred.values())
+        root = self.system.newton(start)
+        if root is not None and self._near(root, start):
+            self._keep(root)
 
     def _look(self, start: Sequence[float]) -> bool:
         """Whether a fold is near: then it is resolved."""

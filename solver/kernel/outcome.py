@@ -33,7 +33,8 @@ class BlockOutcome:
     ``suspects`` are points that satisfy the block so nearly that floats do not tell whether two roots lie
     there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
-    answers; if they were, all would be known where ``whole`` says so.
+    answers; if they were, all would be known where ``whole`` says so. ``blurred`` are where floats converge
+    and cannot tell whether the block is satisfied.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -45,10 +46,12 @@ class BlockOutcome:
     stretches: tuple[Stretch, ...] = ()
     refused: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
+    blurred: tuple[Mapping[str, float], ...] = ()
 
     @property
     def delicate(self) -> bool:
-        return bool(self.suspects or self.refused) or any(answer.double for answer in self.answers)
+        unclear = self.suspects or self.refused or self.blurred
+        return bool(unclear) or any(answer.double for answer in self.answers)
 
     @classmethod
     def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:

@@ -151,6 +151,7 @@ def _outcome(question: Question, candidates: Candidates, complete: bool) -> Bloc
         attempts=tuple(candidates.attempts),
         suspects=tuple(candidates.suspects),
         refused=tuple(candidates.refused),
+        blurred=tuple(candidates.blurred),
     )
 
 

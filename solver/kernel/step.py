@@ -394,7 +394,9 @@ class StepSolver:
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):
             return True
-        return testify(self.equation, {**self.values, self.isolation.unknown: number}).holds
+        testimony = testify(self.equation, {**self.values, self.isolation.unknown: number})
+        self.delicate = self.delicate or (testimony.delicate and not testimony.holds)
+        return testimony.holds
 
     def _polished(self, number: float) -> float:
         """One or two Newton corrections in the equation as written, for the last digits of a long chain."""

@@ -1,0 +1,113 @@
+"""A rule at an answer, to as many digits as it takes: for the witness, where floats cannot decide.
+
+The values are the exact numbers that they are, π is π (``sin(pi)`` is 0), and nothing saturates: ``tanh(9.6^2)``
+is less than 1. F is computed to two precisions, until they agree on it and it is larger than what rounding
+makes of it; where not even the highest do, F vanishes there like that of an identity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from rulesheets.evaluate import Undefined, extended
+from rulesheets.functions.extended import context
+from rulesheets.record import dataclass
+
+if TYPE_CHECKING:
+    from rulesheets.model import Equation, Value
+
+DIGITS = (50, 100, 400, 800)
+AGREEMENT = 1e-6
+"""Relative difference of two precisions that have some digits in common."""
+UNIT = 2.0**-52
+SPARE = 8
+"""Digits of the working precision that rounding may take."""
+SMALLEST = 2.0**-1022
+"""The floats next to 0 are as far apart as those next to this number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """``miss`` is F, and ``scaled`` is |F| / Σ|∂F/∂v · v|, both rounded to floats; nan where F has no value.
+
+    ``reaches``: a change of one value by no more than a given share of it makes F vanish.
+    """
+
+    miss: float
+    scaled: float
+    reaches: bool
+
+
+def look_again(equation: Equation, values: Mapping[str, Value], share: float, noise: float) -> Sight:
+    """F of an equation of numbers at the ``values``; ``share`` is the change of them that is admitted,
+    ``noise`` a bound of the error that floats make in F, if that is known."""
+    look = _Look(equation, values)
+    size = context(DIGITS[0]).mpf(noise if math.isfinite(noise) else 0.0) / UNIT
+    try:
+        for rough, fine in pairwise(DIGITS):
+            some, more = look.miss(rough), look.miss(fine)
+            clear = abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - rough)
+            if clear and abs(some - more) <= AGREEMENT * abs(more):
+                return _seen(look, more, fine, share)
+    except Undefined:
+        reaches = look.reaches(share)
+        return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
+    return Sight(0.0, 0.0, True)
+
+
+def _seen(look: _Look, miss: Any, digits: int, share: float) -> Sight:
+    try:
+        total = look.size(digits)
+    except Undefined:
+        reaches = look.reaches(share)
+        return Sight(float(miss), 0.0 if reaches else math.inf, reaches)
+    reaches = bool(abs(miss) <= share * total)
+    return Sight(float(miss), float(abs(miss) / total) if total else math.inf, reaches)
+
+
+class _Look:
+    def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
+        self.equation = equation
+        self.values: dict[str, Any] = {name: values[name] for name in equation.names}
+
+    def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
+        """F at the values, some of them ``moved``. Raises Undefined."""
+        at = {**self.values, **(moved or {})}
+        return extended(self.equation.left, at, digits) - extended(self.equation.right, at, digits)
+
+    def size(self, digits: int) -> Any:
+        """Σ|∂F/∂v · v| by central differences, at a third of the digits. Raises Undefined."""
+        step = context(digits).mpf(10) ** -(digits // 3)
+        total = context(digits).zero
+        for name, number, size in self._numbers(digits):
+            above, below = (self.miss(digits, {name: number + size * s}) for s in (step, -step))
+            total += abs(above - below) / (2 * step)
+        return total
+
+    def reaches(self, share: float) -> bool:
+        """Whether F vanishes, or changes its sign, within a change of one value by that share of it.
+
+        For where F has no slope, or no value: at the end of a domain.
+        """
+        digits = DIGITS[0]
+        for name, number, size in self._numbers(digits):
+            signs = set()
+            for change in (-share, -share / 1e3, 0.0, share / 1e3, share):
+                try:
+                    there = self.miss(digits, {name: number + size * change})
+                except Undefined:
+                    continue
+                signs.add(int(context(digits).sign(there)))
+            if 0 in signs or len(signs) > 1:
+                return True
+        return False
+
+    def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
+        """The variables, their values, and the sizes of these."""
+        mp = context(digits)
+        return (
+            (name, mp.mpf(value), mp.mpf(max(abs(value), SMALLEST))) for name, value in self.values.items()
+        )

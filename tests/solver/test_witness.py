@@ -1,0 +1,84 @@
+"""The witness: rules hold at the numbers as they are, not as floats round them on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from rulesheets.model import Equation
+from solver import witness
+
+
+def holds(rule: str, **values: float) -> bool:
+    return all(witness.testify(equation, values).holds for equation in equations(rule))
+
+
+@cache
+def equations(rule: str) -> Sequence[Equation]:
+    return rulesheets.loads(rule + "\n").equations
+
+
+FALSE: list[tuple[str, dict[str, Any]]] = [
+    ("tanh(x) = 1", {"x": 20.0}),
+    ("erf(x) = 1", {"x": 7.0}),
+    ("x^x = 1", {"x": 1e-19}),
+    ("1 - exp(-x^2) = 0", {"x": 1e-9}),
+    ("cos(x) = 1", {"x": 1e-9}),
+    ("sin(pi) = x", {"x": math.sin(math.pi)}),
+    ("ln(x*sin(pi) + 1) = 0.5", {"x": 1e16}),
+    ("(x + 1e16) - 1e16 = y", {"x": 0.3, "y": 0.0}),
+    ("x*y = 0", {"x": 1e-200, "y": 1e-200}),
+    ("1/(x*x) = 0", {"x": 1e200}),
+    ("cos(asin(x)) = 1e-6", {"x": 1.0}),
+    ("350*(1 - (1 + rate)^-36)/rate = 12000", {"rate": 2e-16}),
+]
+TRUE: list[tuple[str, dict[str, Any]]] = [
+    ("x^x = 1", {"x": 1.0}),
+    ("1 - exp(-x^2) = 0", {"x": 0.0}),
+    ("sin(pi) = x", {"x": 0.0}),
+    ("sin(pi) = x - 1", {"x": 1.0}),
+    ("(x + 1e16) - 1e16 = y", {"x": 0.3, "y": 0.3}),
+    ("sin(x)^2 + cos(x)^2 = 1", {"x": 0.7}),
+    ("x + y + z = z + x + y", {"x": 0.1, "y": 1e20, "z": 0.3}),
+    ("exp(-x) = y", {"x": 1000.0, "y": 0.0}),
+    ("1 + exp(-x) = y", {"x": 1000.0, "y": 1.0}),
+    ("sqrt(x) = y", {"x": 0.0, "y": 0.0}),
+    ("cosd(x + 90) = y", {"x": 1e-9, "y": -1e-9 * math.pi / 180}),
+    ("cos(asin(x)) = 1e-8", {"x": 1.0}),
+    ("tan(x) = y", {"x": math.pi / 2, "y": 1.633123935319537e16}),
+]
+
+
+@pytest.mark.parametrize(("rule", "values"), FALSE)
+def test_what_holds_in_floats_alone_does_not_hold(rule: str, values: dict[str, Any]) -> None:
+    assert not holds(rule, **values)
+
+
+@pytest.mark.parametrize(("rule", "values"), TRUE)
+def test_what_floats_cannot_see_may_hold(rule: str, values: dict[str, Any]) -> None:
+    assert holds(rule, **values)
+
+
+@given(st.floats(1e-90, 1e90), st.floats(1e-90, 1e90), st.sampled_from((-4.0, -1.0, 0.0, 1.0, 4.0)))
+def test_values_next_to_a_sum_that_cancels(small: float, large: float, shares: float) -> None:
+    """z = (x + y) - y is x, whatever floats make of it."""
+    rule, z = "(x + y) - y = z", small * (1 + shares * witness.BACKWARD / 16)
+    assert holds(rule, x=small, y=large, z=z)
+    assert not holds(rule, x=small, y=large, z=small * 1.001)
+
+
+def test_a_rate_that_floats_make_up_is_no_answer() -> None:
+    """``(1 + rate)^-term`` is 1 in floats at a tiny rate, and the payment comes out as it may."""
+    sheet = "variables\npayment = 350\nloan = 12000\nterm = 36\nrate\nrules\n"
+    result = solver.solve(rulesheets.loads(sheet + "payment = loan*(rate/(1 - (1 + rate)^(-term)))\n"))
+    assert str(result.status) == "solved"
+    assert result["rate"] == pytest.approx(0.00266144471, rel=1e-8)
+    assert all(abs(solution["rate"]) > 1e-3 for solution in result.solutions)
