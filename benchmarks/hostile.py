@@ -44,6 +44,8 @@ SHARES = (0.0, *(sign * 10.0**-k for sign in (1, -1) for k in range(7)), *(k / 1
 CERTAIN = 1e-9
 """Planted states are looked for if rounding explains no larger change of them."""
 NEAR = 1e-6
+SMALLEST = 2.0**-1022
+"""The floats next to 0 are as far apart as those next to this number."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,8 @@ def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
     with mpmath.workdps(DIGITS):
         total = mpmath.mpf(0)
         for name, value in values.items():
-            step = mpmath.mpf(value) * mpmath.mpf(10) ** -25
+            size = mpmath.mpf(max(abs(value), SMALLEST))
+            step = size * mpmath.mpf(10) ** -25
             try:
                 moved = [evaluated(text, {**values, name: value + sign * step}) for sign in (1, -1)]
             except Undefined:

@@ -1,8 +1,8 @@
 """A rule at an answer, to as many digits as it takes: for the witness, where floats cannot decide.
 
-The values are the exact numbers that they are, π is π (``sin(pi)`` is 0), and nothing saturates: ``tanh(9.6^2)``
-is less than 1. F is computed to two precisions, until they agree on it and it is larger than what rounding
-makes of it; where not even the highest do, F vanishes there like that of an identity.
+The values are the exact numbers that they are, π is π (``sin(pi)`` is 0), and nothing saturates
+(``tanh(20)`` is less than 1). F is computed to two precisions, until they agree on it and it is larger than
+what rounding makes of it; where not even the highest do, F vanishes there like that of an identity.
 """
 
 from __future__ import annotations
@@ -108,6 +108,5 @@ class _Look:
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
         """The variables, their values, and the sizes of these."""
         mp = context(digits)
-        return (
-            (name, mp.mpf(value), mp.mpf(max(abs(value), SMALLEST))) for name, value in self.values.items()
-        )
+        for name, value in self.values.items():
+            yield name, mp.mpf(value), mp.mpf(max(abs(value), SMALLEST))
