@@ -1,10 +1,10 @@
-"""Blocks with one tear and no formula: one root of a monotonic residual, for a box of known numbers at once.
+"""Blocks with one tear and no formula: every root of the residual, for a box of known numbers at once.
 
-Before any number is used, enclosures prove for a whole box of the known numbers that the residual rises
-(or falls) wherever it may vanish over the range of the tear: then no row of the box has more than one
-root, and a safeguarded Newton iteration that finds one has found all. Where that is not proven, there is
-no number, and the step-by-step way has the word. (Neumaier, Interval Methods for Systems of Equations,
-1990, section 5.1; Newton kept within a bracket as in Press et al., Numerical Recipes, section 9.4.)
+Before any number is used, brackets are proven for a whole box of the known numbers (``brackets.py``): how
+many roots a row has, and between which ends each of them lies alone. A Newton iteration with the exact
+slope, kept within its bracket, then finds each root and no other. Where that is not proven, or where the
+number of roots is another one, there is no number, and the step-by-step way has the word. (Newton kept
+within a bracket as in Press et al., Numerical Recipes, section 9.4.)
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 from rulesheets.nodes import Name
 from rulesheets.record import replace
+from solver.compiled.brackets import Brackets, between, middles
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.program import Ending, Program
 
@@ -21,176 +22,142 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from solver.compiled.brackets import Bracket
     from solver.kernel.block import BlockKernel
     from solver.kernel.chain import Chain
 
-HORIZON = 1e100
-ROUNDS = 7
-MAX_BOXES = 4000
 MAX_ITERATIONS = 60
-WIDTHS = (0.5, 0.1, 0.02)
+MAX_ROOTS = 6
+WIDTHS = (0.5, 0.1, 0.02, 0.002)
 """Boxes around a point, relative to its numbers, that are tried for a proof, the widest first."""
-MAX_PROOFS = 60
 SPLITS = 5
 """How often the rows of a block are halved in search of boxes that can be proven."""
 
 
-class RootFinder:
-    """The tear of a block as a function of the ``known`` numbers, by name and in their order.
+class Roots:
+    """What the roots of one block have in common: the residual, the proofs, and where searches start.
 
-    Every search starts at ``start``, so that a root does not depend on what was asked before.
+    ``sample`` are the known numbers of a row that was solved, ``varying`` which of them rows differ in.
+    Every search of a root starts where the sample has it, so that it does not depend on what was asked
+    before. Raises NotCompilable where the roots of the sample are not proven to be all.
     """
 
-    def __init__(self, kernel: BlockKernel, domain: tuple[float, float], start: float) -> None:
+    def __init__(
+        self,
+        kernel: BlockKernel,
+        domain: tuple[float, float],
+        sample: Sequence[float],
+        varying: Sequence[bool],
+    ) -> None:
         chains = kernel.chains()
         if len(chains) != 1 or not kernel.exhaustive or kernel.jumps or len(chains[0].tears) != 1:
             raise NotCompilable
         self.chain, self.known = chains[0], kernel.known
-        self.low, self.high = domain
-        self.start = start
-        self._proven: list[tuple[tuple[float, ...], tuple[float, ...], int]] = []
-        self._proofs = 0
-        self._enclosure: Any = None
-        self._program = _program(self.chain, self.known)
+        self.varying = tuple(varying)
+        self.program = _program(self.chain, self.known)
+        self._brackets = Brackets(self.chain, self.known, domain)
         self._scalar: Callable[..., Any] | None = None
         self._array: Any = None
+        brackets = self._brackets_at(tuple(sample))
+        if not brackets or len(brackets) > MAX_ROOTS:
+            raise NotCompilable
+        try:
+            starts = [self.newton(b, between(b.low, b.high), sample) for b in brackets]
+        except ValueError:
+            raise NotCompilable from None
+        self.starts = tuple(starts)
+
+    @property
+    def count(self) -> int:
+        """How many roots a row has, where it counts."""
+        return len(self.starts)
 
     # --- one row ---
 
-    def scalar(self, *known: float) -> float:
-        """The root at these numbers. Raises ValueError where there is none, or none proven to be alone."""
-        sign = self._sign_at(known)
+    def bracket(self, place: int, known: Sequence[float]) -> Bracket:
+        """The bracket of one of the roots at these numbers. Raises ValueError where it is not proven."""
+        brackets = self._brackets_at(known)
+        if brackets is None or len(brackets) != self.count:
+            raise ValueError
+        return brackets[place]
+
+    def _brackets_at(self, known: Sequence[float]) -> tuple[Bracket, ...] | None:
+        brackets = self._brackets.around(known, known)
+        if brackets is not None:
+            return brackets
+        for width in WIDTHS:
+            reach = [width * abs(v) if moves else 0.0 for v, moves in zip(known, self.varying, strict=True)]
+            lows = tuple(v - r for v, r in zip(known, reach, strict=True))
+            highs = tuple(v + r for v, r in zip(known, reach, strict=True))
+            brackets = self._brackets.prove(lows, highs)
+            if brackets is not None:
+                return brackets
+        return None
+
+    def newton(self, bracket: Bracket, start: float, known: Sequence[float]) -> float:
+        """The root within a bracket. Raises ValueError where there is none."""
         if self._scalar is None:
             from solver.compiled.scalar import compile_scalar
 
-            self._scalar = compile_scalar(self._program)
-        x, low, high = self.start, self.low, self.high
+            self._scalar = compile_scalar(self.program)
+        low, high, sign = bracket.low, bracket.high, bracket.sign
+        x = start if low <= start <= high else between(low, high)
         for _ in range(MAX_ITERATIONS):
             found = self._scalar(x, *known)
             if found is None:
                 raise ValueError
             miss, slope = found
             if miss == 0.0:
-                break
+                return x
             low, high = (x, high) if miss * sign < 0.0 else (low, x)
             step = x - miss / slope if slope else math.nan
-            new = step if low < step < high else _between(low, high)
+            new = step if low < step < high else between(low, high)
             if abs(new - x) <= 2.0**-52 * abs(new):
-                x = new
-                break
+                return new
             x = new
-        else:
-            raise ValueError
-        return x
-
-    def _sign_at(self, known: Sequence[float]) -> int:
-        for lows, highs, sign in self._proven:
-            if all(a <= v <= b for a, v, b in zip(lows, known, highs, strict=True)):
-                return sign
-        for width in WIDTHS:
-            lows = tuple(v - width * abs(v) for v in known)
-            highs = tuple(v + width * abs(v) for v in known)
-            if sign := self._prove(lows, highs):
-                return sign
         raise ValueError
-
-    # --- the proof ---
-
-    def _prove(self, lows: tuple[float, ...], highs: tuple[float, ...]) -> int:
-        """1 or -1 where the residual rises or falls wherever it may vanish; 0 where that is not proven."""
-        import numpy as np
-
-        if self._proofs >= MAX_PROOFS:
-            return 0
-        self._proofs += 1
-        if self._enclosure is None:
-            from solver.kernel.enclosure import Enclosure
-
-            boxed = replace(self.chain, tears=(*self.chain.tears, *self.known))
-            self._enclosure = Enclosure(boxed, ())
-        if self._enclosure.slopes is None:
-            return 0
-        ends = [end for pair in zip(lows, highs, strict=True) for end in pair]
-        edges = _edges(self.low, self.high)
-        lo, hi = edges[:-1], edges[1:]
-        signs: set[int] = set()
-        for _ in range(ROUNDS):
-            hull = [np.full(lo.shape, end) for end in ends]
-            below, above = self._enclosure.range_on(lo, hi, hull)
-            undefined = np.isnan(below) & np.isnan(above)
-            alive = ~undefined & ~((below > 0) | (above < 0))
-            lo, hi = lo[alive], hi[alive]
-            if not lo.size:
-                break
-            falls, rises = self._enclosure.slope_on(lo, hi, [end[alive] for end in hull])
-            signs |= {s for s, found in ((1, (falls > 0).any()), (-1, (rises < 0).any())) if found}
-            open_ = ~((falls > 0) | (rises < 0))
-            lo, hi = lo[open_], hi[open_]
-            if not lo.size or len(signs) > 1 or lo.size > MAX_BOXES:
-                break
-            middle = _middles(lo, hi)
-            lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
-        if lo.size or len(signs) != 1:
-            return 0
-        (sign,) = signs
-        self._proven.insert(0, (lows, highs, sign))
-        return sign
 
     # --- many rows ---
 
-    def array(self, *known: Any) -> Any:
-        """The roots (n,); nan where there is none, or none proven to be alone."""
-        import numpy as np
-
-        columns = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in known))
-        roots = np.full(columns[0].shape, np.nan)
-        self._fill(list(columns), roots, SPLITS)
-        return roots
-
-    def _fill(self, columns: list[Any], roots: Any, splits: int) -> None:
+    def fill(self, place: int, columns: list[Any], roots: Any, splits: int = SPLITS) -> None:
+        """Put the roots (n,) of rows with the known numbers ``columns`` (n,) where there are any."""
         import numpy as np
 
         lows = tuple(float(np.fmin.reduce(column)) for column in columns)
         highs = tuple(float(np.fmax.reduce(column)) for column in columns)
         if not all(map(math.isfinite, (*lows, *highs))):
             return
-        sign = self._known_sign(lows, highs) or self._prove(lows, highs)
-        if sign:
-            self._iterate(columns, roots, sign)
+        brackets = self._brackets.around(lows, highs) or self._brackets.prove(lows, highs)
+        if brackets is not None and len(brackets) == self.count:
+            self._iterate(columns, roots, brackets[place], self.starts[place])
         elif splits and len(roots) > 1:
             half = len(roots) // 2
             for rows in (slice(0, half), slice(half, None)):
-                self._fill([column[rows] for column in columns], roots[rows], splits - 1)
+                self.fill(place, [column[rows] for column in columns], roots[rows], splits - 1)
 
-    def _known_sign(self, lows: tuple[float, ...], highs: tuple[float, ...]) -> int:
-        for least, most, sign in self._proven:
-            within = zip(least, lows, highs, most, strict=True)
-            if all(a <= b and c <= d for a, b, c, d in within):
-                return sign
-        return 0
-
-    def _iterate(self, columns: list[Any], roots: Any, sign: int) -> None:
+    def _iterate(self, columns: list[Any], roots: Any, bracket: Bracket, start: float) -> None:
         """Newton within brackets on every row that has not converged."""
         import numpy as np
 
         if self._array is None:
             from solver.compiled.array import ArrayKernel
 
-            (ending,) = self._program.endings
-            self._array = ArrayKernel(self._program.flow, _nodes(self._program, ending))
+            (ending,) = self.program.endings
+            self._array = ArrayKernel(self.program.flow, _nodes(self.program, ending))
         count = len(roots)
         left = np.arange(count)
-        x = np.full(count, self.start)
-        low, high = np.full(count, self.low), np.full(count, self.high)
+        inside = bracket.low <= start <= bracket.high
+        x = np.full(count, start if inside else between(bracket.low, bracket.high))
+        low, high = np.full(count, bracket.low), np.full(count, bracket.high)
         with np.errstate(all="ignore"):
             for _ in range(MAX_ITERATIONS):
                 known = [column[left] for column in columns]
                 miss, slope, defined = np.empty(len(left)), np.empty(len(left)), np.empty(len(left), bool)
                 self._array((x, *known), (miss, slope, defined))
-                before = miss * sign < 0
+                before = miss * bracket.sign < 0
                 low, high = np.where(before, x, low), np.where(before, high, x)
                 step = x - miss / slope
-                new = np.where((low < step) & (step < high), step, _middles(low, high))
+                new = np.where((low < step) & (step < high), step, middles(low, high))
                 new = np.where(miss == 0, x, new)
                 done = (np.abs(new - x) <= 2.0**-52 * np.abs(new)) & defined
                 roots[left[done]] = new[done]
@@ -198,6 +165,42 @@ class RootFinder:
                 left, x, low, high = left[going], new[going], low[going], high[going]
                 if not left.size:
                     break
+
+
+class RootFinder:
+    """One root of a block as a function of the ``known`` numbers, by name and in their order."""
+
+    def __init__(self, roots: Roots, place: int) -> None:
+        self.roots, self.place, self.known = roots, place, roots.known
+
+    def scalar(self, *known: float) -> float:
+        """The root at these numbers. Raises ValueError where it is not proven to be there alone."""
+        roots = self.roots
+        return roots.newton(roots.bracket(self.place, known), roots.starts[self.place], known)
+
+    def array(self, *known: Any) -> Any:
+        """The roots (n,); nan where they are not proven to be there alone."""
+        import numpy as np
+
+        columns = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in known))
+        found = np.full(columns[0].shape, np.nan)
+        self.roots.fill(self.place, list(columns), found)
+        return found
+
+
+def root_values(flow: Flow, roots: Roots, place: int, values: Mapping[str, int]) -> dict[str, int]:
+    """The unknowns of a block: a root as a node of its own, what follows from it by the chain."""
+    known = [values[name] for name in roots.known]
+    if all(flow.value_of(number) is not None for number in known):
+        node = flow.constant(roots.starts[place])
+    else:
+        flow.finders.append(RootFinder(roots, place))
+        node = flow.node("root", len(flow.finders) - 1, *known)
+        flow.bound(node)
+    found = {**values, roots.chain.tears[0]: node}
+    chain = replace(roots.chain, assignments=roots.chain.assignments[: -len(roots.chain.residuals)])
+    follow(flow, chain, found)
+    return found
 
 
 def _program(chain: Chain, known: Sequence[str]) -> Program:
@@ -236,57 +239,3 @@ def _nodes(program: Program, ending: Ending) -> tuple[int, ...]:
 
     merged = primary(program)
     return (*(node for node in ending.results if isinstance(node, int)), merged.holds)
-
-
-def _between(low: float, high: float) -> float:
-    """A point between the ends of a bracket, by size where an end is far."""
-    if math.isinf(low) and math.isinf(high):
-        return 0.0
-    if math.isinf(high):
-        return max(2.0 * low, 1.0)
-    if math.isinf(low):
-        return min(2.0 * high, -1.0)
-    if low > 0.0 and high > 4.0 * low:
-        return math.sqrt(low) * math.sqrt(high)
-    return 0.5 * (low + high)
-
-
-def _middles(low: Any, high: Any) -> Any:
-    """The same for arrays; boxes that end at infinity are cut by size as well."""
-    import numpy as np
-
-    with np.errstate(all="ignore"):
-        middle = 0.5 * (low + high)
-        middle = np.where((low > 0) & (high > 4 * low), np.sqrt(low) * np.sqrt(high), middle)
-        middle = np.where((high < 0) & (low < 4 * high), -np.sqrt(-low) * np.sqrt(-high), middle)
-        middle = np.where(np.isinf(high), np.maximum(2 * low, 1.0), middle)
-        middle = np.where(np.isinf(low), np.minimum(2 * high, -1.0), middle)
-        return np.where(np.isinf(high) & np.isinf(low), 0.0, middle)
-
-
-def _edges(low: float, high: float) -> Any:
-    """The range of the tear cut into boxes: evenly where it is finite, by size where it is not."""
-    import numpy as np
-
-    if math.isfinite(low) and math.isfinite(high):
-        return np.linspace(low, high, 129)
-    sizes = 10.0 ** np.arange(-12, 13)
-    edges = np.concatenate([[-HORIZON], -sizes[::-1], [0.0], sizes, [HORIZON]])
-    inside = edges[(edges > low) & (edges < high)]
-    ends = max(low, -HORIZON), min(high, HORIZON)
-    return np.unique(np.concatenate([[ends[0]], inside, [ends[1]]]))
-
-
-def root_values(flow: Flow, finder: RootFinder, values: Mapping[str, int]) -> dict[str, int]:
-    """The unknowns of a block: the root as a node of its own, what follows from it by the chain."""
-    known = [values[name] for name in finder.known]
-    if all(flow.value_of(number) is not None for number in known):
-        node = flow.constant(finder.start)  # the root that the step-by-step way found for these numbers
-    else:
-        flow.finders.append(finder)
-        node = flow.node("root", len(flow.finders) - 1, *known)
-        flow.bound(node)
-    found = {**values, finder.chain.tears[0]: node}
-    chain = replace(finder.chain, assignments=finder.chain.assignments[: -len(finder.chain.residuals)])
-    follow(flow, chain, found)
-    return found

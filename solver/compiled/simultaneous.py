@@ -6,7 +6,8 @@ from rulesheets import nodes
 from rulesheets.nodes import Name
 from solver.compiled.flow import NotCompilable
 from solver.compiled.preimages import Preimages
-from solver.compiled.roots import RootFinder, root_values
+from solver.compiled.roots import Roots, root_values
+from solver.compiled.testimony import Testimony
 from solver.compiled.way import STRANGE
 from solver.kernel.block import BlockKernel
 from solver.kernel.question import Question
@@ -21,12 +22,12 @@ if TYPE_CHECKING:
     from solver.path.steps import SolveBlock
 
 
-class Simultaneous(Preimages):
+class Simultaneous(Preimages, Testimony):
     """Steps that compute the unknowns of a block together."""
 
     def _block(self, way: Way, step: SolveBlock) -> Iterator[Way]:
         if self._kernel(step).closed is None:
-            yield self._iterated(way, step)
+            yield from self._iterated(way, step)
             return
         ways = [(way, dict(way.values))]
         for formula in self._closed(step).formulas:
@@ -53,21 +54,36 @@ class Simultaneous(Preimages):
             kernels[step] = BlockKernel(self.graph, step)
         return kernels[step]
 
-    def _iterated(self, way: Way, step: SolveBlock) -> Way:
-        """A block without a formula: one root, where it is known to be the only one."""
+    def _iterated(self, way: Way, step: SolveBlock) -> Iterator[Way]:
+        """A block without a formula: its roots, where they are known to be all there are."""
+        roots = self._proven_roots(way, step)
+        several = roots.count > 1
+        for place in range(roots.count):
+            one = way.fork() if several else way
+            self.flow.checks, self.flow.finite = one.checks, one.finite
+            found = root_values(self.flow, roots, place, way.values)
+            for name in step.unknowns:
+                one.values[name] = found[name]
+                if several:
+                    self._leave(one, self.model.variables[name], found[name])
+                else:
+                    self._within(one, self.model.variables[name], found[name])
+            if several:
+                # A root that is proven to be there and does not satisfy a rule in floats is not gone.
+                for equation in (self.model.equations[number] for number in step.equations):
+                    self.flow.require(self._witness(one, equation, self.flow.true))
+                    one.settled.add(equation.index)
+                self._prefer(one, step)
+            if one.gone != self.flow.true:
+                yield one
+
+    def _proven_roots(self, way: Way, step: SolveBlock) -> Roots:
         kernel = self._kernel(step)
         if len(step.tears) != 1 or any(name in way.symbols for name in kernel.known):
             raise NotCompilable
         question = Question(kernel, self.sample, self.pattern.guesses)
-        start = self.sample.get(step.tears[0])
-        if not isinstance(start, float):
-            raise NotCompilable
-        finder = RootFinder(kernel, question.domain(step.tears[0]), start)
-        found = root_values(self.flow, finder, way.values)
-        for name in step.unknowns:
-            way.values[name] = found[name]
-            self._within(way, self.model.variables[name], found[name])
-        return way
+        varying = [self.flow.value_of(way.values[name]) is None for name in kernel.known]
+        return Roots(kernel, question.domain(step.tears[0]), question.known, varying)
 
     def _formula(
         self, way: Way, letters: dict[str, int], formula: Let | Parabola | Circle
