@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,6 +15,7 @@ import rulesheets
 import solver
 from solver.compiled.roots import RootFinder
 
+MODELS = Path(__file__).parents[3] / "models"
 KEPLER = solver.prepare(
     rulesheets.loads("variables\n  e = 0.3\n  M = 1\n  E in [-4, 4]\nrules\n  M = E - e*sin(E)\n"),
     ["e", "M"],
@@ -62,3 +65,81 @@ def test_what_is_not_proven_is_no_number() -> None:
         finder.scalar(*(known[name] for name in finder.known))
     roots = finder.array(*(np.full(5, known[name]) for name in finder.known))
     assert np.isnan(roots).all()
+
+
+def test_every_root_of_a_gas_below_its_critical_temperature_is_followed() -> None:
+    """The molar volume is a root of a cubic: three of them, proven and in order."""
+    model = rulesheets.load(str(MODELS / "van_der_waals" / "model.tk"))
+    plan = solver.prepare(model, ["P"], ["Vm"], {"T": 280.0})
+    a, b, RT = 3.592, 0.04267, 0.0820573661 * 280.0
+    plan.all(50.0)
+    (way,) = plan.paths.every
+    for P in (48.0, 49.3, 50.0, 51.7):
+        found = way(P)
+        assert found is not None and len(found) == 3
+        exact = np.sort(np.roots([P, -(P * b + RT), a, -a * b]).real)
+        assert [row[0] for row in found] == pytest.approx(exact, rel=1e-12)
+    rows = np.linspace(48.0, 52.0, 500)
+    volumes = plan.sweep(rows)["Vm"]
+    assert np.abs((rows + a / volumes**2) * (volumes - b) / RT - 1).max() < 1e-13
+    assert volumes[::50] == pytest.approx([plan(P)[0] for P in rows[::50]], rel=1e-14)
+
+
+@settings(max_examples=30)
+@given(st.floats(75.0, 130.0))
+def test_both_elevations_of_a_projectile_come_from_one_way(v0: float) -> None:
+    plan = PROJECTILE
+    plan.all(82.0)
+    (way,) = plan.paths.every
+    found = way(v0)
+    assert found is not None
+    twice = math.degrees(math.asin(9.8 * 560.0 / v0**2))
+    assert [row[0] for row in found] == pytest.approx([twice / 2, 90.0 - twice / 2], rel=1e-12)
+
+
+PROJECTILE = solver.prepare(
+    rulesheets.load(str(MODELS / "projectile" / "model.tk")), ["v0"], ["theta", "t", "H"]
+)
+
+
+@settings(max_examples=30)
+@given(st.floats(-0.3, 0.3))
+def test_a_root_on_either_side_of_a_gap_is_counted(a: float) -> None:
+    """The residual rises on both sides of the stretch from -1 to 1, where it is not defined."""
+    plan = GAP
+    plan.all(0.01)
+    found = plan.all(a)
+    exact = sorted(
+        (float(mpmath.findroot(lambda x: x * mpmath.log(x * x - 1) - a, side)) for side in (1.4, -1.4)),
+        key=lambda x: (x < 0, abs(x)),
+    )
+    assert [row[0] for row in found] == pytest.approx(exact, rel=1e-13)
+
+
+GAP = solver.prepare(
+    rulesheets.loads("variables\n  a = 0.01\n  x\nrules\n  x*ln(x^2 - 1) = a\n"), ["a"], ["x"]
+)
+
+
+@settings(max_examples=40)
+@given(st.floats(-1.0, 1.0), st.floats(0.0, 0.6))
+def test_as_many_roots_as_a_wave_has_crossings(b: float, a: float) -> None:
+    WAVE.all(0.1, 0.1)
+    grid = np.linspace(-10.0, 10.0, 8001)
+    values = np.sin(grid) - a * grid - b
+    crossings = int((np.sign(values[1:]) != np.sign(values[:-1])).sum())
+    turning = np.sign(np.diff(values))
+    flat = np.flatnonzero(turning[1:] != turning[:-1]) + 1
+    if np.abs(values[[0, *flat, -1]]).min() < 1e-3:
+        return  # a double root, or one at the end of the range
+    assert WAVE.paths.every
+    for way in WAVE.paths.every:
+        found = way(a, b)
+        assert found is None or len(found) == crossings
+
+
+WAVE = solver.prepare(
+    rulesheets.loads("variables\n  a = 0.1\n  b = 0.1\n  x in [-10, 10]\nrules\n  sin(x) - a*x = b\n"),
+    ["a", "b"],
+    ["x"],
+)
