@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from solver.kernel.chain import Chain
 
 MAX_ITERATIONS = 60
-MAX_ROOTS = 6
+MAX_ROOTS = 8
 WIDTHS = (0.5, 0.1, 0.02, 0.002)
 """Boxes around a point, relative to its numbers, that are tried for a proof, the widest first."""
 SPLITS = 5
