@@ -1,13 +1,20 @@
 """How fast sweeps of the slider crank reach the disk, and in how much memory.
 
-    python benchmarks/sweep_io.py [ROWS…] [--csv] [--pipeline]
+    python benchmarks/sweep_io.py [ROWS…] [--csv] [--pipeline] [--times=N]
 
-For each number of rows (1e6 and 1e7; 1e8 takes 4.5 GB of disk) three rates, each in a process of its own:
-the sweep in memory, the sweep to a Parquet file (with --csv to CSV), and a plain write of the same
-bytes. ``of bound`` is the rate to the file over the lower one of memory and disk; ``CPU`` is the time
-of the processors, which other work on the machine does not stretch: that of the sweep to the file,
-and its ratio to that of the other two together. With --pipeline the closed form by hand, in blocked
-numpy, stands in for the solver: what is left is the way to the disk.
+For each number of rows (1e6 and 1e7; 1e8 takes 4.5 GB of disk), by numpy and by machine code (the extra
+``jit``), each measurement in a process of its own and the two sides of a ratio in turns, best of N (3):
+
+- ``memory``: 1e6 rows that stay in memory, in pieces as large as those of a file;
+- ``file``: the sweep to a Parquet file (with --csv to CSV), from its first lesson to the file in its place;
+- ``disk``: a plain write of as many bytes, 2 MB at a time;
+- ``of memory``, ``of disk``: the rate to the file over each of these; 80 % of either is asked for;
+- ``synced``: ``of disk`` once more, where both wait until the bytes are on the disk (fsync);
+- ``CPU``: time of the processors, which other work on the machine does not stretch: that of the sweep
+  to the file, and its ratio to that of the other two together.
+
+With --pipeline the closed form by hand, in blocked numpy, stands in for the solver: what is left is the
+way to the disk.
 """
 
 from __future__ import annotations
@@ -22,6 +29,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from fractions import Fraction
+from importlib.util import find_spec
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -35,8 +43,12 @@ IN_MEMORY = 1_000_000
 PATIENCE = 300.0
 """Seconds that one measurement may take, judged by its first rows."""
 
+BLOCK = 2**21
+"""Bytes of a plain write: larger ones are no faster."""
+TIMES = 3
+
 HEAD = (
-    f"{'rows':>12}{'memory':>9}{'file':>9}{'disk':>9}{'of bound':>10}"
+    f"{'rows':>12}{'by':>7}{'memory':>9}{'file':>9}{'disk':>9}{'of memory':>11}{'of disk':>9}{'synced':>8}"
     f"{'MB file':>9}{'MB memory':>11}{'CPU ns/row':>12}{'of both':>9}"
 )
 
@@ -65,14 +77,14 @@ def rows(count: int):
     return Grid((Stretch(Fraction(0), Fraction(360, count), count),))
 
 
-def work(csv: bool, count: int):
+def work(csv: bool, count: int, jit: bool):
     import rulesheets
     import solver
     from solver.sweeping import work_of
     from solver.sweeps.chunks import grid_lessons
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
-    return work_of(plan, grid_lessons(rows(count)), tabled=not csv, texted=csv)
+    return work_of(plan, grid_lessons(rows(count)), tabled=not csv, texted=csv, jit=jit)
 
 
 def by_hand(work, count: int) -> Iterator:
@@ -93,21 +105,26 @@ def by_hand(work, count: int) -> Iterator:
 
 @dataclass(frozen=True)
 class Took:
-    """Seconds of the clock and of the processors."""
+    """Seconds of the clock and of the processors, and of the clock until everything is on the disk."""
 
     wall: float
     cpu: float
+    synced: float = 0.0
 
 
 class Timer:
     def __init__(self) -> None:
         self._wall, self._cpu = time.perf_counter(), time.process_time()
 
-    def took(self) -> Took:
-        return Took(time.perf_counter() - self._wall, time.process_time() - self._cpu)
+    def took(self, file: str | None = None) -> Took:
+        wall, cpu = time.perf_counter() - self._wall, time.process_time() - self._cpu
+        if file is not None:
+            with open(file, "rb") as written:
+                os.fsync(written.fileno())
+        return Took(wall, cpu, time.perf_counter() - self._wall)
 
 
-def in_memory(count: int, pipeline: bool) -> Took:
+def in_memory(count: int, way: str) -> Took:
     """A sweep of ``count`` rows that stays in memory, in pieces as large as those of a file."""
     import rulesheets
     import solver
@@ -115,7 +132,10 @@ def in_memory(count: int, pipeline: bool) -> Took:
 
     theta = np.arange(count) * (360.0 / count)
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
-    solved = closed_form if pipeline else plan.sweep
+
+    def solved(column: np.ndarray) -> object:
+        return closed_form(column) if way == "hand" else plan.sweep(column, jit=way == "jit")
+
     timer = Timer()
     solved(theta[:2000])
     if timer.took().wall * count / 2000 > PATIENCE:
@@ -126,32 +146,30 @@ def in_memory(count: int, pipeline: bool) -> Took:
     return timer.took()
 
 
-def to_file(path: str, count: int, pipeline: bool) -> dict[str, float]:
+def to_file(path: str, count: int, way: str) -> dict[str, float]:
     from solver.sweeps.chunks import grid_chunks
     from solver.sweeps.running import solved_pieces
     from solver.sweeps.sinks import FileSink
     from solver.sweeps.stream import run
 
-    todo = work(path.endswith(".csv"), count)
+    todo = work(path.endswith(".csv"), count, way == "jit")
     timer = Timer()
-    pieces = by_hand(todo, count) if pipeline else solved_pieces(todo, grid_chunks(rows(count)), count)
+    pieces = by_hand(todo, count) if way == "hand" else solved_pieces(todo, grid_chunks(rows(count)), count)
     outcome = run(pieces, [FileSink(path, todo.names, ())])
-    took = timer.took()
+    took = timer.took(path)
     assert outcome.rows == count and outcome.all_solved
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return {**asdict(took), "MB": os.path.getsize(path) / 1e6, "memory": memory}
 
 
-def plain_write(path: str) -> Took:
-    """The bytes of a file written again, a megabyte at a time."""
-    size, block = os.path.getsize(path), os.urandom(2**20)
+def plain_write(path: str, size: int) -> Took:
+    """So many bytes written to a new file."""
+    block = os.urandom(BLOCK)
     timer = Timer()
-    with open(path + ".plain", "wb") as file:
-        for _ in range(size // 2**20 + 1):
-            file.write(block)
-    took = timer.took()
-    os.unlink(path + ".plain")
-    return took
+    with open(path, "wb", buffering=0) as file:
+        for start in range(0, size, BLOCK):
+            file.write(block[: size - start])
+    return timer.took(path)
 
 
 def in_its_own_process(*words: object) -> dict[str, float]:
@@ -163,38 +181,75 @@ def in_its_own_process(*words: object) -> dict[str, float]:
     return found
 
 
-def table(sizes: list[int], ending: str, pipeline: bool) -> None:
-    print("millions of rows a second" + (", solved by the closed form by hand" if pipeline else ""))
+def ways() -> list[str]:
+    """Blocks of numpy; machine code where its extra is there."""
+    return ["numpy", "jit"] if find_spec("llvmlite") else ["numpy"]
+
+
+def of_memory(memory: dict[str, float], file: dict[str, float], count: int) -> float:
+    """The rate of a sweep to a file over that of the sweep in memory."""
+    return memory["wall"] / IN_MEMORY / (file["wall"] / count)
+
+
+def of_disk(disk: dict[str, float], file: dict[str, float]) -> float:
+    """The rate of a sweep to a file over that of a plain write of as many bytes."""
+    return disk["wall"] / file["wall"]
+
+
+def measured(count: int, ending: str, ways: list[str], times: int) -> dict[str, dict[str, float]]:
+    """The best of each way to the file, and of the plain write (``disk``), taken in turns."""
+    tries: dict[str, list[dict[str, float]]] = {}
+    for _ in range(times):
+        for way in ways:
+            with tempfile.TemporaryDirectory(dir=".") as folder:
+                path = os.path.join(folder, f"table{ending}")
+                tries.setdefault(way, []).append(in_its_own_process("file", path, count, way))
+            size = int(tries[way][-1]["MB"] * 1e6)
+            with tempfile.TemporaryDirectory(dir=".") as folder:
+                plain = in_its_own_process("disk", os.path.join(folder, "plain"), size)
+                tries.setdefault("disk", []).append(plain)
+    return {way: {key: min(one[key] for one in found) for key in found[0]} for way, found in tries.items()}
+
+
+def table(sizes: list[int], ending: str, ways: list[str], times: int) -> None:
+    print(f"millions of rows a second, best of {times}")
     print(HEAD)
-    memory = in_its_own_process("memory", IN_MEMORY, pipeline)
+    alone = {way: in_its_own_process("memory", IN_MEMORY, way) for way in ways}
     for count in sizes:
-        with tempfile.TemporaryDirectory(dir=".") as folder:
-            path = os.path.join(folder, f"table{ending}")
-            found = in_its_own_process("file", path, count, pipeline)
-            disk = in_its_own_process("disk", path)
-        each = [memory["wall"] / IN_MEMORY, found["wall"] / count, disk["wall"] / count]
-        rates = "".join(f"{1e-6 / seconds:9.2f}" for seconds in each)
-        cpu, alone = found["cpu"] / count, memory["cpu"] / IN_MEMORY + disk["cpu"] / count
-        share = f"{max(each[0], each[2]) / each[1]:10.0%}{found['MB']:9.0f}{found['memory']:11.0f}"
-        print(f"{count:>12,}{rates}{share}{cpu * 1e9:12.0f}{cpu / alone:9.2f}", flush=True)
+        found = measured(count, ending, ways, times)
+        disk = found["disk"]
+        for way in ways:
+            file, memory = found[way], alone[way]
+            each = [memory["wall"] / IN_MEMORY, file["wall"] / count, disk["wall"] / count]
+            rates = "".join(f"{1e-6 / seconds:9.2f}" for seconds in each)
+            shares = f"{of_memory(memory, file, count):11.0%}{of_disk(disk, file):9.0%}"
+            shares += f"{disk['synced'] / file['synced']:8.0%}"
+            cpu, both = file["cpu"] / count, memory["cpu"] / IN_MEMORY + disk["cpu"] / count
+            room = f"{file['MB']:9.0f}{file['memory']:11.0f}"
+            print(f"{count:>12,}{way:>7}{rates}{shares}{room}{cpu * 1e9:12.0f}{cpu / both:9.2f}", flush=True)
 
 
 def one(kind: str, *words: str) -> dict[str, float]:
     match kind:
         case "memory":
-            tries = [in_memory(int(words[0]), words[1] == "True") for _ in range(3)]
+            tries = [in_memory(int(words[0]), words[1]) for _ in range(5)]
             return asdict(min(tries, key=lambda took: took.wall))
         case "file":
-            return to_file(words[0], int(words[1]), words[2] == "True")
+            return to_file(words[0], int(words[1]), words[2])
         case _:
-            return asdict(plain_write(words[0]))
+            return asdict(plain_write(words[0], int(words[1])))
+
+
+def main(arguments: list[str]) -> None:
+    numbers = [int(float(word)) for word in arguments if not word.startswith("--")]
+    times = [int(word.partition("=")[2]) for word in arguments if word.startswith("--times=")]
+    ending = ".csv" if "--csv" in arguments else ".parquet"
+    by_hand = "--pipeline" in arguments
+    table(numbers or list(SIZES), ending, ["hand"] if by_hand else ways(), *(times or [TIMES]))
 
 
 if __name__ == "__main__":
-    arguments = sys.argv[1:]
-    if arguments[:1] == ["--one"]:
-        print(json.dumps(one(*arguments[1:])))
+    if sys.argv[1:2] == ["--one"]:
+        print(json.dumps(one(*sys.argv[2:])))
     else:
-        numbers = [int(float(word)) for word in arguments if not word.startswith("--")]
-        ending = ".csv" if "--csv" in arguments else ".parquet"
-        table(numbers or list(SIZES), ending, "--pipeline" in arguments)
+        main(sys.argv[1:])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -10,6 +9,8 @@ from benchmarks import scale, startup, sweep_io
 from benchmarks.speed.page import Claim, Section, figures
 
 GIGABYTE = 1024.0
+MANY = 10_000_000
+"""Rows beyond which one run says enough."""
 
 
 def starting(repetitions: int) -> Section:
@@ -27,18 +28,21 @@ def starting(repetitions: int) -> Section:
 
 
 def to_disk(rows: int) -> Section:
-    """A sweep to Parquet (``benchmarks/sweep_io.py``)."""
-    memory = sweep_io.in_its_own_process("memory", sweep_io.IN_MEMORY, False)
-    with tempfile.TemporaryDirectory(dir=".") as folder:
-        path = os.path.join(folder, "table.parquet")
-        found = sweep_io.in_its_own_process("file", path, rows, False)
-        disk = sweep_io.in_its_own_process("disk", path)
-    runs = (
-        (f"in memory, {sweep_io.IN_MEMORY:,} rows", memory, sweep_io.IN_MEMORY),
-        (f"to a file of {found['MB']:,.0f} MB", found, rows),
-        ("plain write of as many bytes", disk, rows),
-    )
-    walls = [took["wall"] / count for _, took, count in runs]
+    """Sweeps to Parquet (``benchmarks/sweep_io.py``)."""
+    ways = sweep_io.ways()
+    alone = {way: sweep_io.in_its_own_process("memory", sweep_io.IN_MEMORY, way) for way in ways}
+    found = sweep_io.measured(rows, ".parquet", ways, 1 if rows > MANY else sweep_io.TIMES)
+    disk = found["disk"]
+    runs = [
+        (f"in memory, {sweep_io.IN_MEMORY:,} rows, {way}", alone[way], sweep_io.IN_MEMORY) for way in ways
+    ]
+    runs += [(f"to a file of {found[way]['MB']:,.0f} MB, {way}", found[way], rows) for way in ways]
+    runs.append(("plain write of as many bytes", disk, rows))
+    claims: list[Claim] = []
+    for way in ways:
+        share = max(sweep_io.of_memory(alone[way], found[way], rows), sweep_io.of_disk(disk, found[way]))
+        claims.append(Claim(f"{way}: rate, of the lower of memory and disk", 80, 100 * share, "%", True))
+        claims.append(Claim(f"{way}: memory at its peak", GIGABYTE, found[way]["memory"], "MB"))
     return Section(
         "disk",
         f"{rows:,} rows to Parquet",
@@ -48,16 +52,7 @@ def to_disk(rows: int) -> Section:
             for name, took, count in runs
         ],
         ("Rates are by the clock, each measured in a process of its own, one after the other.",),
-        [
-            Claim(
-                "rate, of the lower of memory and disk",
-                80,
-                100 * max(walls[0], walls[2]) / walls[1],
-                "%",
-                True,
-            ),
-            Claim("memory at its peak", GIGABYTE, found["memory"], "MB"),
-        ],
+        claims,
     )
 
 

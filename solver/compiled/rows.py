@@ -27,6 +27,10 @@ WORTH = 16
 """So many rows pay for the set-up of a way on arrays."""
 
 
+TOGETHER = 2**17
+"""Rows up to which the columns of a piece share a block of memory, which the next piece takes again."""
+
+
 class RowKernel:
     """One way on arrays: ``results`` (n,) for each wanted name and a mask (n,) of the rows that count."""
 
@@ -40,7 +44,7 @@ class RowKernel:
 
     def __call__(self, columns: Sequence[Array]) -> tuple[list[Array | str], Array]:
         count = len(columns[0]) if columns else 1
-        found = [np.empty(count) for _ in self.nodes]
+        found = list(np.empty((len(self.nodes), count))[:, :count])
         holds = np.empty(count, dtype=bool)
         self.kernel(columns, (*found, holds))
         numbers = iter(found)

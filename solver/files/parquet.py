@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from inspect import signature
 from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
-from solver.files.columns import Array, Columns, free_name, joined
+from solver.files.behind import WriteBehind
+from solver.files.columns import Array, Columns, free_name, joined, stacked
 from solver.files.messages import missing_extra, unreadable_rows
-from solver.files.replacing import Replacement
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
@@ -25,64 +26,75 @@ class ParquetTable:
     (E441) and where the file cannot be written (E416).
     """
 
-    def __init__(self, file: Replacement, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
+    def __init__(self, file: WriteBehind, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._arrow, self._parquet = _pyarrow("Parquet files need")
         self._file, self._path = file, path
         self._symbols = frozenset(symbols)
         self._names = tuple(names)
         self._waiting: list[Columns] = []
+        self._held = 0
         self._writer: Any = None
 
     def add(self, table: Columns) -> None:
         self._waiting.append(table)
-        if sum(map(len, self._waiting)) >= ROW_GROUP:
-            whole = joined(self._waiting)
-            ends = range(ROW_GROUP, len(whole) + 1, ROW_GROUP)
-            for end in ends:
-                self._write(whole.rows(end - ROW_GROUP, end))
-            self._waiting = [whole.rows(ends[-1], len(whole))]
+        self._held += len(table)
+        while self._held >= ROW_GROUP:
+            group, rest = _divided(self._waiting, ROW_GROUP)
+            self._write(group)
+            self._waiting, self._held = rest, self._held - ROW_GROUP
 
     def close(self) -> None:
         """Write the rows that wait, and the footer: after this the file can be read."""
-        rest = joined(self._waiting) if self._waiting else self._empty()
-        if len(rest) or self._writer is None:
-            self._write(rest)
+        if self._held or self._writer is None:
+            self._write(self._waiting or [self._empty()])
         self._guarded(self._writer.close)
 
-    def _write(self, table: Columns) -> None:
-        batch = self._batch(table)
+    def _write(self, pieces: Sequence[Columns]) -> None:
+        batch = self._batch(pieces)
         if self._writer is None:
-            self._writer = self._opened(batch.schema, [n for n in self._names if self._repeats(n, table)])
+            first = joined(_divided(pieces, SAMPLE)[0])
+            self._writer = self._opened(batch.schema, [n for n in self._names if self._repeats(n, first)])
         self._guarded(lambda: self._writer.write_table(batch, row_group_size=ROW_GROUP))
 
-    def _repeats(self, name: str, table: Columns) -> bool:
+    def _repeats(self, name: str, sample: Columns) -> bool:
         """Whether a column has few values: symbols, the number of an answer, an outer input of a grid."""
-        column = table.values[name][:SAMPLE]
+        column = sample.values[name]
         return name in self._symbols or len(set(column.tolist())) <= len(column) // 8
 
     def _opened(self, schema: Any, repeating: list[str]) -> Any:
-        """What repeats is written as runs of a dictionary; other doubles would not get smaller."""
+        """What repeats is written as runs of a dictionary; other doubles would not get smaller.
+
+        A page holds a row group of a column: it goes to the file in one write, and the pieces in which the
+        rows came leave no trace in it.
+        """
         texts = [*repeating, free_name("status", self._names)]
+        pages: dict[str, Any] = {"data_page_size": 16 * ROW_GROUP}
+        if "max_rows_per_page" in signature(self._parquet.ParquetWriter).parameters:
+            pages["max_rows_per_page"] = ROW_GROUP
         return self._parquet.ParquetWriter(
-            _Sink(self._file), schema, use_dictionary=texts, compression="none", write_statistics=True
+            _Sink(self._file), schema, use_dictionary=texts, compression="none", **pages
         )
 
-    def _batch(self, table: Columns) -> Any:
-        arrays = {name: self._array(name, column) for name, column in table.values.items()}
-        texts = self._arrow.array(list(table.words), self._arrow.string())
-        arrays[free_name("status", self._names)] = self._arrow.DictionaryArray.from_arrays(
-            table.status, texts
-        )
+    def _batch(self, pieces: Sequence[Columns]) -> Any:
+        arrays = {name: self._column(name, pieces) for name in pieces[0].values}
+        texts = self._arrow.array(list(pieces[0].words), self._arrow.string())
+        codes = stacked([piece.status for piece in pieces])
+        arrays[free_name("status", self._names)] = self._arrow.DictionaryArray.from_arrays(codes, texts)
         return self._arrow.table(arrays)
 
-    def _array(self, name: str, column: Array) -> Any:
+    def _column(self, name: str, pieces: Sequence[Columns]) -> Any:
+        """Doubles stay where they are; what has a dictionary is brought together for it."""
+        columns = [piece.values[name] for piece in pieces]
+        if name in self._symbols:
+            texts = [_text(value) for column in columns for value in column.tolist()]
+            return self._arrow.array(texts, self._arrow.string()).dictionary_encode()
+        if columns[0].dtype.kind == "i":
+            return self._arrow.array(stacked(columns), self._arrow.int32())
+        return self._arrow.chunked_array([self._doubles(column) for column in columns])
+
+    def _doubles(self, column: Array) -> Any:
         import numpy as np
 
-        if name in self._symbols:
-            texts = [_text(value) for value in column.tolist()]
-            return self._arrow.array(texts, self._arrow.string()).dictionary_encode()
-        if column.dtype.kind == "i":
-            return self._arrow.array(column, self._arrow.int32())
         gaps = bool(np.isnan(column).any())  # without any, the column need not be copied
         return self._arrow.array(column, self._arrow.float64(), from_pandas=gaps)
 
@@ -99,12 +111,24 @@ class ParquetTable:
             raise RuleSheetError(unwritable(self._path, failure)) from None
 
 
+def _divided(pieces: Sequence[Columns], rows: int) -> tuple[list[Columns], list[Columns]]:
+    """The first ``rows`` of some pieces, and what comes after them."""
+    first, after = list[Columns](), list[Columns]()
+    for piece in pieces:
+        if rows > 0:
+            first.append(piece.rows(0, rows))
+        if len(piece) > rows:
+            after.append(piece.rows(max(rows, 0), len(piece)))
+        rows -= len(piece)
+    return first, after
+
+
 class _Sink:
     """The part of a file that pyarrow asks for."""
 
     closed = False
 
-    def __init__(self, file: Replacement) -> None:
+    def __init__(self, file: WriteBehind) -> None:
         self._file = file
         self._position = 0
 
@@ -117,7 +141,7 @@ class _Sink:
         return self._position
 
     def flush(self) -> None:
-        self._file.flush()
+        """Nobody reads the file before it is whole."""
 
     def writable(self) -> bool:
         return True

@@ -36,12 +36,6 @@ class Replacement:
         except OSError as failure:
             raise RuleSheetError(unwritable(self._path, failure)) from None
 
-    def flush(self) -> None:
-        try:
-            self._file.flush()
-        except OSError as failure:
-            raise RuleSheetError(unwritable(self._path, failure)) from None
-
     def keep(self) -> None:
         """Put the file in its place."""
         try:

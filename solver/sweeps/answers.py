@@ -18,22 +18,25 @@ def one_answer(
     plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8], names: Sequence[str]
 ) -> Table:
     """A row for each row of inputs. ``refused`` (n,) has the status code of a row that is not asked, or 0."""
+    groups = plans.groups(_asked(columns, refused))
+    inputs, wanted = dict(zip(names, columns, strict=False)), names[len(columns) :]
+    if len(groups) == 1 and not refused.any():
+        plan, _, numbers = groups[0]
+        if numbers:
+            table = plan.primary(numbers)
+            return Table({**inputs, **{name: table[name] for name in wanted}}, table.status)
     status = refused.copy()
-    wanted = names[len(columns) :]
     found: dict[str, Array] = {name: np.full(len(status), np.nan) for name in wanted}
-    for plan, rows, numbers in plans.groups(_asked(columns, refused)):
+    places = np.flatnonzero(refused == 0)
+    for plan, rows, numbers in groups:
+        here = places[rows]
         table = plan.primary(numbers)
-        places = np.flatnonzero(refused == 0)[rows]
-        whole = len(places) == len(status) == len(table.status)
-        status[places] = table.status
+        status[here] = table.status
         for name in wanted:
-            if whole:
-                found[name] = table[name]
-                continue
             if table[name].dtype == object and found[name].dtype != object:
                 found[name] = objects(found[name])
-            found[name][places] = table[name]
-    return Table({**dict(zip(names, columns, strict=False)), **found}, status)
+            found[name][here] = table[name]
+    return Table({**inputs, **found}, status)
 
 
 def every_answer(

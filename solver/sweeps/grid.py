@@ -19,9 +19,6 @@ class Axis(Protocol):
 
     def __len__(self) -> int: ...
 
-    def take(self, places: Array) -> Array:
-        """The values at integer places (n,), each 0 or more and less than the length."""
-
     def cut(self, first: int, last: int) -> Array:
         """The values at the places ``first`` up to, but without, ``last``."""
 
@@ -37,20 +34,20 @@ class Stretch:
     def __len__(self) -> int:
         return self.count
 
-    def take(self, places: Array) -> Array:
+    def cut(self, first: int, last: int) -> Array:
         """Where numerator and denominator are exact floats (below 2^53), one division rounds once."""
         import numpy as np
 
         bottom = lcm(self.start.denominator, self.step.denominator)
-        first, each = int(self.start * bottom), int(self.step * bottom)
-        if max(bottom, abs(first), abs(first + each * (self.count - 1))) < _EXACT:
-            return (places * each + first) / float(bottom)
-        return np.array([float(self.start + self.step * int(k)) for k in places])
-
-    def cut(self, first: int, last: int) -> Array:
-        import numpy as np
-
-        return self.take(np.arange(first, last))
+        begin, each = int(self.start * bottom), int(self.step * bottom)
+        span = each * (self.count - 1)
+        if max(bottom, abs(begin), abs(span), abs(begin + span)) < _EXACT:
+            places = np.arange(first, last, dtype=float)
+            places *= each
+            places += begin
+            places /= bottom
+            return places
+        return np.array([float(self.start + self.step * place) for place in range(first, last)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +58,6 @@ class Listed:
 
     def __len__(self) -> int:
         return len(self.values)
-
-    def take(self, places: Array) -> Array:
-        taken: Array = self.values[places]
-        return taken
 
     def cut(self, first: int, last: int) -> Array:
         return self.values[first:last]
@@ -86,14 +79,39 @@ class Grid:
 
     def columns(self, first: int, last: int) -> tuple[Array, ...]:
         """The inputs of the rows ``first`` up to, but without, ``last``."""
-        import numpy as np
-
-        rows = np.arange(first, last)
         columns, each = [], len(self)
         for axis in self.axes:
             each //= max(1, len(axis))
-            columns.append(axis.take(rows // each % len(axis)))
+            columns.append(_repeated(axis, each, first, last))
         return tuple(columns)
+
+
+def _repeated(axis: Axis, each: int, first: int, last: int) -> Array:
+    """Rows of an axis whose every value stands ``each`` times, over and over: made once where it stands."""
+    import numpy as np
+
+    if first == last:
+        return axis.cut(0, 0)
+    start, end = first // each, -(-last // each)
+    values = _cycled(axis, start % len(axis), end - start)
+    if each == 1:
+        return values
+    counts = np.full(len(values), each)
+    counts[-1] -= end * each - last
+    counts[0] -= first - start * each
+    return np.repeat(values, counts)
+
+
+def _cycled(axis: Axis, first: int, count: int) -> Array:
+    """So many values from the place ``first`` on; after the last one comes the first one."""
+    import numpy as np
+
+    ahead = min(count, len(axis) - first)
+    if ahead == count:
+        return axis.cut(first, first + count)
+    rounds, rest = divmod(count - ahead, len(axis))
+    whole = [axis.cut(0, len(axis))] * rounds
+    return np.concatenate([axis.cut(first, first + ahead), *whole, axis.cut(0, rest)])
 
 
 @dataclass(frozen=True)

@@ -109,4 +109,6 @@ _WORDS = tuple(map(str, Status))
 
 
 def _counts(codes: NDArray[np.int8]) -> tuple[int, ...]:
+    if not codes.any():  # most pieces: nothing to be told apart
+        return (len(codes), *[0] * (len(_WORDS) - 1))
     return tuple(np.bincount(codes, minlength=len(_WORDS)).tolist())

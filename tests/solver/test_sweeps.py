@@ -7,7 +7,7 @@ import io
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -74,14 +74,15 @@ def table(text: str) -> list[dict[str, str]]:
 def test_a_value_of_a_range_is_the_float_nearest_to_it(
     start: Fraction, step: Fraction, count: int, data: st.DataObject
 ) -> None:
-    places = np.array(data.draw(st.lists(st.integers(0, count - 1), min_size=1)))
-    found = Stretch(start, step, count).take(places)
-    assert found.tolist() == [float(start + step * int(place)) for place in places]
+    axis = Stretch(start, step, count)
+    for place in data.draw(st.lists(st.integers(0, count - 1), min_size=1)):
+        end = min(count, place + 3)
+        assert axis.cut(place, end).tolist() == [float(start + step * k) for k in range(place, end)]
 
 
 def test_a_range_of_long_decimals_is_exact_too() -> None:
     start, step = Fraction("0.1234567890123456789"), Fraction("1e-19")
-    found = Stretch(start, step, 5).take(np.arange(5))
+    found = Stretch(start, step, 5).cut(0, 5)
     assert found.tolist() == [float(start + k * step) for k in range(5)]
 
 
@@ -93,6 +94,21 @@ def test_a_grid_is_every_combination_and_is_not_held() -> None:
     vast = Grid((Stretch(Fraction(0), Fraction(1), 10**6), Stretch(Fraction(0), Fraction(1), 10**6)))
     outer, inner = vast.columns(10**12 - 2, 10**12)
     assert (outer.tolist(), inner.tolist()) == ([999_999, 999_999], [999_998, 999_999])
+
+
+@given(st.lists(st.integers(1, 7), min_size=1, max_size=4), st.data())
+def test_any_rows_of_a_grid_are_those_of_the_whole(lengths: list[int], data: st.DataObject) -> None:
+    axes = [np.arange(length) + 10.0 * place for place, length in enumerate(lengths)]
+    whole = list(product(*axes))
+    first = data.draw(st.integers(0, len(whole)))
+    last = data.draw(st.integers(first, len(whole)))
+    columns = Grid(tuple(map(listed, axes))).columns(first, last)
+    assert list(zip(*columns, strict=True)) == whole[first:last]
+
+
+def test_a_grid_without_rows_has_its_columns() -> None:
+    columns = Grid((listed([1.0, 2.0]), listed([]))).columns(0, 0)
+    assert [len(column) for column in columns] == [0, 0]
 
 
 @settings(max_examples=30)
