@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from rulesheets import nodes
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field, replace
-from solver.facts import DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
+from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.path.activity import activity
 from solver.path.cases import EQUAL
 
@@ -107,8 +108,28 @@ def _rounding(value: Value, exact: Any) -> float:
 
 def blocked(leaf: Leaf) -> bool:
     """Whether something stands in the way of a leaf's missing values, other than freedom."""
-    facts = leaf.branch.void.values()
-    return any(isinstance(f, NoRoot | OutOfRange) or (isinstance(f, NoValue) and not f.pole) for f in facts)
+    return any(
+        isinstance(fact, Conflict | NoRoot | OutOfRange) or (isinstance(fact, NoValue) and not fact.pole)
+        for fact in leaf.branch.void.values()
+    )
+
+
+def excluded(leaf: Leaf) -> bool:
+    """Whether it is proven that no value fits a case that the leaf assumes: nothing is hidden there."""
+    asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
+
+    def excludes(fact: Fact) -> bool:
+        match fact:
+            case Conflict():
+                return True
+            case NoValue(unknown=unknown, pole=False) | OutOfRange(unknown=unknown):
+                return unknown in asked
+            case NoRoot(unknowns=unknowns, proven=True):
+                return not asked.isdisjoint(unknowns)
+            case _:
+                return False
+
+    return any(map(excludes, leaf.branch.void.values()))
 
 
 Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome]"

@@ -14,6 +14,8 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Model, Value
 from rulesheets.nodes import Comparison, Condition, names
+from solver.facts import Conflict
+from solver.forward_error import slopes
 from solver.leaves import Exploration, Leaf, leaf_errors
 from solver.path.cases import comparisons
 from solver.solution import explore
@@ -22,6 +24,8 @@ VAGUE = 1e-13
 """Relative error from which on an answer is solved again."""
 LOST = 1e-9
 """Relative error of a value from which on a contradiction further on may come of it."""
+SAFETY = 4.0
+"""How far the error bars of values may be too short where a contradiction is weighed against them."""
 MAX_STEPS = 2_000
 """Steps of a path, over all answers, that are worth following in extended precision."""
 
@@ -61,7 +65,25 @@ def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
     vague = any(
         errors[name] > limit * abs(number) for name in asked if isinstance(number := values.get(name), float)
     )
-    return vague or any(_undecided(c, values, errors) for c in model.conditions)
+    return (
+        vague
+        or any(_undecided(c, values, errors) for c in model.conditions)
+        or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
+    )
+
+
+def _within_errors(
+    model: Model, conflict: Conflict, values: Mapping[str, Value], errors: Mapping[str, float]
+) -> bool:
+    """Whether a rule is missed by no more than the errors of the values explain."""
+    for equation in (model.equations[index] for index in conflict.equations):
+        try:
+            reach = sum(abs(s) * errors.get(name, 0.0) for name, s in slopes(equation, values).items())
+        except Undefined:
+            return True
+        if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
+            return True
+    return False
 
 
 def _undecided(condition: Condition, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:

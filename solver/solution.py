@@ -10,7 +10,7 @@ from solver.casework import Casework
 from solver.facts import AsksNothing, Conflict, Fact, NoRoot, RankLoss, Truncated
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.step import solve_step
-from solver.leaves import Branch, Exploration, Leaf, blocked
+from solver.leaves import Branch, Exploration, Leaf, blocked, excluded
 from solver.path.activity import activity
 from solver.path.cases import EQUAL, Pair, possible, value_of_equality
 from solver.path.planner import Planner
@@ -96,7 +96,7 @@ class Explorer:
         self._explore(start)
         return Exploration(
             tuple(self.leaves),
-            self.complete and not self.adrift,
+            self.complete and all(map(excluded, self.adrift)),
             tuple(self.dead),
             tuple(self.adrift),
             self.delicate,

@@ -100,7 +100,7 @@ def _result(
         model=model,
         status=verdict.status,
         solutions=solutions,
-        complete=complete and verdict.status is Status.SOLVED,
+        complete=_known_to_be_all(verdict.status, complete),
         inputs=inputs,
         guesses=guesses,
         wanted=judged,
@@ -112,6 +112,11 @@ def _result(
         attempts={} if primary is None else primary.branch.attempts,
         near=near,
     )
+
+
+def _known_to_be_all(status: Status, complete: bool) -> bool:
+    """Whether the solutions are known to be all; where there are none, and proven to be none, they are."""
+    return status is Status.INFEASIBLE or (complete and status is Status.SOLVED)
 
 
 def _near(

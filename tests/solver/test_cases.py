@@ -61,3 +61,24 @@ def test_sides_of_an_edge_that_agree_there_are_one_answer() -> None:
     result = solver.solve(rulesheets.loads("if x >= 0 then y = x\nif x <= 0 then y = -x"), {"y": 0.0})
     assert str(result.status) == "solved"
     assert [s["x"] for s in result.solutions] == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("rules", "given", "expected"),
+    [
+        (("if x <= 0 then y = 1 - x else y = 2*x", "w = y + x"), {"w": 5.0}, [5 / 3]),
+        (("if x <= 0 then y = 1 - x else y = 2*x", "w = y + x"), {"w": -5.0}, []),
+        (("if x >= 0 then y = x^2 else y = -x^2",), {"y": -4.0}, [-2.0]),
+        (("if x > 0 then y = exp(x) else y = -exp(-x)",), {"y": 0.5}, []),
+        (("if x > z then y = x else y = z", "x + z = 2"), {"y": 1.5}, [0.5, 1.5]),
+        (("if x > z then y = x else y = z", "x + z = 2"), {"y": 0.5}, []),
+    ],
+)
+def test_a_case_that_its_own_rules_exclude_hides_no_answer(
+    rules: tuple[str, ...], given: dict[str, float], expected: list[float]
+) -> None:
+    result = solver.solve(rulesheets.loads("\n".join(rules)), given)
+    answers = sorted(s["x"] for s in result.solutions)
+    assert result.complete
+    assert str(result.status) == ("solved" if expected else "infeasible")
+    assert answers == pytest.approx(expected)

@@ -222,3 +222,16 @@ def test_well_conditioned_sheets_stay_in_floats() -> None:
     result = solver.solve(model(SLOPE_FREE))
     assert 0.0 < max(result.solutions[0].error.values()) <= 1e-11
     assert result.solutions[0].error["vB"] > abs(result["vB"]) * 2.0**-53
+
+
+@pytest.mark.parametrize("E", ["0.5", "2", "4.75", "60"])
+def test_a_redundant_way_that_loses_digits_contradicts_nothing(E: str) -> None:
+    """Kepler's true anomaly gives r, and r gives E by its cosine, badly near the apsis."""
+    with mpmath.workdps(50):
+        e, angle = mpmath.mpf("0.13"), mpmath.radians(mpmath.mpf(E))
+        nu = float(
+            mpmath.degrees(mpmath.atan2(mpmath.sqrt(1 - e**2) * mpmath.sin(angle), mpmath.cos(angle) - e))
+        )
+    result = solver.solve(model("kepler"), {"e": 0.13, "a": 1.37, "M": None, "nu": nu})
+    assert str(result.status) == "solved"
+    assert [s["E"] for s in result.solutions] == pytest.approx([float(E)], rel=1e-14)

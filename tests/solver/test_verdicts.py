@@ -83,6 +83,7 @@ def test_slider_out_of_reach() -> None:
     """The reach: hypot(xB, offset) is at most AO + AB, so xB alone has a bound."""
     result = solver.solve(rulesheets.load(CRANK), {"xB": 11.0, "thetaAO": None})
     assert str(result.status) == "infeasible"
+    assert result.solutions == () and result.complete
     bound = re.search(r"xB ≤ ([\d.]+\d)", said(result))  # the input that the caller changed comes first
     assert bound
     assert float(bound[1]) == pytest.approx(math.sqrt(11.0**2 - 2.0**2), rel=1e-5)
