@@ -32,8 +32,6 @@ AO, AB, OMEGA = 3.0, 8.0, -15.0
 WANTED = ("thetaAO", "thetaAB", "omegaAB", "vB")
 DISTANCES = tuple(10.0**-k for k in range(1, 16))
 TURN = 360.0
-RIGHT = 1e-10
-"""A relative error that a user may take for rounding."""
 
 
 @cache
@@ -130,35 +128,17 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
-    import matplotlib
+    from solver.chart.measure import FALSE, Mark
+    from solver.report.chart.picture import stability_picture
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axis = pyplot.subplots(figsize=(7.5, 4.4))
-    axis.axhspan(RIGHT, 1e9, color="#c0392b", alpha=0.06)
-    axis.axhspan(1e-18, RIGHT, color="#2a7f62", alpha=0.05)
-    for name, marks in found.items():
-        points = [(d, max(e, 1e-17)) for d, (said, e, _) in zip(DISTANCES, marks, strict=True) if not said]
-        bold = name == "backsolve"
-        axis.plot(
-            [d for d, _ in points],
-            [e for _, e in points],
-            marker="o" if bold else ".",
-            linewidth=2.4 if bold else 1.0,
-            color="#1b4f72" if bold else None,
-            zorder=3 if bold else 2,
-            label=name if points else f"{name} (no answer)",
-        )
-    axis.set_xscale("log"), axis.set_yscale("log")
-    axis.set_ylim(1e-18, 1e3)
-    axis.invert_xaxis()
-    axis.set_xlabel("relative distance of the slider from dead centre")
-    axis.set_ylabel("worst relative error of what was called an answer")
-    axis.spines[["top", "right"]].set_visible(False)
-    axis.legend(fontsize=8, frameon=False, ncols=2)
-    figure.tight_layout()
-    figure.savefig(path, dpi=130)
+    marks = []
+    for name, row in found.items():
+        for distance, (said, wrong, seconds) in zip(DISTANCES, row, strict=True):
+            status = said or ("solved" if wrong <= FALSE else "false")
+            marks.append(Mark(name, name, None, status, wrong, None, seconds, distance))
+    places = {distance: distance for distance in DISTANCES}
+    label = "relative distance of the slider from dead centre"
+    stability_picture(marks, "the crank driven by its slider", label, places).savefig(path, dpi=130)
 
 
 def main() -> None:

@@ -38,11 +38,16 @@ class Proof:
     obstacle: str = ""
 
 
-def require_proof() -> None:
-    """Raises RuleSheetError where the extra is not installed."""
+def can_prove() -> bool:
+    """Whether the extra is installed."""
     from importlib.util import find_spec
 
-    if find_spec("flint") is None:
+    return find_spec("flint") is not None
+
+
+def require_proof() -> None:
+    """Raises RuleSheetError where the extra is not installed."""
+    if not can_prove():
         raise RuleSheetError(error("E449", f"proof needs {EXTRA}", notes=("pip install 'backsolve[proof]'",)))
 
 

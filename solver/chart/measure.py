@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rulesheets.functions.extended import context
@@ -26,7 +26,9 @@ FEW = (1e-6, 1e-12)
 NONE = 1e-30
 """What a number of 50 digits may be instead of 0; errors beside it are absolute."""
 LEAST_TIME = 0.02
-MOST_RUNS = 200
+SLOW = 1e-3
+"""Seconds from which on other processes may well interrupt: processor time is taken instead."""
+LEAST_RUNS, MOST_RUNS = 3, 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,8 @@ class Mark:
     """One method on one case.
 
     ``error`` is the worst relative one over the wanted variables, nan where there is no answer; ``status``
-    is solved, false, or what was said instead. ``at`` is the value of the varied input.
+    is solved, false, or what was said instead. ``at`` is the value of the varied input; ``radius`` the
+    worst relative error that a proof leaves possible.
     """
 
     method: str
@@ -45,6 +48,7 @@ class Mark:
     iterations: int | None
     seconds: float
     at: float | None = None
+    radius: float | None = None
 
 
 def measure(
@@ -140,13 +144,27 @@ def _plan(case: Case, guesses: Mapping[str, float], names: Sequence[str]) -> Pla
 
 
 def _mark(case: Case, method: Method, at: float | None) -> Mark:
+    began = time.perf_counter()
     end = method.run()  # once without the clock: what is compiled at first use is compiled
-    seconds = _time(method)
+    slow = time.perf_counter() - began > SLOW
+    seconds = _time(method, time.process_time if slow else time.perf_counter)
     errors = [_error(case, answer) for answer in end.answers]
     error = min(errors, default=math.nan)
     limit = max(FALSE, 1e3 * (method.tolerance or 0.0))
     status = _status(end, error, limit)
-    return Mark(method.name, method.family, method.tolerance, status, error, end.iterations, seconds, at)
+    radius = _radius(case, end)
+    name, family = method.name, method.family
+    return Mark(name, family, method.tolerance, status, error, end.iterations, seconds, at, radius)
+
+
+def _radius(case: Case, end: End) -> float | None:
+    """The worst relative radius of the judged numbers of all answers; None where nothing is proved."""
+    shares = (
+        radius[name] / abs(number) if (number := float(answer[name])) else radius[name]
+        for answer, radius in zip(end.answers, end.radii, strict=False)
+        for name in case.judged
+    )
+    return max(shares, default=None)
 
 
 def _status(end: End, error: float, limit: float) -> str:
@@ -155,15 +173,15 @@ def _status(end: End, error: float, limit: float) -> str:
     return "solved" if error <= limit else "false"
 
 
-def _time(method: Method) -> float:
+def _time(method: Method, clock: Callable[[], float]) -> float:
     """The least of several runs."""
-    best, spent = math.inf, 0.0
-    for _ in range(MOST_RUNS):
-        began = time.perf_counter()
+    best, longest, spent = math.inf, 0.0, 0.0
+    for run in range(1, MOST_RUNS + 1):
+        began = clock()
         method.run()
-        taken = time.perf_counter() - began
-        best, spent = min(best, taken), spent + taken
-        if spent >= LEAST_TIME:
+        taken = clock() - began
+        best, longest, spent = min(best, taken), max(longest, taken), spent + taken
+        if spent - longest >= LEAST_TIME and run >= LEAST_RUNS:
             break
     return best
 

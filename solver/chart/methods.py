@@ -12,6 +12,7 @@ from solver.kernel.block import BlockKernel
 from solver.numerics.plain_newton import PlainEnd, plain_newton
 from solver.numerics.scipy_roots import METHODS, scipy_root
 from solver.path.steps import SolveBlock
+from solver.proof import can_prove
 from solver.result import Status
 from solver.solution import planner
 from solver.solving import solve
@@ -20,17 +21,21 @@ if TYPE_CHECKING:
     from solver.plan import Plan
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 16))
-SOLVE, PREPARED = "backsolve", "backsolve, prepared"
+SOLVE, PREPARED, PROVED = "backsolve", "backsolve, prepared", "backsolve, proved"
 EXTENDED_DIGITS = 34
 
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """What one solve came to: ``answers`` are states, none where there is no success; ``said`` is why."""
+    """What one solve came to: ``answers`` are states, none where there is no success; ``said`` is why.
+
+    ``radii``: of every answer, how far each number is proved to be from the exact one at most.
+    """
 
     answers: tuple[State, ...]
     iterations: int | None = None
     said: str = ""
+    radii: tuple[Mapping[str, float], ...] = ()
 
 
 Run: TypeAlias = Callable[[], End]
@@ -74,6 +79,8 @@ def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[f
     numbers = tuple(case.inputs[name] for name in names)
     yield Method(SOLVE, SOLVE, lambda: _solved(case, plan))
     yield Method(PREPARED, PREPARED, lambda: _prepared(plan, numbers))
+    if can_prove():
+        yield Method(PROVED, PROVED, lambda: _proved(case, plan))
     block = SolveBlock(case.rules.flat_equations, case.rules.flat_unknowns, ())
     kernel = BlockKernel(planner(case.model).graph, block)
     known = [v for name in kernel.known if isinstance(v := case.inputs[name], float)]
@@ -104,6 +111,18 @@ def _solved(case: Case, plan: Plan) -> End:
     if result.status is not Status.SOLVED:
         return End((), said=str(result.status))
     return End(result.solutions)
+
+
+def _proved(case: Case, plan: Plan) -> End:
+    """``solver.solve`` with proof: an answer is one that is proved, with the radius of every number."""
+    given: dict[str, Value | None] = {name: case.inputs.get(name) for name in case.model.variables}
+    result = solve(case.model, given, want=plan.want, guesses=plan.guesses, prove=True)
+    if result.status is not Status.SOLVED:
+        return End((), said=str(result.status))
+    proved = [s for s in result.solutions if s.proof is not None and s.proof.proved]
+    if not proved:
+        return End((), said="not proved")
+    return End(tuple(proved), radii=tuple(solution.radius for solution in proved))
 
 
 def _prepared(plan: Plan, numbers: tuple[Value, ...]) -> End:

@@ -52,9 +52,21 @@ class _Proof:
             if image is None:
                 return None
             if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
-                return dict(zip(self.square.unknowns, self._tightened(image), strict=True))
+                found = self._exact(middle, box) or self._tightened(image)
+                return dict(zip(self.square.unknowns, found, strict=True))
             reach = [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
             radii = [1.5 * far + tiny for far, tiny in zip(reach, least, strict=True)]
+        return None
+
+    def _exact(self, middle: list[Ball], box: list[Ball]) -> list[Ball] | None:
+        """The numbers of the root, where they are short: the middle, or floats, that satisfy F = 0 exactly.
+
+        The box has exactly one root, so that it is this one, for any known numbers.
+        """
+        for point in (middle, [ball(float(m)) for m in middle]):
+            inside = all(x.contains(p) for x, p in zip(box, point, strict=True))
+            if inside and all(r.is_exact() and r.is_zero() for r in self._residual(point)):
+                return point
         return None
 
     def _tightened(self, box: list[Ball]) -> list[Ball]:

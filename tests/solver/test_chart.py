@@ -50,7 +50,7 @@ def test_the_reference_is_right_to_fifty_digits(crank: rulesheets.Model) -> None
 def test_every_method_is_measured(marks: tuple[Mark, ...]) -> None:
     families = {mark.family for mark in marks}
     scipy = {f"scipy {method}" for method in METHODS}
-    ours = {"backsolve", "backsolve, prepared"}
+    ours = {"backsolve", "backsolve, prepared", "backsolve, proved"}
     assert families == {*ours, "Newton", "extended precision", *scipy}
     assert all(mark.seconds > 0 for mark in marks)
     newton = [mark for mark in marks if mark.family == "Newton"]
@@ -60,12 +60,29 @@ def test_every_method_is_measured(marks: tuple[Mark, ...]) -> None:
     assert next(mark for mark in marks if mark.family == "extended precision").error < 1e-25
 
 
+def test_the_proof_tells_the_radius_of_its_numbers(marks: tuple[Mark, ...]) -> None:
+    (proof,) = (mark for mark in marks if mark.family == "backsolve, proved")
+    assert proof.radius is not None
+    assert proof.error <= proof.radius <= 2.0**-52
+    assert all(mark.radius is None for mark in marks if mark is not proof)
+
+
+def test_without_the_extra_there_is_no_proof_on_the_chart(
+    crank: rulesheets.Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("solver.chart.methods.can_prove", lambda: False)
+    found = measure(crank, {}, ["xB"], {})
+    assert "backsolve" in {mark.family for mark in found}
+    assert "backsolve, proved" not in {mark.family for mark in found}
+
+
 def test_over_an_input_the_references_follow_the_guards(crank: rulesheets.Model) -> None:
     """At 90° the rod's angular velocity is 0, and the rules that give its sign change."""
     found = list(measure_along(crank, {}, None, {}, "thetaAO", [80.0, 90.0, 100.0]))
-    ours = [mark for mark in found if mark.method == "backsolve"]
-    assert [mark.at for mark in ours] == [80.0, 90.0, 100.0]
-    assert all(mark.status == "solved" and mark.error < 1e-13 for mark in ours)
+    for method in ("backsolve", "backsolve, prepared", "backsolve, proved"):
+        ours = [mark for mark in found if mark.method == method]
+        assert [mark.at for mark in ours] == [80.0, 90.0, 100.0]
+        assert all(mark.status == "solved" and mark.error < 1e-13 for mark in ours)
 
 
 def test_scipy_may_call_a_minimum_a_success() -> None:
@@ -100,22 +117,30 @@ def test_plain_newton_ends_at_its_tolerance(tolerance: float) -> None:
 
 def test_pictures_hold_every_method(marks: tuple[Mark, ...]) -> None:
     (axes,) = speed_picture(marks, "crank").axes
-    labels = axes.get_legend_handles_labels()[1]
-    assert {"backsolve", "Newton", "scipy hybr"} <= set(labels)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert {"backsolve", "Newton", "scipy hybr", "radius of the proof"} <= set(labels)
     points = [
         Mark("backsolve", "backsolve", None, "solved", 1e-16, None, 1e-6, 1.0),
         Mark("backsolve", "backsolve", None, "singular", math.nan, None, 1e-6, 2.0),
         Mark("scipy lm", "scipy lm", None, "false", 0.5, 7, 1e-4, 1.0),
         Mark("scipy lm", "scipy lm", None, "no convergence", math.nan, 70, 1e-4, 2.0),
     ]
-    top, bottom = stability_picture(points, "crank", "x", {1.0: 1e-1, 2.0: 1e-2}).axes
-    assert [line.get_marker() for line in top.lines].count("x") == 2
-    rings = [line for line in top.lines if line.get_markerfacecolor() == "none"]
-    assert [line.get_xydata().tolist() for line in rings] == [[[0.1, 0.5]]]
-    assert bottom.xaxis_inverted()
+    top, times, iterations, status = stability_picture(points, "crank", "x", {1.0: 1e-1, 2.0: 1e-2}).axes
+    crosses = [line.get_xydata().tolist() for line in status.lines if line.get_marker() == "x"]
+    assert crosses == [[[0.01, 0]], [[0.01, 1]]]
+    for axes, height in ((top, 0.5), (status, 1)):
+        rings = [line for line in axes.lines if line.get_markerfacecolor() == "none"]
+        assert [line.get_xydata().tolist() for line in rings] == [[[0.1, height]]]
+    told = [text.get_text() for text in top.get_legend().get_texts()]
+    assert told == ["called an answer, off by more than 1e-6", "no answer"]
+    assert [tick.get_text() for tick in status.get_yticklabels()] == ["backsolve", "scipy lm"]
+    assert [text.get_text() for text in status.texts] == ["1 false"]
+    assert status.xaxis_inverted()
+    assert times.lines[0].get_ydata().tolist() == [1.0, 1.0]
+    assert iterations.lines[0].get_ydata().tolist() == [7, 70]
     assert "0.5" not in stability_table(points, "x")
     assert "5e-01 false" in stability_table(points, "x")
-    assert chart_csv(points).splitlines()[4] == "scipy lm,,2.0,no convergence,,70,0.0001"
+    assert chart_csv(points).splitlines()[4] == "scipy lm,,2.0,no convergence,,70,0.0001,"
 
 
 def run(*words: str) -> int:

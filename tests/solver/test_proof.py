@@ -57,6 +57,18 @@ def test_the_crank_in_both_modes(name: str) -> None:
     assert sorted(solution["thetaAO"] for solution in driven.solutions) == angles
 
 
+@pytest.mark.parametrize("angle", [0.0, 90.0, 180.0, 270.0])
+def test_the_crank_where_the_rod_rests(angle: float) -> None:
+    """The rod's velocity is a square root of exactly 0 there."""
+    result = solver.solve(
+        rulesheets.load(MODELS / "offset_slider_crank/model.tk"), {"thetaAO": angle}, prove=True
+    )
+    assert_proved(result, 1)
+    exact = oracle.forward(Crank(3.0, 8.0, 2.0, -15.0, -10.0, angle))
+    for quantity in QUANTITIES:
+        assert result[quantity] == float(exact[quantity])
+
+
 def test_the_crank_a_hair_before_dead_centre() -> None:
     model = rulesheets.load(MODELS / "offset_slider_crank" / "model.tk")
     given = {"xB": 11 * (1 - 1e-14), "offset": 0.0, "vB": -4.0, "aB": -70.0}

@@ -1,4 +1,5 @@
-"""The two charts, drawn: time of a solve against its error, and error and iterations over an input."""
+"""The two charts, drawn: time of a solve against its error; and error, time, iterations and status along
+an input."""
 
 from __future__ import annotations
 
@@ -7,56 +8,58 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from solver.chart.measure import Mark
+from solver.report.chart.style import (
+    CROSS,
+    FALSE,
+    INK,
+    OURS,
+    error_axis,
+    key,
+    page,
+    radii,
+    ring,
+    shown,
+    style_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FLOOR = 1e-17
-"""Smaller errors are drawn here: a float that is right to its last bit has up to 1e-16."""
-HIGHEST = 1e4
-NOTHING = 10.0
-"""Where a point without an answer is drawn on the axis of errors."""
-
-STYLES = {
-    "backsolve": ("#1b4f72", "o", 2.4),
-    "backsolve, prepared": ("#5dade2", "o", 1.8),
-    "Newton": ("#7d8a97", "s", 1.0),
-    "extended precision": ("#2a7f62", "D", 1.2),
-    "scipy hybr": ("#d68910", "^", 1.0),
-    "scipy lm": ("#af601a", "v", 1.0),
-    "scipy least_squares": ("#8e44ad", "P", 1.0),
-}
-"""Colour, marker and line width by family."""
-FALSE = "#c0392b"
+MANY = 40
+"""Points of a line from which on they are not marked one by one."""
 
 
 def speed_picture(marks: Sequence[Mark], title: str) -> Figure:
     """Time against error; methods with several tolerances joined by a line, the first and last told."""
-    figure, (axes,) = _page(1, (7.2, 4.6))
+    figure, (axes,) = page((8.2, 4.4), [1.0])
     for family in dict.fromkeys(mark.family for mark in marks):
-        colour, marker, width = STYLES[family]
+        colour, marker, width = style_of(family)
         mine = [mark for mark in marks if mark.family == family and not math.isnan(mark.error)]
-        bold = family == "backsolve"
         axes.plot(
             [1e6 * mark.seconds for mark in mine],
-            [max(mark.error, FLOOR) for mark in mine],
+            [shown(mark.error) for mark in mine],
             color=colour,
             marker=marker,
-            markersize=11 if bold else 6,
+            markersize=10 if family == OURS else 6,
             linewidth=width if len(mine) > 1 else 0,
             label=family if mine else f"{family} (no answer)",
-            zorder=3 if bold else 2,
+            zorder=3 if family == OURS else 2,
         )
+        proved = [(1e6 * m.seconds, m.error, m.radius) for m in mine if m.radius is not None]
+        radii(axes, proved, colour)
         for mark in (mine[0], mine[-1]) if len(mine) > 1 else ():
-            place = 1e6 * mark.seconds, max(mark.error, FLOOR)
-            axes.annotate(f"{mark.tolerance:.0e}", place, (7, 5), textcoords="offset points", fontsize=7)
-        _ring(axes, [(1e6 * m.seconds, m.error) for m in mine if m.status == "false"])
+            place = 1e6 * mark.seconds, shown(mark.error)
+            style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "color": colour}
+            axes.annotate(f"to {mark.tolerance:.0e}", place, (7, 5), **style)
+        ring(axes, [(1e6 * m.seconds, m.error) for m in mine if m.status == "false"])
     axes.set_xscale("log")
-    _errors(axes, marks)
-    axes.set_xlabel("time of a solve, µs")
-    axes.set_title(title, fontsize=10, loc="left")
-    axes.legend(fontsize=8, frameon=False, loc="upper right")
+    error_axis(axes, marks)
+    axes.set_xlabel("time of a solve, µs", fontsize=9)
+    axes.set_title(title, fontsize=10, loc="left", color=INK)
+    handles, _ = axes.get_legend_handles_labels()
+    beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    axes.legend(handles=[*handles, *key(marks)], fontsize=8, frameon=False, labelcolor=INK, **beside)
     figure.tight_layout()
     return figure
 
@@ -64,84 +67,112 @@ def speed_picture(marks: Sequence[Mark], title: str) -> Figure:
 def stability_picture(
     marks: Sequence[Mark], title: str, label: str, places: dict[float, float] | None = None
 ) -> Figure:
-    """Error above, iterations below, over the values of an input.
+    """Errors, times, iterations, and a line of statuses for each method, over the values of an input.
 
     ``places`` gives the distance from a limit for each value: then it is drawn over that, shrinking.
     """
-    figure, (top, bottom) = _page(2, (7.6, 6.0))
-    for method in dict.fromkeys(mark.method for mark in marks):
+    methods = tuple(dict.fromkeys(mark.method for mark in marks))
+    counted = any(mark.iterations is not None for mark in marks)
+    heights = [2.5, 1.0, *([1.0] if counted else []), 0.17 * len(methods)]
+    figure, (errors, times, *counts, status) = page((7.8, 1.4 + 1.2 * sum(heights)), heights)
+    for row, method in enumerate(methods):
         mine = [mark for mark in marks if mark.method == method and mark.at is not None]
-        colour, marker, width = STYLES[mine[0].family]
-        loose = mine[0].tolerance is not None and mine[0].tolerance > 1e-9
-        style: dict[str, Any] = {
-            "color": colour,
-            "linewidth": width,
-            "linestyle": ":" if loose else "-",
-            "marker": marker,
-            "markersize": 4 if len(mine) < 60 else 0,
-            "zorder": 3 if method == "backsolve" else 2,
-        }
         x = [_place(mark, places) for mark in mine]
-        top.plot(x, [max(m.error, FLOOR) for m in mine], label=method, **style)
-        missing = [place for place, m in zip(x, mine, strict=True) if math.isnan(m.error)]
-        top.plot(missing, [NOTHING] * len(missing), "x", color=colour, markersize=5)
-        _ring(top, [(place, m.error) for place, m in zip(x, mine, strict=True) if m.status == "false"])
-        if any(m.iterations is not None for m in mine):
-            bottom.plot(x, [m.iterations if m.iterations is not None else math.nan for m in mine], **style)
+        style = _line(mine)
+        errors.plot(x, [shown(m.error) for m in mine], label=method, **style)
+        proved = [(at, m.error, m.radius) for at, m in zip(x, mine, strict=True) if m.radius is not None]
+        radii(errors, proved, style["color"])
+        ring(errors, [(at, m.error) for at, m in zip(x, mine, strict=True) if m.status == "false"])
+        times.plot(x, [1e6 * m.seconds for m in mine], **style)
+        for iterations in counts if any(m.iterations is not None for m in mine) else ():
+            iterations.plot(x, [math.nan if m.iterations is None else m.iterations for m in mine], **style)
+        _statuses(status, row, x, mine)
     if places:  # the axis is shared
-        bottom.set_xscale("log")
-        bottom.invert_xaxis()
-    _errors(top, marks)
-    bottom.set_ylabel("iterations")
-    bottom.set_yscale("log")
-    bottom.set_xlabel(label)
-    top.set_title(title, fontsize=10, loc="left")
-    handles, labels = top.get_legend_handles_labels()
-    figure.legend(handles, labels, fontsize=8, frameon=False, ncols=4, loc="lower center")
-    figure.tight_layout(rect=(0, 0.08, 1, 1))
+        status.set_xscale("log")
+        status.invert_xaxis()
+    error_axis(errors, marks)
+    _count_axis(times, "time, µs")
+    for iterations in counts:
+        _count_axis(iterations, "iterations")
+    _status_axis(status, methods, marks)
+    status.set_xlabel(label, fontsize=9)
+    entries = key(marks)
+    errors.set_title(title, fontsize=10, loc="left", color=INK, pad=20 if entries else 6)
+    if entries:
+        layout: dict[str, Any] = {"loc": "lower left", "ncols": len(entries), "borderaxespad": 0.2}
+        spaces: dict[str, Any] = {"columnspacing": 1.6, "handletextpad": 0.2, "borderpad": 0.0}
+        text: dict[str, Any] = {"fontsize": 8, "labelcolor": INK, "frameon": False}
+        errors.legend(handles=entries, bbox_to_anchor=(0.0, 1.01), **layout, **spaces, **text)
+    figure.tight_layout()
+    figure.align_ylabels((errors, times, *counts))
     return figure
+
+
+def _line(mine: Sequence[Mark]) -> dict[str, Any]:
+    colour, marker, width = style_of(mine[0].family)
+    loose = mine[0].tolerance is not None and mine[0].tolerance > 1e-9
+    return {
+        "color": colour,
+        "linewidth": width,
+        "linestyle": ":" if loose else "-",
+        "marker": marker,
+        "markersize": 3.5 if len(mine) < MANY else 0,
+        "zorder": 3 if mine[0].family == OURS else 2,
+    }
+
+
+def _statuses(axes: Axes, row: int, x: Sequence[float], mine: Sequence[Mark]) -> None:
+    """One row: dots where the method was right, rings where it was false, crosses where it gave no answer."""
+    colour, marker, _ = style_of(mine[0].family)
+    size = 4.0 if len(mine) < MANY else 2.2
+
+    def at(*statuses: str) -> list[float]:
+        return [place for place, m in zip(x, mine, strict=True) if m.status in statuses]
+
+    right, false = at("solved"), at("false")
+    axes.plot(right, [row] * len(right), marker, color=colour, markersize=size, linewidth=0)
+    silent = [place for place in x if place not in {*right, *false}]
+    axes.plot(silent, [row] * len(silent), "x", **CROSS)
+    ring(axes, [(place, row) for place in false])
+
+
+def _status_axis(axes: Axes, methods: Sequence[str], marks: Sequence[Mark]) -> None:
+    """The names of the methods, with how often each was false."""
+    axes.set_ylim(len(methods) - 0.4, -0.6)
+    axes.set_yticks(range(len(methods)), methods)
+    families = {mark.method: mark.family for mark in marks}
+    for name, tick in zip(methods, axes.get_yticklabels(), strict=True):
+        tick.set_color(style_of(families[name])[0])
+        tick.set_fontweight("bold" if name == OURS else "normal")
+    axes.grid(False, axis="x")
+    axes.tick_params(axis="y", length=0)
+    for row, name in enumerate(methods):
+        false = sum(mark.method == name and mark.status == "false" for mark in marks)
+        if false:
+            style: dict[str, Any] = {"va": "center", "fontsize": 8, "color": FALSE}
+            axes.annotate(
+                f"{false} false",
+                (1.0, row),
+                (4, 0),
+                xycoords=("axes fraction", "data"),
+                textcoords="offset points",
+                **style,
+            )
+
+
+def _count_axis(axes: Axes, label: str) -> None:
+    """A logarithmic axis of numbers that are read as such."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    parts = (1.0, 2.0, 5.0) if high < 60 * low else (1.0,)
+    axes.yaxis.set_major_locator(LogLocator(subs=parts, numticks=6))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
+    axes.set_ylabel(label, fontsize=9)
 
 
 def _place(mark: Mark, places: dict[float, float] | None) -> float:
     assert mark.at is not None
     return places[mark.at] if places else mark.at
-
-
-def _page(rows: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size)
-    FigureCanvasAgg(figure)
-    heights = [2.2, 1.0] if rows == 2 else [1.0]
-    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})
-    for one in axes[:, 0]:
-        one.spines[["top", "right"]].set_visible(False)
-        one.grid(True, color="#e6e6e6", linewidth=0.6)
-        one.set_axisbelow(True)
-    return figure, list(axes[:, 0])
-
-
-def _errors(axes: Axes, marks: Sequence[Mark]) -> None:
-    """The axis of errors, from rounding to nonsense."""
-    axes.set_yscale("log")
-    worst = max((mark.error for mark in marks if not math.isnan(mark.error)), default=1.0)
-    silent = any(math.isnan(mark.error) for mark in marks)
-    highest = min(max(10 * worst, 1e-13, 5 * NOTHING if silent else 0.0), HIGHEST)
-    axes.set_ylim(FLOOR / 3, highest)
-    axes.set_ylabel("worst relative error" + (" (× no answer)" if silent else ""))
-
-
-def _ring(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
-    """False answers, ringed."""
-    if points:
-        axes.plot(
-            [x for x, _ in points],
-            [y for _, y in points],
-            "o",
-            markersize=10,
-            markerfacecolor="none",
-            markeredgecolor=FALSE,
-            markeredgewidth=1.2,
-            zorder=4,
-        )

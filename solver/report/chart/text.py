@@ -9,16 +9,23 @@ from rulesheets.spelling import plural
 from solver.chart.measure import Mark
 from solver.report.table import table
 
-COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds")
+COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds", "radius")
 
 
 def chart_table(marks: Sequence[Mark]) -> str:
     """One line a method, at one set of inputs."""
     rows = [
-        (mark.method, mark.status, _error(mark.error), _count(mark.iterations), f"{1e6 * mark.seconds:.1f}")
+        (
+            mark.method,
+            mark.status,
+            _error(mark.error),
+            "" if mark.radius is None else _error(mark.radius),
+            _count(mark.iterations),
+            f"{1e6 * mark.seconds:.1f}",
+        )
         for mark in marks
     ]
-    return table(("Method", "Status", "Error", "Iterations", "µs"), rows)
+    return table(("Method", "Status", "Error", "Radius", "Iterations", "µs"), rows)
 
 
 def stability_table(marks: Sequence[Mark], name: str) -> str:
@@ -58,6 +65,7 @@ def chart_csv(marks: Iterable[Mark]) -> str:
             "" if math.isnan(mark.error) else repr(mark.error),
             "" if mark.iterations is None else str(mark.iterations),
             repr(mark.seconds),
+            "" if mark.radius is None else repr(mark.radius),
         )
         lines.append(",".join(f'"{cell}"' if "," in cell else cell for cell in cells))
     return "\n".join(lines) + "\n"
