@@ -59,6 +59,13 @@ def _wave(function: Callable[[Ball], Ball]) -> Callable[[Ball], Ball]:
     return lambda x: function(x / 180)
 
 
+def _direction(y: Ball, x: Ball) -> Ball:
+    """In degrees. A direction next to -180 to which no float belongs is a hair beyond 180, as in floats."""
+    direction = arb.atan2(y, x) / arb.pi() * 180
+    behind = float(direction.lower()) == float(direction.upper()) == -180.0
+    return direction + 360 if behind else direction
+
+
 def _truncated(x: Ball) -> Ball:
     return x.floor() if x >= 0 else x.ceil() if x <= 0 else x.floor().union(x.ceil())
 
@@ -96,7 +103,7 @@ FUNCTIONS: Mapping[str, Callable[..., Ball]] = {
     "acosd": _degrees(arb.acos),
     "atand": _degrees(arb.atan),
     "atan2": arb.atan2,
-    "atan2d": lambda y, x: arb.atan2(y, x) / arb.pi() * 180,
+    "atan2d": _direction,
     "int": _truncated,
     "frac": lambda x: x - _truncated(x),
     "round": _rounded,

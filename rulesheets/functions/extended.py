@@ -127,6 +127,11 @@ def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:
     def in_degrees(function: Callable[[Extended], Extended]) -> Callable[[Extended], Extended]:
         return _real(mp, lambda x: function(x) / mp.pi * 180)
 
+    def atan2d(y: Extended, x: Extended) -> Extended:
+        """A direction next to -180 to which no float belongs is a hair beyond 180, as floats have it."""
+        direction = _direction(mp, y, x, mp.mpf(180))
+        return direction + 360 if float(direction) == -180.0 else direction
+
     return {
         "sind": sind,
         "cosd": cosd,
@@ -134,7 +139,7 @@ def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:
         "asind": in_degrees(mp.asin),
         "acosd": in_degrees(mp.acos),
         "atand": in_degrees(mp.atan),
-        "atan2d": lambda y, x: _direction(mp, y, x, mp.mpf(180)),
+        "atan2d": atan2d,
     }
 
 

@@ -107,6 +107,20 @@ def test_rod_nearly_horizontal(name: str, base: float, exponent: int) -> None:
     assert_right(name, crank, 1e-14)
 
 
+@pytest.mark.parametrize(("side", "exponent"), [(1, 6), (-1, 9), (1, 12)])
+def test_rod_a_hair_below_the_backward_direction(side: int, exponent: int) -> None:
+    """A direction that would round to -180 is 180 in floats, in many digits, and to the proof."""
+    pytest.importorskip("flint")
+    crank = Crank(1.0, 4.0, 1.0, -15.0, -10.0, 90.0 + side * 10.0**-exponent)
+    exact = oracle.forward(crank)
+    result = solver.solve(model(AS_PRINTED), crank.inputs, want=(*QUANTITIES, "thetaAB"), prove=True)
+    assert str(result.status) == "solved"
+    assert result["thetaAB"] == 180.0
+    assert [result[name] for name in QUANTITIES] == [float(exact[name]) for name in QUANTITIES]
+    proof = result.solutions[0].proof
+    assert proof is not None and proof.nearest
+
+
 @pytest.mark.parametrize("exponent", range(1, 16, 2))
 @pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
 def test_rod_nearly_vertical(name: str, exponent: int) -> None:
@@ -146,6 +160,19 @@ def test_a_prepared_plan_is_as_right() -> None:
     for angle, rate in zip(exact, (rate for _, rate in found), strict=True):
         truth = oracle.crank_rates(3.0, 2.0, given["xB"], angle, RATES["vB"], RATES["aB"])[0]
         assert abs(rate - truth) <= LAST_PLACE * abs(truth)
+
+
+@pytest.mark.parametrize("exponent", [9, 11, 12, 15])
+def test_a_plan_leaves_to_more_digits_what_is_equal_by_a_hair(exponent: int) -> None:
+    """Next to in-line dead centre the direction of the rod is within the comparison tolerance of 180."""
+    plan = solver.prepare(model(AS_PRINTED), ["thetaAO"], QUANTITIES, given={"offset": 0.0})
+    angles = [0.0, 10.0**-exponent, -(10.0**-exponent)]
+    for angle in angles * 2:
+        exact = oracle.forward(Crank(3.0, 8.0, 0.0, -15.0, -10.0, angle))
+        assert plan(angle) == pytest.approx([float(exact[name]) for name in QUANTITIES], rel=1e-14, abs=0.0)
+    swept = plan.sweep(angles)
+    for row, angle in enumerate(angles):
+        assert tuple(swept[name][row] for name in QUANTITIES) == plan(angle)
 
 
 def test_rod_past_vertical_is_infeasible() -> None:
