@@ -2,18 +2,20 @@
 
 The inputs are exact numbers, so the answer exists to all digits, however ill-conditioned its rounding
 to floats is. It is reached from the float answer by Newton steps on the square part of the active
-rules, block by block, in extended precision.
+rules, block by block: the misses to many digits, the slopes in floats as long as that brings the digits
+of a float with every step.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any, TypeAlias
 
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Expression, names
+from rulesheets.nodes import Expression
 from solver.linearization import Linearization, SquareBlock
 from solver.numerics.refinement import Singular, solve_exactly
 
@@ -21,17 +23,14 @@ Extended: TypeAlias = Any
 """A number of mpmath."""
 
 DIGITS = 100
-"""Digits that are computed with. Slopes are right to half of them."""
-
-STEP = 33
-"""Slopes are central differences at 10^-STEP of the size of a variable: the error is its square."""
-
-LEAST = 30
-"""Sizes below 10^-LEAST are taken for that: a variable that is 0 has no size of its own."""
+"""Digits that are computed with."""
 
 ROUNDS = 24
-SETTLED = 60
-"""Digits that a Newton step leaves alone at the end."""
+SETTLED = 1e-60
+"""Share of its size by which a Newton step moves an unknown at the end."""
+
+SLOW = 1e-3
+"""A step that is this share of the last one asks for slopes of its own."""
 
 FAR, ASTRAY = 1e-2, 1e-6
 """Share of its size, and of the terms that it is made of, by which an unknown may move and still be the
@@ -72,7 +71,7 @@ def sharpened(
         try:
             if any(lost.intersection(equation.names) for equation in equations):
                 raise _Blunt
-            _settle(equations, block, exact)
+            _settle(equations, linear.rows, block, exact)
             rows.update((e.index, slopes(e.left, e.right, exact)) for e in equations)
             blocks.append(block)
         except (Undefined, Singular, _Blunt):
@@ -100,57 +99,55 @@ def miss(left: Expression, right: Expression, values: Mapping[str, Any]) -> Exte
 
 
 def slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
-    """∂(left − right)/∂v for every variable in them, to half the digits. Raises Undefined."""
-    found = {}
-    near = {name: values[name] for name in (*names(left), *names(right))}
-    for name, middle in near.items():
-        step = number(10.0) ** -STEP * max(abs(middle), number(10.0) ** -LEAST)
-        above, below = {**near, name: middle + step}, {**near, name: middle - step}
-        found[name] = (miss(left, right, above) - miss(left, right, below)) / (2 * step)
+    """∂(left − right)/∂v for every variable in them. Raises Undefined."""
+    found = extended_derivatives(left, values, DIGITS)[1]
+    for name, slope in extended_derivatives(right, values, DIGITS)[1].items():
+        found[name] = found[name] - slope if name in found else -slope
     return found
 
 
-def _settle(equations: Sequence[Equation], block: SquareBlock, exact: dict[str, Any]) -> None:
-    """Newton steps with the slopes of the first point, taken anew where they contract slowly."""
+def _settle(
+    equations: Sequence[Equation],
+    rows: Mapping[int, Mapping[str, float]],
+    block: SquareBlock,
+    exact: dict[str, Any],
+) -> None:
+    """Newton steps with the ``rows`` of slopes in floats; with sharp slopes where these contract slowly."""
     start = {name: exact[name] for name in block.unknowns}
-    rows = _rows(equations, exact)
-    matrix, sizes = _matrix(rows, block), _sizes(rows, block, exact)
-    before: Extended | None = None
+    flat = [rows[e.index] for e in equations]
+    matrix, sizes = _matrix(flat, block), _sizes(flat, block, exact)
+    reach = {name: FAR * abs(float(x)) + ASTRAY * sizes[name] for name, x in start.items()}
+    scale = {name: max(abs(float(x)), sizes[name]) or 1.0 for name, x in start.items()}
+    before = inf
     for _ in range(ROUNDS):
         misses = [miss(e.left, e.right, exact) for e in equations]
         if not any(misses):
             return
         (step,) = solve_exactly(matrix, [misses])
         exact.update((name, exact[name] - d) for name, d in zip(block.unknowns, step, strict=True))
-        if any(abs(exact[n] - x) > FAR * abs(x) + ASTRAY * sizes[n] for n, x in start.items()):
+        if any(abs(float(exact[name] - x)) > reach[name] for name, x in start.items()):
             raise _Blunt
-        moved = max(
-            abs(d) / (max(abs(start[n]), sizes[n]) or 1) for n, d in zip(block.unknowns, step, strict=True)
-        )
-        if moved <= number(10.0) ** -SETTLED:
+        moved = max(abs(float(d)) / scale[name] for name, d in zip(block.unknowns, step, strict=True))
+        if moved <= SETTLED:
             return
-        if before is not None and moved > before / 1000:
-            matrix = _matrix(_rows(equations, exact), block)
+        if moved > SLOW * before:
+            matrix = _matrix([slopes(e.left, e.right, exact) for e in equations], block)
         before = moved
     raise _Blunt
 
 
-def _rows(equations: Sequence[Equation], values: Mapping[str, Any]) -> list[dict[str, Extended]]:
-    return [slopes(equation.left, equation.right, values) for equation in equations]
-
-
 def _sizes(
-    rows: Sequence[Mapping[str, Extended]], block: SquareBlock, values: Mapping[str, Any]
-) -> dict[str, Extended]:
+    rows: Sequence[Mapping[str, float]], block: SquareBlock, values: Mapping[str, Any]
+) -> dict[str, float]:
     """How large the terms are that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules."""
-    found = dict.fromkeys(block.unknowns, number(0.0))
+    found = dict.fromkeys(block.unknowns, 0.0)
     for row in rows:
-        total = sum(abs(slope * values[name]) for name, slope in row.items())
+        total = sum(abs(slope * float(values[name])) for name, slope in row.items())
         for name in found.keys() & row.keys():
             if row[name]:
                 found[name] = max(found[name], total / abs(row[name]))
     return found
 
 
-def _matrix(rows: Sequence[Mapping[str, Extended]], block: SquareBlock) -> list[dict[int, Extended]]:
+def _matrix(rows: Sequence[Mapping[str, Any]], block: SquareBlock) -> list[dict[int, Any]]:
     return [{j: row[name] for j, name in enumerate(block.unknowns) if name in row} for row in rows]

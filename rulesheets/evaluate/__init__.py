@@ -1,7 +1,7 @@
 """Expressions and conditions turned into numbers, slopes and enclosures.
 
-What a plain solve has no need of is loaded at its first use: symbolic derivatives, and ``enclose`` and
-``extended``, which need numpy and mpmath.
+What a plain solve has no need of is loaded at its first use: symbolic derivatives, and ``enclose``,
+``extended`` and ``extended_derivatives``, which need numpy and mpmath.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
     from rulesheets.evaluate.enclosure import enclose
     from rulesheets.evaluate.precise import extended
+    from rulesheets.evaluate.precise_gradient import extended_derivatives
 
 __all__ = [
     "NotDifferentiable",
@@ -25,6 +26,7 @@ __all__ = [
     "differentiate",
     "enclose",
     "extended",
+    "extended_derivatives",
     "holds",
     "rounded_derivatives",
     "simplify",
@@ -46,5 +48,9 @@ def __getattr__(name: str) -> Any:
             from rulesheets.evaluate.precise import extended
 
             return extended
+        case "extended_derivatives":
+            from rulesheets.evaluate.precise_gradient import extended_derivatives
+
+            return extended_derivatives
         case _:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

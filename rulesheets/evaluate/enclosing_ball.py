@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import reduce
-from typing import Any, assert_never
+from typing import assert_never
 
 from rulesheets.evaluate.number import Undefined
 from rulesheets.functions.balls import FUNCTIONS, Ball, ball
+from rulesheets.functions.derivatives import ROUNDED
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -22,15 +23,6 @@ from rulesheets.nodes import (
     Symbol,
 )
 
-_ROUNDED: dict[float, Any] = {
-    math.pi / 180.0: lambda: FUNCTIONS["pi"]() / 180,
-    180.0 / math.pi: lambda: 180 / FUNCTIONS["pi"](),
-    2.0 / math.sqrt(math.pi): lambda: 2 / FUNCTIONS["pi"]().sqrt(),
-    -2.0 / math.sqrt(math.pi): lambda: -2 / FUNCTIONS["pi"]().sqrt(),
-    1.0 / math.log(10.0): lambda: 1 / ball(10).log(),
-}
-"""Floats that derivatives have in place of numbers that no float holds."""
-
 
 def enclosing_ball(expression: Expression, balls: Mapping[str, Ball], derivative: bool = False) -> Ball:
     """A ball that holds every value of ``expression`` over the ``balls`` of its variables.
@@ -41,8 +33,8 @@ def enclosing_ball(expression: Expression, balls: Mapping[str, Ball], derivative
     """
     match expression:
         case Number(value):
-            exact = _ROUNDED.get(value) if derivative else None
-            return ball(value) if exact is None else ball(value).union(exact())
+            exact = ROUNDED.get(value) if derivative else None
+            return ball(value) if exact is None else ball(value).union(enclosing_ball(exact, {}))
         case Name(name):
             return balls[name]
         case Negative(operand):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, TypeAlias, assert_never
 
 from rulesheets.evaluate.number import Undefined
@@ -32,13 +33,15 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
     """
     match expression:
         case Number(value):
-            return context(digits).mpf(value)
+            return _exact(value, digits)
         case Name(name):
             if isinstance(values[name], str):
                 raise Undefined("symbol", (), expression)
             return context(digits).mpf(values[name])
         case Negative(operand):
             return -extended(operand, values, digits)
+        case Sum((one, other)):
+            return extended(one, values, digits) + extended(other, values, digits)
         case Sum(terms):
             return context(digits).fsum(extended(term, values, digits) for term in terms)
         case Product(left, right):
@@ -53,6 +56,12 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
             raise Undefined("symbol", (), expression)
         case _:
             assert_never(expression)
+
+
+@lru_cache(maxsize=4096)
+def _exact(value: float, digits: int) -> Extended:
+    """A number of a rule, which is met again and again."""
+    return context(digits).mpf(value)
 
 
 def _quotient(expression: Quotient, numerator: Extended, divisor: Extended) -> Extended:

@@ -12,6 +12,17 @@ from rulesheets.nodes import Expression, Number
 _TWO = Number(2.0)
 _RADIAN = Number(math.pi / 180.0)
 _DEGREE = Number(180.0 / math.pi)
+LOG10_E = 1.0 / math.log(10.0)
+_BELL = 2.0 / math.sqrt(math.pi)
+
+ROUNDED: dict[float, Expression] = {
+    _RADIAN.value: divide(call("pi"), Number(180.0)),
+    _DEGREE.value: divide(Number(180.0), call("pi")),
+    _BELL: divide(_TWO, call("sqrt", call("pi"))),
+    -_BELL: divide(Number(-2.0), call("sqrt", call("pi"))),
+    LOG10_E: divide(ONE, call("ln", Number(10.0))),
+}
+"""Floats that derivatives have in place of numbers that no float holds, and those numbers."""
 
 
 def one(slope: Callable[[Expression], Expression]) -> Partials:
@@ -119,7 +130,7 @@ greatest = _extreme("max", lambda winner, loser: call("step", winner, loser))
 
 def error_function(factor: float) -> Callable[[Expression], Expression]:
     """Slope ``factor * 2/sqrt(pi) * exp(-x^2)``."""
-    return lambda x: multiply(Number(factor * 2.0 / math.sqrt(math.pi)), call("exp", negative(square(x))))
+    return lambda x: multiply(Number(factor * _BELL), call("exp", negative(square(x))))
 
 
 def gamma(x: Expression) -> Expression:

@@ -62,8 +62,8 @@ _ROWS = (
     _row("sqrt", math.sqrt, _one(slope.sqrt), domain=(0.0, inf)),
     _row("exp", math.exp, _one(_of("exp"))),
     _row("ln", math.log, _one(slope.over(1.0)), domain=(0.0, inf)),
-    _row("log", math.log10, _one(slope.over(1.0 / math.log(10.0))), domain=(0.0, inf)),
-    _row("log10", math.log10, _one(slope.over(1.0 / math.log(10.0))), domain=(0.0, inf)),
+    _row("log", math.log10, _one(slope.over(slope.LOG10_E)), domain=(0.0, inf)),
+    _row("log10", math.log10, _one(slope.over(slope.LOG10_E)), domain=(0.0, inf)),
     # angles in radians
     _row("sin", math.sin, _one(_of("cos"))),
     _row("cos", math.cos, _one(_minus("sin"))),
