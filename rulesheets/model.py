@@ -58,6 +58,12 @@ class Variable:
         below = number < self.high if self.high_open else number <= self.high
         return above and below
 
+    def nearest(self, number: float) -> float:
+        """The number, or the end of the range that it lies beyond where that end belongs to the range."""
+        if number < self.low and not self.low_open:
+            return self.low
+        return self.high if number > self.high and not self.high_open else number
+
 
 @dataclass(frozen=True, slots=True)
 class Premise:

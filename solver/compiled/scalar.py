@@ -124,9 +124,9 @@ class _Writer:
         else:
             indent = "    "
         self._conditions(ending, indent, shared)
-        key = ", ".join(self.text(node, indent) for node in ending.order)
+        key = "".join(f"{self.text(node, indent)}, " for node in ending.order)
         row = self._row(ending, indent)
-        self._line(f"found.append((({key},), {row}))", indent)
+        self._line(f"found.append((({key}), {row}))", indent)
         if indent != "    ":
             self.texts = outer  # what was computed inside is not known outside
 

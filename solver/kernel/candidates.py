@@ -88,7 +88,7 @@ class Candidates:
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
         if len(self.answers) >= MOST_ANSWERS:
             return
-        point = self.question.wrapped(point)
+        point = self.question.inside(self.question.wrapped(point))
         name = self.question.outside(point)
         if name is not None:
             self.outside = OutOfRange(self.question.equations[0], name, point[name])

@@ -74,7 +74,7 @@ class _Refinement:
             if any(not answer.double for answer in self.floats.answers) and not self.floats.free:
                 raise Unresolved
             return self.floats
-        point = self.system.point(x)
+        point = self._inside(self.system.point(x))
         outside = self.question.outside(_floats(point))
         if outside is not None:
             return BlockOutcome.out_of_range(self.question.equations, outside, float(point[outside]))
@@ -161,7 +161,7 @@ class _Refinement:
         inside, outside = [], None
         complete = self.floats.complete or self.floats.whole or self._settled()
         for root in self.roots:
-            point = self.system.point(root)
+            point = self._inside(self.system.point(root))
             name = self.question.outside(_floats(point))
             if name is None:
                 inside.append(Answer(point))
@@ -177,6 +177,12 @@ class _Refinement:
             fact = NoRoot(block.equations, block.unknowns, complete)
             return BlockOutcome(complete=complete, facts=(fact,))
         return self.floats
+
+    def _inside(self, point: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The point with what lies beyond an end of its range by rounding alone on that end."""
+        floats = _floats(point)
+        moved = self.question.inside(floats)
+        return {name: v if moved[name] == floats[name] else moved[name] for name, v in point.items()}
 
     def _settled(self) -> bool:
         """Whether what floats could not settle is settled now, so that these are all the roots."""

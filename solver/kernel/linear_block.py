@@ -45,7 +45,7 @@ def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None
         point = question.named(newton(question.residual, question.jacobian, list(point.values())).x)
         if not question.holds(point):
             return None
-    point = question.wrapped(point)
+    point = question.inside(question.wrapped(point))
     outside = question.outside(point)
     if outside is not None:
         return BlockOutcome.out_of_range(question.equations, outside, point[outside])

@@ -19,7 +19,7 @@ from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
 from solver.numerics.sturm import real_roots, simple_part
-from solver.witness import gross
+from solver.witness import BACKWARD, gross
 
 TOUCHING = Fraction(1, 10**9)
 """An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
@@ -40,7 +40,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         polynomial = closing(question, forms)
     except (NotPolynomial, OverflowError):
         return False
-    roots = real_roots(polynomial, *question.domain(tears[0]))
+    roots = real_roots(polynomial, *_widened(*question.domain(tears[0])))
     if roots is None or _touches(polynomial):
         return False
     trial = Candidates(question)
@@ -53,10 +53,17 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     return True
 
 
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """A range with what rounding may lead beyond its ends."""
+    slack = BACKWARD * max([abs(end) for end in (low, high) if math.isfinite(end)], default=0.0)
+    return low - slack, high + slack
+
+
 def _plainly(question: Question, trial: Candidates, point: Point) -> bool:
     """Keep a point that holds: a simple root that is counted needs no further look."""
     if not question.holds(point):
         return False
+    point = question.inside(dict(point))
     name = question.outside(point)
     if name is None:
         trial.answers.append(Answer(point))

@@ -48,6 +48,14 @@ class Question:
         """The first unknown that leaves its declared range."""
         return next((v.name for v in self.variables if not v.admits(point[v.name])), None)
 
+    def inside(self, point: dict[str, float]) -> dict[str, float]:
+        """The point with unknowns that lie beyond an end of their range on that end, if the rules hold there.
+
+        What rounding alone has led out of a range is no answer outside it.
+        """
+        moved = {v.name: v.nearest(point[v.name]) for v in self.variables}
+        return moved if moved != point and self.holds(moved) else point
+
     def size_of_residual(self, point: Mapping[str, float]) -> float:
         try:
             return max(abs(r) for r in self.residual(list(point.values())))

@@ -345,7 +345,7 @@ class StepSolver:
         outside: float | None = None
         lost = False
         for number in numbers:
-            number = self._polished(number)
+            number = self._inside(self._polished(number))
             if not math.isfinite(number):
                 lost = True
             elif not self.variable.admits(float(number)):
@@ -364,6 +364,17 @@ class StepSolver:
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
         reading = f"{last} to come out otherwise"
         return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)
+
+    def _inside(self, number: float) -> float:
+        """The number; where rounding alone has led it beyond an end of its range, that end."""
+        end = self.variable.nearest(float(number)) if math.isfinite(number) else number
+        if end == float(number) or not testify(self.equation, self._floats(end)).holds:
+            return number
+        return end
+
+    def _floats(self, number: float) -> dict[str, Value]:
+        """The values in floats, with that of the unknown."""
+        return {**self.values, self.isolation.unknown: number}
 
     def _indifferent(self) -> bool:
         """Whether the equation holds to rounding wherever it is tried: its unknown cancels."""

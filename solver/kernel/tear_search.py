@@ -83,8 +83,19 @@ class TearSearch:
                 if (point := self._along(place, x)) is not None:
                     self.candidates.suspect(point)
             self.flat += [(place, *interval) for interval in search.flat]
+        self._at_ends()
         self.doubts = self.doubts or not self.kernel.exhaustive
         return complete and not self.doubts
+
+    def _at_ends(self) -> None:
+        """The ends of a declared range, where a root may lie a rounding outside."""
+        variable = self.question.graph.model.variables[self.tear]
+        for end in (variable.low, variable.high):
+            if math.isfinite(end) and variable.admits(end):
+                points = (self._along(place, end) for place in range(len(self.kernel.chains())))
+                for point in points:
+                    if point is not None and self.question.holds(point):
+                        self.candidates.keep(point)
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""

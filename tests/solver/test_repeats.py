@@ -83,3 +83,14 @@ def test_error_bars_and_sensitivities_come_when_they_are_asked_for() -> None:
     assert repeated.solutions[0].error == pytest.approx(once.solutions[0].error, rel=0.5)
     slopes = repeated.sensitivity(["xB"], ["thetaAO"])["xB", "thetaAO"]
     assert slopes == pytest.approx(once.sensitivity(["xB"], ["thetaAO"])["xB", "thetaAO"], rel=1e-12)
+
+
+@pytest.mark.parametrize("pitch", [25.0, 26.3, 31.0])
+def test_one_way_out_of_a_block_needs_no_order(pitch: float) -> None:
+    """A pattern whose block has a single answer, among which nothing is to be ordered, is compiled too."""
+    taught, backward = load("planetary_gear"), {"ns": None, "pl": None, "sl": 1.28}
+    for number in (20.0, 22.0, pitch):
+        same(
+            solver.solve(taught, {**backward, "np": number}),
+            solver.solve(load("planetary_gear"), {**backward, "np": number}),
+        )

@@ -1,0 +1,47 @@
+"""Ranges that a sheet declares: what lies beyond an end by rounding alone is that end; nothing else is."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+import solver
+
+SHEETS = {
+    "step": ("x + 0.7 = a", 0.8, 1.0),
+    "linear block": ("x + y = a\n  3*x - y = 0.2", 0.2, 1.0),
+    "polynomial block": ("x + y = a\n  x*y = 0.12", 1.3, 0.7),
+    "search": ("exp(x) + y = a\n  y = x", 1.2051709180756477, 1.6498588075760032),
+}
+"""Rules, and what makes x the low and the high end of [0.1, 0.3]."""
+
+
+def solved(rules: str, a: float) -> solver.Result:
+    sheet = f"variables\n  x in [0.1, 0.3]\n  y\n  a\nrules\n  {rules}"
+    return solver.solve(rulesheets.loads(sheet), {"a": a}, want=["x"])
+
+
+@pytest.mark.parametrize("name", SHEETS)
+@pytest.mark.parametrize("ulps", [-2, -1, 0, 1, 2])
+@pytest.mark.parametrize("end", [0, 1])
+def test_an_answer_at_the_end_of_a_range_is_found(name: str, ulps: int, end: int) -> None:
+    rules, *ends = SHEETS[name]
+    result = solved(rules, ends[end] * (1 + ulps * 2.0**-52))
+    assert str(result.status) == "solved"
+    assert [s["x"] for s in result.solutions] == pytest.approx([(0.1, 0.3)[end]], rel=1e-14)
+    assert 0.1 <= result.solutions[0]["x"] <= 0.3
+
+
+@pytest.mark.parametrize("name", SHEETS)
+def test_an_answer_beyond_the_end_is_none(name: str) -> None:
+    rules, low, high = SHEETS[name]
+    outward = 1e-12 if high > low else -1e-12
+    for a in (low * (1 - outward), high * (1 + outward)):
+        assert str(solved(rules, a).status) == "infeasible"
+
+
+def test_an_end_that_is_left_out_stays_out() -> None:
+    result = solver.solve(
+        rulesheets.loads("variables\n  x > 0\n  a\nrules\n  a = x + 1e3"), {"a": 1e3 - 1e-13}
+    )
+    assert str(result.status) == "infeasible"
