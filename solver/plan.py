@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.input_messages import outside_range
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model, Value, Variable
 from solver.compiled.paths import CompiledPaths
+from solver.compiled.scalar import with_resort
 from solver.compiled.way import Pattern
 from solver.explain import explain
 from solver.leaves import Exploration
@@ -53,24 +54,51 @@ class Plan:
         self.model, self.inputs, self.want = model, inputs, want
         self.given, self.guesses = given, guesses
         self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
-        self._primary: list[Callable[..., tuple[Value, ...] | None]] = self.paths.primary
         self._sweeper: Sweeper | None = None
+        self._bound: Program | None = None
+        self._call(self._primary, self._every)
 
-    def __call__(self, *numbers: Value) -> tuple[Value, ...]:
-        """The wanted values of the primary answer. Raises Unsolved where there is none."""
-        for way in self._primary:
+    if TYPE_CHECKING:
+
+        def __call__(self, *numbers: Value) -> tuple[Value, ...]:
+            """The wanted values of the primary answer. Raises Unsolved where there is none."""
+
+        def all(self, *numbers: Value) -> list[tuple[Value, ...]]:
+            """Those of every answer, the primary one first. Raises Unsolved where there is none."""
+
+    else:
+        # Of each plan its own, so that a call goes straight into the compiled way.
+        __slots__ = ("__call__", "__dict__", "__weakref__", "all")
+
+    def _call(self, primary: Callable[..., Any], every: Callable[..., Any]) -> None:
+        for name, function in (("__call__", primary), ("all", every)):
+            object.__setattr__(self, name, function)
+
+    def _bind(self) -> None:
+        """Let calls begin with the first way that there is."""
+        if self.paths.programs and self._bound is not self.paths.programs[0]:
+            self._bound = self.paths.programs[0]
+            ways = (self.paths.primary[0], self._primary), (self.paths.every[0], self._every)
+            self._call(*(with_resort(*pair) for pair in ways))
+
+    def _primary(self, *numbers: Value) -> tuple[Value, ...]:
+        """What the first way does not settle, or all where there is none yet."""
+        for way in self._others(self.paths.primary):
             found = way(*numbers)
             if found is not None:
-                return found
+                return found  # type: ignore[no-any-return]
         return self._answers(numbers)[0]
 
-    def all(self, *numbers: Value) -> list[tuple[Value, ...]]:
-        """The wanted values of every answer, the primary one first. Raises Unsolved where there is none."""
-        for way in self.paths.every:
+    def _every(self, *numbers: Value) -> list[tuple[Value, ...]]:
+        for way in self._others(self.paths.every):
             found = way(*numbers)
             if found is not None:
-                return list(dict.fromkeys(found))
+                return found  # type: ignore[no-any-return]
         return self._answers(numbers)
+
+    def _others(self, ways: list[Callable[..., Any]]) -> list[Callable[..., Any]]:
+        bound = self.paths.programs and self._bound is self.paths.programs[0]
+        return ways[1:] if bound else ways
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
@@ -90,7 +118,7 @@ class Plan:
         for way in self.paths.every:
             rows = way(*numbers)
             if rows is not None:
-                return Status.SOLVED, list(dict.fromkeys(rows))
+                return Status.SOLVED, rows
         verdict, found = self.judged(numbers)
         self.learn(numbers, verdict, found)
         return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
@@ -134,7 +162,9 @@ class Plan:
         Of an infeasible row it is the way to its refusal, where nothing but that is known of it.
         """
         if verdict.status is Status.SOLVED:
-            return self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
+            learned = self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
+            self._bind()
+            return learned
         ends = (*found.leaves, *found.dead, *found.adrift)
         if verdict.status is not Status.INFEASIBLE or len(ends) != 1 or found.dead:
             return None

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from rulesheets import nodes
-from rulesheets.evaluate import Undefined, holds
+from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.way import symbol_of
+from solver.path.cases import comparisons
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from rulesheets.model import Equation, Model, Value
     from solver.compiled.way import Pattern, Way
     from solver.path.planner import Planner
+
+_TURNED = ("<=", ">=")
 
 
 class Conditions:
@@ -28,6 +31,7 @@ class Conditions:
         self.sample = sample
         self.flow = Flow(plain)
         self.given = frozenset((*pattern.given, *pattern.inputs))
+        self._mirrored: frozenset[frozenset[Expression]] = frozenset()
 
     def _decide(self, way: Way, conditions: Sequence[int]) -> None:
         """Take the outcome that the sample had, and require it."""
@@ -90,7 +94,45 @@ class Conditions:
         if symbols != [None, None]:
             same = symbols[0] == symbols[1]
             return self.flow.constant(same is (operator == "=") and operator in ("=", "<>"))
-        return self.flow.compare(operator, *(self._expression(way, side) for side in (left, right)))
+        one, other = (self._expression(way, side) for side in (left, right))
+        if operator not in _TURNED:
+            return self.flow.compare(operator, one, other)
+        if frozenset((left, right)) in self._mirrored and self._apart_in_sample(left, right):
+            self._part(way, one, other)
+        return self._at_most(way, *((one, other) if operator == "<=" else (other, one)))
+
+    def _part(self, way: Way, one: int, other: int) -> None:
+        """Leave rows with two numbers alike to the step-by-step way."""
+        if frozenset((one, other)) not in way.apart:
+            way.apart.add(frozenset((one, other)))
+            self.flow.require(self.flow.add("not", self.flow.add("eq", one, other)))
+            self.flow.bound(one)
+            self.flow.bound(other)
+
+    def _at_most(self, way: Way, one: int, other: int) -> int:
+        """Whether ``one <= other``; of numbers that are apart, that or the opposite of ``other <= one``."""
+        if frozenset((one, other)) in way.apart:
+            opposite = self.flow.add("le", other, one)
+            if self.flow.value_of(opposite) is not None or other < one:
+                return self.flow.add("not", opposite)
+        return self.flow.add("le", one, other)
+
+    def _apart_in_sample(self, left: Expression, right: Expression) -> bool:
+        try:
+            return value(left, self.sample) != value(right, self.sample)
+        except (Undefined, KeyError):
+            return False
+
+    def _mirrored_in(self, equations: Sequence[int]) -> frozenset[frozenset[Expression]]:
+        """Pairs of numbers that the guards of some equations compare both ways, ``<=`` and ``>=``."""
+        seen: set[tuple[Expression, Expression]] = set()
+        for index in equations:
+            for premise in self.model.equations[index].guard:
+                for comparison in comparisons(self.model.conditions[premise.condition]):
+                    if comparison.operator in _TURNED:
+                        pair = comparison.left, comparison.right
+                        seen.add(pair if comparison.operator == "<=" else pair[::-1])
+        return frozenset(frozenset(pair) for pair in seen if pair[::-1] in seen)
 
     def _active(self, way: Way, equation: Equation) -> int | None:
         """The node of an equation's guard; None where it is not known."""

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     Operand: TypeAlias = int | float | str
     Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value, of ``call`` the function and of
-``root`` the number of its finder first."""
+``root`` the number of its finder first. ``sooner`` and ``unless`` are their second operand, which may be dear
+to compute: it is true (false) where the first is true."""
 
 TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
@@ -57,6 +58,8 @@ _FOLD: dict[str, Callable[..., float | bool]] = {
     "not": lambda a: not a,
     "xor": lambda a, b: a is not b,
     "where": lambda c, a, b: a if c else b,
+    "sooner": lambda sooner, whole: whole,
+    "unless": lambda sooner, whole: whole,
 }
 
 
@@ -82,6 +85,7 @@ class Flow:
         self.checks: list[int] = []
         self.finite: list[int] = []
         self.finders: list[RootFinder] = []
+        self.always: set[int] = set()
         self._numbers: dict[Node, int] = {}
         self._directions: dict[int, Direction] = {}
         self.true = self.constant(True)
@@ -94,6 +98,10 @@ class Flow:
 
     def input(self, place: int) -> int:
         return self.node("input", place)
+
+    def number(self, *node: Operand) -> int | None:
+        """The number of an operation that is there already."""
+        return self._numbers.get(node)
 
     def value_of(self, node: int) -> float | bool | None:
         """The value of a constant node."""
@@ -163,6 +171,11 @@ class Flow:
         """A number that must be finite, because what is computed from it could hide that it is not."""
         if self.value_of(number) is None and number not in self.finite:
             self.finite.append(number)
+
+    def firm(self, number: int) -> None:
+        """A number that must be finite, whether the results read it or not."""
+        self.bound(number)
+        self.always.add(number)
 
     @contextmanager
     def only_if(self, condition: int) -> Iterator[None]:

@@ -38,15 +38,26 @@ def _states(flow: Flow, ending: Ending) -> tuple[int, int]:
     """Whether an ending is an answer, and whether that is known."""
     holds = flow.true
     for check in ending.holds:
-        holds = flow.add("and", holds, check)
+        holds = flow.add("and", holds, whole(flow, check))
     total = None
     for node in ending.finite:
         total = node if total is None else flow.add("add", total, node)
     if total is not None:
         holds = flow.add("and", holds, flow.node("finite", total))
-    if ending.gone == flow.false:
+    gone = whole(flow, ending.gone)
+    if gone == flow.false:
         return holds, holds
-    return flow.add("and", holds, flow.add("not", ending.gone)), flow.add("or", holds, ending.gone)
+    return flow.add("and", holds, flow.add("not", gone)), flow.add("or", holds, gone)
+
+
+def whole(flow: Flow, condition: int) -> int:
+    """A condition without its short cuts, which are of no use where every row computes everything."""
+    kind, *parts = flow.nodes[condition]
+    if kind in ("sooner", "unless"):
+        return whole(flow, int(parts[1]))
+    if kind in ("and", "or", "not", "xor"):
+        return flow.add(str(kind), *(whole(flow, int(part)) for part in parts))
+    return condition
 
 
 def less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:

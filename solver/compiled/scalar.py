@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from types import FunctionType
 
 from rulesheets.functions import TABLE
-from rulesheets.functions.degrees import sincosd
+from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine_lines
 from solver.compiled.flow import TOLERANCE
+from solver.compiled.schedule import LEAVES, LOGICAL, operands
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,18 +34,16 @@ _BINARY = {
     "xor": "!=",
 }
 _FUNCTIONS: dict[str, object] = {
+    **NAMES,
     "sqrt": math.sqrt,
     "abs": abs,
     "pow": math.pow,
-    "sin": math.sin,
-    "cos": math.cos,
     "float": float,
-    "sincosd": sincosd,
     "direction": TABLE["atan2"].value,
-    "directiond": TABLE["atan2d"].value,
     "rint": lambda x: float(round(x)),
     "sorted": sorted,
-    "len": len,
+    "list": list,
+    "fromkeys": dict.fromkeys,
     "ArithmeticError": ArithmeticError,
     "ValueError": ValueError,
     "TypeError": TypeError,
@@ -57,11 +57,20 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
     """
     source = scalar_source(program, all_answers)
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
-    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near}
+    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
     namespace.update({f"f_{place}": finder.scalar for place, finder in enumerate(program.flow.finders)})
     exec(compile(source, "<compiled path>", "exec"), namespace)
     return namespace["solve"]  # type: ignore[no-any-return]
+
+
+def with_resort(way: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
+    """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
+    return FunctionType(way.__code__, {**way.__globals__, "otherwise": otherwise}, way.__name__)
+
+
+def _nothing(*numbers: Value) -> None:
+    return None
 
 
 def scalar_source(program: Program, all_answers: bool = False) -> str:
@@ -85,65 +94,140 @@ class _Writer:
 
     def source(self) -> str:
         arguments = [f"a{i}" for i in range(self.program.inputs)]
-        only = self.program.endings[0]
-        if len(self.program.endings) == 1 and only.gone == self.flow.false:
+        endings = self.program.endings
+        only = endings[0]
+        if len(endings) == 1 and only.gone == self.flow.false:
             self._conditions(only, "    ")
             row = self._row(only)
             self._line(f"return [{row}]" if self.all_answers else f"return {row}", "    ")
         else:
-            self._line("found = []", "    ")
-            shared = set.intersection(*(set(ending.holds) for ending in self.program.endings))
+            shared = set.intersection(*(set(ending.holds) for ending in endings))
             self._require([check for check in only.holds if check in shared], "    ")
-            for ending in self.program.endings:
-                self._ending(ending, shared)
-            self._line("if not found: return None", "    ")
-            self._line("found = sorted(found)" if len(self.program.endings) > 1 else "", "    ")
-            self._line(
-                "return [row for _, row in found]" if self.all_answers else "return found[0][1]", "    "
-            )
+            for node in self._in_common():
+                self.text(node, "    ", store=True)
+            for place, ending in enumerate(endings):
+                self._ending(place, ending, shared)
+            self._chosen(len(endings))
         symbols = dict(self.program.symbols)
-        inputs = [f"        if a{place} != {said!r}: return None" for place, said in symbols.items()]
+        inputs = [f"            if a{place} != {said!r}: break" for place, said in symbols.items()]
         numbers = [place for place in range(self.program.inputs) if place not in symbols]
-        inputs += [f"        a{place} = float(a{place})" for place in numbers]
-        body = "\n".join([*inputs, *("    " + line for line in self.lines)])
+        inputs += [f"            a{place} = float(a{place})" for place in numbers]
+        body = "\n".join([*inputs, *("        " + line for line in self.lines)])
+        given = ", ".join(arguments)
+        # A loop that is left, not one that goes round: what does not count leaves it before it returns.
         return (
-            f"def solve({', '.join(arguments)}):\n    try:\n{body}\n"
-            "    except (ArithmeticError, ValueError, TypeError):\n        return None\n"
+            f"def solve({given}):\n    try:\n        while True:\n{body}\n"
+            "    except (ArithmeticError, ValueError, TypeError):\n        pass\n"
+            f"    return otherwise({given})\n"
         )
 
     def _line(self, text: str, indent: str) -> None:
-        if text:
-            self.lines.append(indent + text)
+        self.lines.append(indent + text)
 
-    def _ending(self, ending: Ending, shared: set[int]) -> None:
+    def _in_common(self) -> list[int]:
+        """What all endings compute, the last of it: the nodes that something of one ending alone reads."""
+        every = [_needed(self.flow, ending) for ending in self.program.endings]
+        common = set.intersection(*every)
+        read = {int(o) for node in set.union(*every) - common for o in operands(self.flow, node)}
+        heads = {node for ending in self.program.endings for node in (*ending.finite, *_numbers(ending))}
+        return sorted(
+            node
+            for node in common & (read | heads)
+            if self.flow.nodes[node][0] not in LEAVES and self.flow.nodes[node][0] not in LOGICAL
+        )
+
+    def _ending(self, place: int, ending: Ending, shared: set[int]) -> None:
+        """Assign the row of an ending, or None where it is gone, and what it is ordered by."""
         outer = dict(self.texts)
-        gone = self.text(ending.gone, "    ")
+        self._line(f"row{place} = None", "    ")
+        indent = "    "
         if ending.gone != self.flow.false:
-            self._line(f"if not {gone}:", "    ")
+            self._line(f"if not {self._either(ending.gone, indent)}:", indent)
             indent = "        "
-        else:
-            indent = "    "
         self._conditions(ending, indent, shared)
-        key = "".join(f"{self.text(node, indent)}, " for node in ending.order)
-        row = self._row(ending, indent)
-        self._line(f"found.append((({key}), {row}))", indent)
+        if len(self.program.endings) > 1:
+            for number, node in enumerate(ending.order):
+                self._line(f"k{place}_{number} = {self.text(node, indent)}", indent)
+        self._line(f"row{place} = {self._row(ending, indent)}", indent)
         if indent != "    ":
             self.texts = outer  # what was computed inside is not known outside
+
+    def _chosen(self, count: int) -> None:
+        """Return the rows there are, in their order, or the first of them."""
+        keys = len(self.program.endings[0].order)
+        if count == 1:
+            self._line("if row0 is None: break", "    ")
+            self._line("return [row0]" if self.all_answers else "return row0", "    ")
+            return
+        if count > 2:
+            self._line("found = []", "    ")
+            for place in range(count):
+                key = "".join(f"k{place}_{number}, " for number in range(keys))
+                self._line(f"if row{place} is not None: found.append((({key}), {place}, row{place}))", "    ")
+            self._line("if not found: break", "    ")
+            self._line("found = [row for _, _, row in sorted(found)]", "    ")
+            self._line("return list(fromkeys(found))" if self.all_answers else "return found[0]", "    ")
+            return
+        later = "False"
+        for number in reversed(range(keys)):
+            one, other = f"k1_{number}", f"k0_{number}"
+            later = f"{one} < {other}" + ("" if later == "False" else f" or ({one} == {other} and ({later}))")
+        self._line("if row0 is None:", "    ")
+        self._line("if row1 is None: break", "        ")
+        if not self.all_answers:
+            self._line("return row1", "        ")
+            self._line(f"return row0 if row1 is None or not ({later}) else row1", "    ")
+            return
+        self._line("return [row1]", "        ")
+        self._line("if row1 is None or row1 == row0: return [row0]", "    ")
+        self._line(f"return [row1, row0] if {later} else [row0, row1]", "    ")
 
     def _conditions(self, ending: Ending, indent: str, known: Iterable[int] = ()) -> None:
         self._require([check for check in ending.holds if check not in set(known)], indent)
         total = " + ".join(self.text(node, indent, store=True) for node in ending.finite)
         if total:
             self._line(f"total = {total}", indent)
-            self._line("if total - total != 0.0: return None", indent)
+            self._line("if total - total != 0.0: break", indent)
 
     def _require(self, checks: Iterable[int], indent: str) -> None:
         for check in checks:
-            node = self.flow.nodes[check]
-            if node[0] == "not":
-                self._line(f"if {self.text(int(node[1]), indent)}: return None", indent)
+            kind, *parts = self.flow.nodes[check]
+            if kind == "not":
+                self._line(f"if {self.text(int(parts[0]), indent)}: break", indent)
+            elif kind == "sooner":
+                self._line(f"if not {self.text(int(parts[0]), indent)}:", indent)
+                self._inside([int(parts[1])], indent, "if not {}: break")
             else:
-                self._line(f"if not {self.text(check, indent)}: return None", indent)
+                self._line(f"if not {self.text(check, indent)}: break", indent)
+
+    def _either(self, node: int, indent: str) -> str:
+        """Source that reads a condition; what is dear of its alternatives is computed only if it matters."""
+        alternatives, dear = [node], []
+        plain = []
+        while alternatives:
+            at = alternatives.pop()
+            kind, *parts = self.flow.nodes[at]
+            if kind == "or":
+                alternatives += [int(part) for part in parts]
+            elif kind == "unless":
+                dear.append((int(parts[0]), int(parts[1])))
+            else:
+                plain.append(at)
+        if not dear:
+            return self.text(node, indent)
+        texts = [self.text(at, indent) for at in plain]
+        self._line(f"gone = {' or '.join(texts) or 'False'}", indent)
+        for sooner, far in dear:
+            self._line(f"if not (gone or {self.text(sooner, indent)}):", indent)
+            self._inside([far], indent, "gone = {}")
+        return "gone"
+
+    def _inside(self, read: list[int], indent: str, line: str) -> None:
+        """A line one level in; what is computed for it is not known outside."""
+        outer = dict(self.texts)
+        inner = indent + "    "
+        self._line(line.format(*(self.text(node, inner) for node in read)), inner)
+        self.texts = outer
 
     def _row(self, ending: Ending, indent: str = "    ") -> str:
         parts = [repr(r) if isinstance(r, str) else self.text(r, indent) for r in ending.results]
@@ -154,15 +238,17 @@ class _Writer:
         found = self.texts.get(node)
         if found is not None:
             return found
-        operation, *operands = self.flow.nodes[node]
+        operation, *parts = self.flow.nodes[node]
         if operation in ("const", "input"):
-            value = operands[0]
+            value = parts[0]
             text = f"a{value}" if operation == "input" else repr(value)
             self.texts[node] = f"({text})" if text.startswith("-") else text
             return self.texts[node]
         if operation in ("sind", "cosd"):
-            return self._sine_and_cosine(int(operands[0]), node, indent)
-        source = self._source(str(operation), operands, indent)
+            return self._sine_and_cosine(int(parts[0]), node, indent)
+        if operation == "directiond" or (operation == "call" and parts[0] == "atan2d"):
+            return self._direction(node, int(parts[-2]), int(parts[-1]), indent)
+        source = self._source(str(operation), parts, indent)
         if self.reads[node] == 1 and not store:
             return source
         self._line(f"t{node} = {source}", indent)
@@ -170,14 +256,20 @@ class _Writer:
         return self.texts[node]
 
     def _sine_and_cosine(self, angle: int, node: int, indent: str) -> str:
-        pair = {
-            self.flow.nodes[n][0]: n
-            for n in self.reads
-            if self.flow.nodes[n] in (("sind", angle), ("cosd", angle))
-        }
-        self._line(f"s{angle}, c{angle} = sincosd({self.text(angle, indent)})", indent)
-        for operation, number in pair.items():
-            self.texts[number] = f"{'s' if operation == 'sind' else 'c'}{angle}"
+        text = self.text(angle, indent, store=True)
+        names: dict[str, str] = {}
+        for operation, letter in (("sind", "s"), ("cosd", "c")):
+            number = self.flow.number(operation, angle)
+            if number is not None and number in self.reads:
+                names[operation] = self.texts[number] = f"{letter}{angle}"
+        for line in sine_and_cosine_lines(text, names.get("sind"), names.get("cosd")):
+            self._line(line, indent)
+        return self.texts[node]
+
+    def _direction(self, node: int, y: int, x: int, indent: str) -> str:
+        for line in direction_lines(f"t{node}", self.text(y, indent), self.text(x, indent)):
+            self._line(line, indent)
+        self.texts[node] = f"t{node}"
         return self.texts[node]
 
     def _source(self, operation: str, operands: list[Any], indent: str) -> str:
@@ -194,9 +286,30 @@ class _Writer:
             return f"(-{parts[0]})"
         if operation == "not":
             return f"(not {parts[0]})"
+        if operation == "sooner":
+            return f"({parts[0]} or {parts[1]})"
+        if operation == "unless":
+            return f"(not {parts[0]} and {parts[1]})"
         if operation == "where":
             return f"({parts[1]} if {parts[0]} else {parts[2]})"
         return f"{operation}({', '.join(parts)})"
+
+
+def _numbers(ending: Ending) -> list[int]:
+    """Nodes of the numbers that an ending returns, and is ordered by."""
+    return [*ending.order, *(result for result in ending.results if isinstance(result, int))]
+
+
+def _needed(flow: Flow, ending: Ending) -> set[int]:
+    """All that an ending computes."""
+    found: set[int] = set()
+    waiting = [*ending.holds, *ending.finite, ending.gone, *_numbers(ending)]
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found.add(node)
+            waiting.extend(operands(flow, node))
+    return found
 
 
 def reads(program: Program) -> dict[int, int]:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from solver.compiled.flow import Flow
 
-LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite"})
+LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unless"})
 LEAVES = frozenset({"const", "input"})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 TYPE_CHECKING = False
@@ -30,6 +31,12 @@ def _add(flow: Flow, a: int, b: int) -> int | None:
         number = flow.factor(other)
         if number is not None and number[0] < 0.0:
             return flow.add("sub", one, flow.add("mul", flow.constant(-number[0]), number[1]))
+        value = flow.value_of(other)
+        if isinstance(value, float) and value < 0.0:
+            return flow.add("sub", one, flow.constant(-value))
+        kind, *parts = flow.nodes[one]
+        if kind == "sub" and parts[1] == other and not flow.plain:
+            return int(parts[0])
     return None
 
 
@@ -49,6 +56,29 @@ def _subtract(flow: Flow, a: int, b: int) -> int | None:
     if left is not None:
         return left
     return flow.node("neg", flow.node("sub", b, a)) if b < a else None
+
+
+def not_negative(flow: Flow, node: int) -> bool:
+    """Whether a node cannot be less than zero."""
+    kind, *parts = flow.nodes[node]
+    if kind == "const":
+        return float(parts[0]) >= 0.0
+    if kind in ("abs", "sqrt"):
+        return True
+    if kind == "mul" and parts[0] == parts[1]:
+        return True
+    return kind in ("mul", "add") and all(not_negative(flow, int(part)) for part in parts)
+
+
+def _at_most(flow: Flow, a: int, b: int) -> int | None:
+    """A number is at most itself and something that is not negative, if they are numbers."""
+    kind, *parts = flow.nodes[b]
+    if kind == "add" and a in parts:
+        more = int(parts[1] if parts[0] == a else parts[0])
+        if not_negative(flow, more):
+            flow.firm(b)
+            return flow.true
+    return _ordered("le")(flow, a, b)
 
 
 def _ordered(operation: str) -> Callable[[Flow, int, int], int | None]:
@@ -89,8 +119,10 @@ def _equal(flow: Flow, a: int, b: int) -> int | None:
     """What is zero: a quotient where its dividend is, a product with a number where its other factor is."""
     if a == b:
         return flow.true
+    if flow.value_of(a) == 0.0 and flow.value_of(b) is None:
+        return flow.add("eq", b, a)
     if flow.value_of(b) != 0.0:
-        return None
+        return flow.node("eq", b, a) if b < a else None
     kind, *parts = flow.nodes[a]
     if kind in ("neg", "div"):
         return flow.add("eq", int(parts[0]), b)
@@ -114,11 +146,47 @@ def _multiply(flow: Flow, a: int, b: int) -> int | None:
         number, value = flow.factor(other), flow.value_of(one)
         if number is not None and isinstance(value, float):
             return flow.add("mul", flow.constant(value * number[0]), number[1])
+    if a == b:
+        square = _square(flow, a)
+        if square is not None:
+            return square
     if flow.nodes[a][0] == "neg":
         return flow.add("neg", flow.add("mul", int(flow.nodes[a][1]), b))
     if flow.nodes[b][0] == "neg":
         return flow.add("neg", flow.add("mul", a, int(flow.nodes[b][1])))
     return flow.node("mul", b, a) if b < a else None
+
+
+def _square(flow: Flow, a: int) -> int | None:
+    """The square of a root, of a number of roots, of a number whose sign was chosen."""
+    kind, *parts = flow.nodes[a]
+    if kind == "neg":
+        return flow.add("mul", int(parts[0]), int(parts[0]))
+    if kind == "where":
+        one, other = int(parts[1]), int(parts[2])
+        if flow.nodes[one] == ("neg", other):
+            return flow.add("mul", other, other)
+        return flow.add("mul", one, one) if flow.nodes[other] == ("neg", one) else None
+    if flow.plain:
+        return None
+    if kind == "sqrt":
+        inside = int(parts[0])
+        flow.require(flow.add("le", flow.constant(0.0), inside))
+        return inside
+    if kind == "mul":
+        for one, other in ((int(parts[0]), int(parts[1])), (int(parts[1]), int(parts[0]))):
+            size = _size(flow, one)
+            if size is not None and flow.nodes[other][0] == "sqrt":
+                return flow.add("mul", flow.constant(size * size), flow.add("mul", other, other))
+    return None
+
+
+def _size(flow: Flow, node: int) -> float | None:
+    """The absolute value of a number, or of two that a selection is between."""
+    kind, *parts = flow.nodes[node]
+    values = [flow.value_of(int(part)) for part in parts[1:]] if kind == "where" else [flow.value_of(node)]
+    sizes = {abs(v) if isinstance(v, float) else None for v in values}
+    return sizes.pop() if len(sizes) == 1 else None
 
 
 def _divide(flow: Flow, a: int, b: int) -> int | None:
@@ -130,6 +198,9 @@ def _divide(flow: Flow, a: int, b: int) -> int | None:
         return flow.add("neg", flow.add("div", int(flow.nodes[a][1]), b))
     if flow.nodes[b][0] == "neg":
         return flow.add("neg", flow.add("div", a, int(flow.nodes[b][1])))
+    number = flow.value_of(b)
+    if isinstance(number, float) and math.frexp(number)[0] in (0.5, -0.5) and 1e-100 < abs(number) < 1e100:
+        return flow.add("mul", flow.constant(1.0 / number), a)  # a power of two: nothing is rounded
     below = flow.nodes[b]
     if below[0] == "div" and flow.value_of(int(below[1])) == 1.0:
         return flow.add("mul", a, int(below[2]))
@@ -151,7 +222,33 @@ def _either(flow: Flow, a: int, b: int) -> int | None:
         return flow.true
     if a == flow.false or a == b:
         return b
-    return a if b == flow.false else None
+    if b == flow.false:
+        return a
+    return _alike(flow, a, b)
+
+
+def _alike(flow: Flow, a: int, b: int) -> int | None:
+    """``p and q, or neither`` is whether p and q are the same."""
+    if not flow.nodes[a][0] == flow.nodes[b][0] == "and":
+        return None
+    p, q = (int(part) for part in flow.nodes[a][1:])
+    opposite = {flow.add("not", p), flow.add("not", q)}
+    if opposite != {int(part) for part in flow.nodes[b][1:]} or len(opposite) < 2:
+        return None
+    return flow.add("not", flow.add("xor", p, q))
+
+
+def _differ(flow: Flow, a: int, b: int) -> int | None:
+    if a == b:
+        return flow.false
+    for one, other in ((a, b), (b, a)):
+        if one == flow.false:
+            return other
+        if one == flow.true:
+            return flow.add("not", other)
+        if flow.nodes[one][0] == "not":
+            return flow.add("not", flow.add("xor", int(flow.nodes[one][1]), other))
+    return flow.node("xor", b, a) if b < a else None
 
 
 def _opposite(flow: Flow, a: int) -> int | None:
@@ -161,6 +258,8 @@ def _opposite(flow: Flow, a: int) -> int | None:
 def _where(flow: Flow, c: int, a: int, b: int) -> int | None:
     if c == flow.true or a == b:
         return a
+    if flow.nodes[c][0] == "not":
+        return flow.add("where", int(flow.nodes[c][1]), b, a)
     return b if c == flow.false else flow.selected(c, a, b)
 
 
@@ -168,7 +267,7 @@ def _absolute(flow: Flow, a: int) -> int | None:
     node = flow.nodes[a]
     if node[0] == "neg":
         return flow.add("abs", int(node[1]))
-    return a if node[0] in ("abs", "sqrt") or (node[0] == "mul" and node[1] == node[2]) else None
+    return a if not_negative(flow, a) else None
 
 
 SIMPLIFY: dict[str, Callable[..., int | None]] = {
@@ -184,5 +283,6 @@ SIMPLIFY: dict[str, Callable[..., int | None]] = {
     "abs": _absolute,
     "eq": _equal,
     "lt": _ordered("lt"),
-    "le": _ordered("le"),
+    "le": _at_most,
+    "xor": _differ,
 }

@@ -49,6 +49,7 @@ class Single(Preimages):
         """A selection between the values of those that can be active; exactly one value may come out."""
         flow, unknown = self.flow, step.unknown
         groups: dict[int, int] = {}
+        self._mirrored = self._mirrored_in(step.equations)
         for index in step.equations:
             equation = self.model.equations[index]
             if activity(equation, way.decided) is False:
@@ -67,6 +68,7 @@ class Single(Preimages):
             if _certified(isolation):
                 way.settled.add(index)
             way.chosen += [p.condition for p in equation.guard if p.condition not in way.decided]
+        self._mirrored = frozenset()
         if not groups:
             raise NotCompilable
         *others, (value, some) = groups.items()

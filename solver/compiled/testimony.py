@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from rulesheets.model import Equation
     from solver.compiled.way import Way
 
+LARGEST = 1e300
+
 
 class Testimony(Conditions):
     """Equations evaluated at what a way has computed."""
@@ -29,16 +31,29 @@ class Testimony(Conditions):
         miss = flow.add("sub", *(self._expression(way, side) for side in (equation.left, equation.right)))
         if flow.value_of(miss) == 0.0:
             return flow.true
-        size = flow.constant(0.0)
+        size = quick = flow.constant(0.0)
         for name in equation.names:
             try:
                 slope = self._expression(way, differentiate(form, name))
             except NotDifferentiable:
                 raise NotCompilable from None
-            size = flow.add("add", size, flow.add("abs", flow.add("mul", slope, way.values[name])))
-        flow.bound(size)
+            term = flow.add("abs", flow.add("mul", slope, way.values[name]))
+            size = flow.add("add", size, term)
+            if flow.value_of(slope) is not None:
+                quick = flow.add("add", quick, term)
+        apart = flow.add("abs", miss)
         limit = flow.add("mul", flow.constant(BACKWARD), size)
+        far = flow.add("lt", flow.add("mul", flow.constant(STRANGE), size), apart)
+        holds = flow.add("le", apart, limit)
+        if quick in (size, flow.constant(0.0)):
+            flow.bound(size)
+        else:
+            # Terms that are there already may be enough.
+            flow.bound(quick)
+            sooner = flow.add("le", apart, flow.add("mul", flow.constant(BACKWARD), quick))
+            finite = flow.add("lt", size, flow.constant(LARGEST))
+            holds = flow.node("sooner", sooner, flow.add("and", finite, holds))
+            far = flow.node("unless", sooner, far)
         if way.order:
-            far = flow.add("lt", flow.add("mul", flow.constant(STRANGE), size), flow.add("abs", miss))
             way.gone = flow.add("or", way.gone, flow.add("and", active, far))
-        return flow.add("le", flow.add("abs", miss), limit)
+        return holds

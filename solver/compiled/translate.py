@@ -142,6 +142,7 @@ class Translation(Single, Simultaneous, Finish):
             pairs = zip(other.order, best.order, strict=True)
             best.order = [flow.add("where", instead, *pair) for pair in pairs]
             best.gone = flow.add("and", best.gone, other.gone)
+            best.apart |= other.apart
             best.checks += [check for check in other.checks if check not in best.checks]
             best.finite += [node for node in other.finite if node not in best.finite]
         best.order = []

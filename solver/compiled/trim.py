@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rulesheets.record import replace
 from solver.compiled.schedule import operands
+from solver.compiled.simplify import not_negative
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,9 +17,49 @@ def trimmed(flow: Flow, ending: Ending) -> Ending:
     zero = flow.constant(0.0)
     holds = [check for check in ending.holds if not _implied(flow, check, ending.holds, zero)]
     results = [result for result in ending.results if isinstance(result, int)]
-    needed = _read(flow, [*holds, *ending.order, ending.gone, *results])
-    finite = [node for node in ending.finite if node in needed]
+    needed = _read(flow, [*holds, *ending.order, ending.gone, *results]) | flow.always
+    finite, sure = _heads(flow, [node for node in ending.finite if node in needed])
+    holds = [check for check in holds if not _shown(flow, check, sure, zero)]
     return replace(ending, holds=tuple(holds), finite=tuple(finite))
+
+
+_INHERITING = frozenset({"add", "sub", "mul", "neg", "abs", "sqrt", "sind", "cosd", "sin", "cos"})
+"""Operations that give no finite number where an operand is none."""
+
+
+def _heads(flow: Flow, finite: list[int]) -> tuple[list[int], set[int]]:
+    """Those of some numbers that are finite only where the others are, and all that they are finite with."""
+    heads: list[int] = []
+    sure: set[int] = set()
+    for node in sorted(finite, reverse=True):
+        if node in sure:
+            continue
+        heads.append(node)
+        waiting = [node]
+        while waiting:
+            at = waiting.pop()
+            if at in sure:
+                continue
+            sure.add(at)
+            kind, *parts = flow.nodes[at]
+            if kind in _INHERITING:
+                waiting.extend(int(part) for part in parts)
+            elif kind == "div":
+                waiting.append(int(parts[0]))
+    return heads[::-1], sure
+
+
+def _shown(flow: Flow, check: int, sure: set[int], zero: int) -> bool:
+    """Whether finite numbers show it: x ≠ 0 where one is divided by x, x ≥ 0 where one is its root."""
+    kind, *parts = flow.nodes[check]
+    if kind == "le" and parts[0] == zero:
+        return any(flow.nodes[node] == ("sqrt", parts[1]) for node in sure)
+    if kind != "not" or flow.nodes[int(parts[0])][0] != "eq":
+        return False
+    _, number, other = flow.nodes[int(parts[0])]
+    return other == zero and any(
+        flow.nodes[node][0] == "div" and flow.nodes[node][2] == number for node in sure
+    )
 
 
 def _implied(flow: Flow, check: int, checks: tuple[int, ...], zero: int) -> bool:
@@ -38,16 +79,7 @@ def _implied(flow: Flow, check: int, checks: tuple[int, ...], zero: int) -> bool
 def _exceeds_size(flow: Flow, check: int, size: int) -> bool:
     """Whether a condition says that ``size`` is more than something that is not negative."""
     kind, *parts = flow.nodes[check]
-    return kind == "lt" and parts[1] == size and _not_negative(flow, int(parts[0]))
-
-
-def _not_negative(flow: Flow, node: int) -> bool:
-    kind, *parts = flow.nodes[node]
-    if kind == "const":
-        return float(parts[0]) >= 0.0
-    if kind in ("abs", "sqrt"):
-        return True
-    return kind in ("mul", "add") and all(_not_negative(flow, int(part)) for part in parts)
+    return kind == "lt" and parts[1] == size and not_negative(flow, int(parts[0]))
 
 
 def _read(flow: Flow, wanted: list[int]) -> set[int]:

@@ -42,6 +42,8 @@ class Way:
     symbols: dict[str, str]
     decided: dict[int, bool]
     settled: set[int] = field(default_factory=set)
+    apart: set[frozenset[int]] = field(default_factory=set)
+    """Pairs of numbers that are required to differ."""
     chosen: list[int] = field(default_factory=list)
     checks: list[int] = field(default_factory=list)
     finite: list[int] = field(default_factory=list)
@@ -55,6 +57,7 @@ class Way:
             symbols=dict(self.symbols),
             decided=dict(self.decided),
             settled=set(self.settled),
+            apart=set(self.apart),
             chosen=list(self.chosen),
             checks=list(self.checks),
             finite=list(self.finite),

@@ -101,6 +101,31 @@ def test_the_slider_drives_as_step_by_step(xB: float) -> None:
         assert_same_answers(BACKWARD, xB, verdict_rows(BACKWARD, xB, list(BACKWARD.want)))
 
 
+@pytest.mark.parametrize("theta", [0.0, 90.0, -90.0, 180.0, 270.0, 450.0, 30.0, -150.0])
+def test_where_the_rules_compare_equal_numbers_calls_and_steps_agree(theta: float) -> None:
+    """At right angles the velocity of A is level or upright, so that rules of both senses are active."""
+    FORWARD(-30.0)
+    verdict, _ = FORWARD.judged((theta,))
+    assert str(verdict.status) == "solved"
+    values = verdict.leaves[0].branch.values
+    for name, number in zip(FORWARD.want, FORWARD(theta), strict=True):
+        assert number == pytest.approx(values[name], rel=1e-13, abs=1e-12)
+
+
+def test_a_call_goes_on_from_way_to_way_and_then_step_by_step() -> None:
+    model = rulesheets.loads("if x > 0 then y = 2*x else y = x^2\nz = sqrt(x + 5)\n")
+    plan = solver.prepare(model, ["x"], ["y", "z"])
+    for x in (4.0, -1.0, 11.0, -4.0):
+        assert plan(x) == (2 * x if x > 0 else x * x, math.sqrt(x + 5))
+        assert plan.all(x) == [plan(x)]
+    assert len(plan.paths.programs) == 2
+    with pytest.raises(solver.Unsolved) as refused:
+        plan(-6.0)
+    assert str(refused.value.status) == "infeasible"
+    with pytest.raises(TypeError):
+        plan(1.0, 2.0)
+
+
 def test_bad_rows_do_not_spoil_their_neighbours() -> None:
     table = BACKWARD.sweep([9.0, 20.0, 9.5, np.nan, 1e300, 9.7])
     solved = [0, 2, 5]

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets import nodes
-from rulesheets.functions.degrees import cosd, sincosd, sind
+from rulesheets.functions.degrees import atan2d, cosd, sincosd, sind
+from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
 from solver.compiled.array import ArrayKernel
 from solver.compiled.circular import SineAndCosine
 from solver.compiled.flow import Flow
@@ -68,6 +69,48 @@ def test_sine_and_cosine_together_are_the_two_alone(degrees: float) -> None:
     assert sincosd(degrees) == (sind(degrees), cosd(degrees))
 
 
+@given(st.floats(-1e15, 1e15))
+def test_sine_and_cosine_of_straight_line_code_are_within_two_ulp(degrees: float) -> None:
+    found = sine_and_cosine(degrees)
+    scope: dict[str, float] = {"a": degrees}
+    exec("\n".join(sine_and_cosine_lines("a", "s", "c")), dict(NAMES), scope)
+    assert (scope["s"], scope["c"]) == found
+    if abs(degrees) < 1e-300:
+        return  # what is subnormal in radians has fewer digits
+    with mpmath.workdps(60):
+        angle = mpmath.mpf(degrees) * mpmath.pi / 180
+        for function, number in zip((mpmath.sin, mpmath.cos), found, strict=True):
+            exact = function(angle)
+            assert abs(mpmath.mpf(number) - exact) <= 2 * math.ulp(float(abs(exact)))
+
+
+@given(st.integers(-400, 400))
+def test_multiples_of_thirty_degrees_are_exact_in_straight_line_code(twelfths: int) -> None:
+    degrees = 30.0 * twelfths
+    exact = {0.0, 0.5, 1.0}
+    for found, accurate in zip(sine_and_cosine(degrees), (sind(degrees), cosd(degrees)), strict=True):
+        assert found == accurate if abs(accurate) in exact else found == pytest.approx(accurate, rel=4e-16)
+
+
+@pytest.mark.parametrize("eighths", range(-3, 5))
+def test_directions_of_straight_line_code_are_exact_every_45_degrees(eighths: int) -> None:
+    degrees = 45.0 * eighths
+    y, x = (round(math.sqrt(2) * f(math.radians(degrees))) for f in (math.sin, math.cos))
+    for size in (1.0, 3.7, 1e-200):
+        scope = {"y": y * size, "x": x * size}
+        exec("\n".join(direction_lines("t", "y", "x")), dict(NAMES), scope)
+        assert scope["t"] == degrees == atan2d(y * size, x * size)
+
+
+@pytest.mark.parametrize(
+    ("y", "x", "degrees"), [(-0.0, -1.0, 180.0), (-1e-300, -1.0, 180.0), (-0.0, 2.0, 0.0)]
+)
+def test_no_direction_is_minus_180(y: float, x: float, degrees: float) -> None:
+    scope = {"y": y, "x": x}
+    exec("\n".join(direction_lines("t", "y", "x")), dict(NAMES), scope)
+    assert scope["t"] == degrees == atan2d(y, x)
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -79,6 +122,12 @@ def test_sine_and_cosine_together_are_the_two_alone(degrees: float) -> None:
         ("x/(1/y)", lambda x, y: x * y),
         ("-1/(-1/x)", lambda x, y: x),
         ("2*(3*x) - y*(-4)", lambda x, y: 6 * x + 4 * y),
+        ("sqrt(x)*sqrt(x) + y", lambda x, y: x + y),
+        ("(-sqrt(x)/4)^2", lambda x, y: x / 16),
+        ("(x - y) + y", lambda x, y: x),
+        ("x + (-3)", lambda x, y: x - 3),
+        ("abs(x^2 + sqrt(y))", lambda x, y: x**2 + math.sqrt(y)),
+        ("(3 - y)^2 - (y - 3)^2 + x/8", lambda x, y: x / 8),
     ],
 )
 def test_simplified_expressions_keep_their_value(text: str, expected: object) -> None:
