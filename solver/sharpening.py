@@ -17,7 +17,8 @@ from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression
 from solver.linearization import Linearization, SquareBlock
-from solver.numerics.refinement import Singular, solve_exactly
+from solver.numerics.elimination import Singular
+from solver.numerics.refinement import solve_exactly
 
 Extended: TypeAlias = Any
 """A number of mpmath."""

@@ -46,7 +46,6 @@ KINDS = {
     "scipy fsolve with Jacobian, a loop": "peer",
     "scipy fsolve, a loop": "peer",
 }
-TITLES = {"forward": "A row of a sweep, forward", "backward": "A row of a sweep, slider-driven"}
 
 
 def measure(rounds: int, rows: int) -> tuple[Section, Section]:

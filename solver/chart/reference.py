@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from rulesheets.construct import subtract
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
 from rulesheets.record import dataclass
@@ -81,25 +81,17 @@ def solve_extended(
     mp = context(digits)
     x = [mp.mpf(start[name]) for name in unknowns]
     forms = [subtract(equation.left, equation.right) for equation in equations]
-    tolerance, delta = mp.mpf(10) ** -right, mp.mpf(10) ** (-digits // 2)
-    small = mp.mpf(10) ** (-right // 2)
+    tolerance, small = mp.mpf(10) ** -right, mp.mpf(10) ** (-right // 2)
     for used in range(1, STEPS + 1):
         here = {**start, **dict(zip(unknowns, x, strict=True))}
         try:
-            residual = [extended(form, here, digits) for form in forms]
-            columns = []
-            for name, v in zip(unknowns, x, strict=True):
-                step = (abs(v) or 1) * delta
-                ahead = {**here, name: v + step}
-                columns.append(
-                    [
-                        (extended(form, ahead, digits) - r) / step if name in equation.names else mp.zero
-                        for form, equation, r in zip(forms, equations, residual, strict=True)
-                    ]
-                )
+            swept = [extended_derivatives(form, here, digits) for form in forms]
         except Undefined:
             return None
-        change = eliminate(list(zip(*columns, strict=True)), residual)
+        residual = [miss for miss, _ in swept]
+        change = eliminate(
+            [[slopes.get(name, mp.zero) for name in unknowns] for _, slopes in swept], residual
+        )
         if change is None:
             return (x, used) if not any(residual) else None
         x = [v - d for v, d in zip(x, change, strict=True)]

@@ -16,12 +16,12 @@ from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, NoRoot
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer
-from solver.kernel.extended_linear import solve_extended
 from solver.kernel.extended_step import exact_turn
 from solver.kernel.extended_system import ExtendedSystem, Unresolved, Work
 from solver.kernel.fold import null_vectors, resolve_fold
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
+from solver.numerics.elimination import eliminate
 
 CLOSE = 1e-5
 """Relative distance of a root from another whose fold it shares."""
@@ -69,7 +69,7 @@ class _Refinement:
             matrix, rhs = self.system.jacobian(zero), [-r for r in self.system.residual(zero)]
         except (Undefined, OverflowError):
             raise Unresolved from None
-        x = solve_extended(matrix, rhs, self.system.tiny)
+        x = eliminate(matrix, rhs, self.system.tiny)
         if x is None:
             if any(not answer.double for answer in self.floats.answers) and not self.floats.free:
                 raise Unresolved

@@ -10,7 +10,7 @@ from rulesheets.functions.extended import context
 from rulesheets.nodes import Expression
 from rulesheets.program import walk
 from solver.kernel.block import BlockKernel
-from solver.kernel.extended_linear import solve_extended
+from solver.numerics.elimination import eliminate
 
 SPARE = 8
 """Decimal digits of the working precision that rounding may take."""
@@ -73,7 +73,7 @@ class ExtendedSystem:
         x = [self.mp.mpf(v) for v in start]
         try:
             for _ in range(MAX_ITERATIONS):
-                step = solve_extended(self.jacobian(x), self.residual(x), self.tiny)
+                step = eliminate(self.jacobian(x), self.residual(x), self.tiny)
                 if step is None:
                     return None
                 x = [v - d for v, d in zip(x, step, strict=True)]

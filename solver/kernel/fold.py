@@ -14,8 +14,8 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives
 from solver.forward_error import half_unit
-from solver.kernel.extended_linear import solve_extended
 from solver.kernel.extended_system import ExtendedSystem
+from solver.numerics.elimination import eliminate
 from solver.witness import gross
 
 MAX_ITERATIONS = 60
@@ -113,13 +113,13 @@ class _Reduction:
             matrix.append([*self.along, self.mp.zero])
             offset = sum(v * (x - s) for v, x, s in zip(self.along, self.x, self.start, strict=True))
             miss = [f + self.mu * u for f, u in zip(self.system.residual(self.x), self.across, strict=True)]
-            step = solve_extended(matrix, [*miss, offset - t], self.tiny)
+            step = eliminate(matrix, [*miss, offset - t], self.tiny)
             if step is None:
                 raise ZeroDivisionError
             self.x = [x - d for x, d in zip(self.x, step[:n], strict=True)]
             self.mu -= step[n]
             if all(abs(d) <= self.tiny * s for d, s in zip(step[:n], self.sizes, strict=True)):
-                slope = solve_extended(matrix, [self.mp.zero] * n + [self.mp.one], self.tiny)
+                slope = eliminate(matrix, [self.mp.zero] * n + [self.mp.one], self.tiny)
                 if slope is None:
                     raise ZeroDivisionError
                 return self.mu, slope[n]
@@ -137,7 +137,7 @@ class _Reduction:
             unit = half_unit(values[name])
             column = [self.mp.mpf(slope.get(name, 0.0)) for slope in slopes]
             if unit and any(column):
-                moved = solve_extended(matrix, [*column, self.mp.zero], self.tiny)
+                moved = eliminate(matrix, [*column, self.mp.zero], self.tiny)
                 total += unit * abs(moved[-1]) if moved else self.mp.zero
         return total
 

@@ -7,16 +7,10 @@ Processes*, 1963, chapter 3), which gains the same number of digits each time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Sequence
 
+from solver.numerics.elimination import Number, Row, Singular, eliminate_rows
 from solver.numerics.factor import Factor, factorise
-
-Number: TypeAlias = Any
-"""A number that adds, multiplies, divides and compares, of whatever precision (mpmath, Fraction, float)."""
-
-Row: TypeAlias = Mapping[int, Number]
-"""The entries of one row that are not 0, by column."""
 
 ELIMINATED = 40
 """Unknowns up to which elimination takes less time than refinement."""
@@ -25,57 +19,17 @@ ROUNDS = 60
 ENOUGH = 1e-30
 
 
-class Singular(ArithmeticError):
-    """The matrix has no inverse, or none that refinement can reach."""
-
-
 def solve_exactly(rows: Sequence[Row], columns: Sequence[Sequence[Number]]) -> list[list[Number]]:
     """X with A X = B: ``rows`` (n,) of A, ``columns`` of B (each (n,)); the columns of X.
 
     Raises Singular where A has no inverse to the digits of its numbers.
     """
     if len(rows) == 1:
-        return [[_quotient(column[0], rows[0].get(0, 0))] for column in columns]
-    if len(rows) <= ELIMINATED:
-        return _eliminated(rows, columns)
-    return _refined(rows, columns)
-
-
-def _quotient(dividend: Number, divisor: Number) -> Number:
-    if not divisor:
-        raise Singular("a pivot is 0")
-    return dividend / divisor
-
-
-def _eliminated(rows: Sequence[Row], columns: Sequence[Sequence[Number]]) -> list[list[Number]]:
-    """Gaussian elimination with partial pivoting on rows of unit size, zeros left out."""
-    n = len(rows)
-    right = list(range(n, n + len(columns)))
-    left = []
-    for i, row in enumerate(rows):
-        size = max((abs(entry) for entry in row.values()), default=0)
-        whole = {**row, **{place: column[i] for place, column in zip(right, columns, strict=True)}}
-        left.append({j: _quotient(entry, size) for j, entry in whole.items() if entry})
-    for k in range(n):
-        pivot = max(range(k, n), key=lambda i: abs(left[i].get(k, 0)))
-        left[k], left[pivot] = left[pivot], left[k]
-        if not left[k].get(k, 0):
-            raise Singular("a pivot is 0")
-        for i in range(k + 1, n):
-            if left[i].get(k, 0):
-                _subtract(left[i], left[k], k)
-    for k in reversed(range(n)):
-        for place in right:
-            known = sum((left[k][j] * left[j][place] for j in left[k] if k < j < n), left[k][k] * 0)
-            left[k][place] = (left[k].get(place, 0) - known) / left[k][k]
-    return [[left[k][place] for k in range(n)] for place in right]
-
-
-def _subtract(row: dict[int, Number], pivot: Mapping[int, Number], k: int) -> None:
-    factor = row.pop(k) / pivot[k]
-    for j, entry in pivot.items():
-        if j > k:
-            row[j] = row.get(j, 0) - factor * entry
+        divisor = rows[0].get(0, 0)
+        if not divisor:
+            raise Singular("a pivot vanishes")
+        return [[column[0] / divisor] for column in columns]
+    return eliminate_rows(rows, columns) if len(rows) <= ELIMINATED else _refined(rows, columns)
 
 
 def _refined(rows: Sequence[Row], columns: Sequence[Sequence[Number]]) -> list[list[Number]]:

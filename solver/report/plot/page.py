@@ -19,7 +19,6 @@ INK, GRID = "#222222", "#dddddd"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5b3c88", "#222222")
 """Okabe and Ito (2008), which people with any colour vision tell apart; strokes differ too."""
 STROKES = ("solid", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
-INKED = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
 WIDTH, PANEL = 7.0, 2.1
 """Inches of a page and of a panel."""
 POINTS = 8_000
