@@ -59,6 +59,8 @@ def _real(function: Callable[..., Any]) -> Callable[..., Any]:
 def _checked(number: Any) -> Any:
     if isinstance(number, mpmath.mpc) or not mpmath.isfinite(number):
         raise ValueError("no real value")
+    if number and abs(mpmath.mag(number)) > 100_000:
+        raise ValueError("too large or too small a number for mpmath's functions")
     return number
 
 
@@ -73,6 +75,13 @@ def _exact_turn(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
         return function(mpmath.fmod(x, 360) / 180)
 
     return value
+
+
+def _direction(y: Any, x: Any) -> Any:
+    """In (-π, π]; the origin has none."""
+    if x == y == 0:
+        raise ValueError("the origin has no direction")
+    return mpmath.atan2(y, x) if y else mpmath.mpf(0) if x > 0 else +mpmath.pi
 
 
 def _tand(x: Any) -> Any:
@@ -100,6 +109,21 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "sind": _exact_turn(mpmath.sinpi),
     "cosd": _exact_turn(mpmath.cospi),
     "tand": _tand,
+    "asind": lambda x: mpmath.asin(x) * 180 / mpmath.pi,
+    "atand": lambda x: mpmath.atan(x) * 180 / mpmath.pi,
+    "atan2": lambda y, x: _direction(y, x),
+    "atan2d": lambda y, x: _direction(y, x) * 180 / mpmath.pi,
+    "sinh": mpmath.sinh,
+    "asinh": mpmath.asinh,
+    "acosh": mpmath.acosh,
+    "atanh": mpmath.atanh,
+    "erf": mpmath.erf,
+    "erfc": mpmath.erfc,
+    "gamma": mpmath.gamma,
+    "j0": mpmath.j0,
+    "min": min,
+    "max": max,
+    "mod": lambda x, y: mpmath.sign(x) * mpmath.fmod(abs(x), abs(y)),
     "acosd": lambda x: mpmath.acos(x) * 180 / mpmath.pi,
 }
 

@@ -1,21 +1,25 @@
 """Random, ill-scaled, degenerate and hostile sheets: no crash, no hang, no false claim.
 
-    python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 10] [--show SEED]
+    python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 10] [--jobs 1] [-o FILE] [--show SEED]
 
-solves the sheets of ``hostile_sheets.py`` from a seed on, and prints how they ended, by kind and status, and
-every one that is
+solves the sheets of ``hostile_kinds.py`` from a seed on, in so many processes, and prints how they ended, by
+kind and status, and every one that is
 
 - a *crash*: any exception but the refusal of a broken sheet;
-- a *hang*: longer than the limit, in seconds;
+- a *hang*: longer than the limit, in seconds of the processor;
 - a *false success*: an answer with a rule that no change of 1e-9 of its values would satisfy, judged with 50
   digits by a witness that shares no code with the solver;
 - a *false refusal*: called infeasible, contradictory, or completely solved without the planted state,
   although that state is there, and determined well.
+
+A long run writes every outcome to a file, goes on where the file ends, and prints the table of all in it.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import os
 import re
 import signal
 import sys
@@ -23,9 +27,13 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small, and the processes several
 
 import mpmath
 
@@ -34,7 +42,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 import rulesheets
 import solver
 from benchmarks.expressions import DIGITS, Undefined, evaluated
-from benchmarks.hostile_sheets import Sheet, sheet, uncertainty
+from benchmarks.hostile_kinds import sheet
+from benchmarks.hostile_sheets import Sheet, active, uncertainty
 from solver import Result, Status
 
 CHANGE = 1e-9
@@ -59,6 +68,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Outcome:
+    """``seconds`` of the processor."""
+
+    seed: int
     kind: str
     status: str
     seconds: float
@@ -70,26 +82,26 @@ class TooLong(Exception):
 
 
 def examine(seed: int, limit: float, most: int = 5) -> Outcome:
-    """Solve the sheet of a seed (``most`` unknowns) within ``limit`` seconds and judge the answer."""
+    """Solve the sheet of a seed (``most`` unknowns) within so many seconds of the processor, and judge it."""
     made = sheet(seed, most)
-    began = time.perf_counter()
-    signal.signal(signal.SIGALRM, _alarm)
-    signal.setitimer(signal.ITIMER_REAL, limit)
+    began = time.process_time()
+    signal.signal(signal.SIGPROF, _alarm)
+    signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         result = solver.solve(rulesheets.loads(made.text))
     except rulesheets.RuleSheetError as error:
-        return _refused(seed, made, error, time.perf_counter() - began)
+        return _refused(seed, made, error, time.process_time() - began)
     except TooLong:
-        return Outcome(made.kind, "hang", limit, Finding(seed, "hang", f"over {limit:g} s"))
+        return Outcome(seed, made.kind, "hang", limit, Finding(seed, "hang", f"over {limit:g} s"))
     except Exception:
         said = traceback.format_exc().strip().splitlines()
-        return Outcome(made.kind, "crash", 0.0, Finding(seed, "crash", " | ".join(said[-3:])))
+        return Outcome(seed, made.kind, "crash", 0.0, Finding(seed, "crash", " | ".join(said[-3:])))
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-    seconds = time.perf_counter() - began
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+    seconds = time.process_time() - began
     detail = next(_false_claims(made, result), None)
     finding = Finding(seed, *detail) if detail else None
-    return Outcome(made.kind, str(result.status), seconds, finding)
+    return Outcome(seed, made.kind, str(result.status), seconds, finding)
 
 
 def _alarm(*_: Any) -> None:
@@ -99,8 +111,8 @@ def _alarm(*_: Any) -> None:
 def _refused(seed: int, made: Sheet, error: Exception, seconds: float) -> Outcome:
     """Only broken text, and numbers that no float holds, may be refused."""
     if made.raw is not None or made.kind == "nasty numbers":
-        return Outcome(made.kind, "refused", seconds)
-    return Outcome(made.kind, "refused", seconds, Finding(seed, "refused", str(error).splitlines()[0]))
+        return Outcome(seed, made.kind, "refused", seconds)
+    return Outcome(seed, made.kind, "refused", seconds, Finding(seed, "refused", str(error).splitlines()[0]))
 
 
 def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
@@ -123,8 +135,10 @@ def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
     """Whether changes of 1e-9 of the values satisfy the rule; rules that do not apply, or that read what has
     no value, ask nothing."""
     condition, left, right = rule
-    if not set(re.findall(r"\b[a-z]\b", " ".join(rule))) <= set(values):
+    names = set(re.findall(r"\b[a-z]\b", " ".join(rule)))
+    if not names <= set(values):
         return True
+    values = {name: values[name] for name in names}
     text = f"{left} - ({right})"
     try:
         if condition and not evaluated(condition, values):
@@ -132,6 +146,8 @@ def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
         miss = evaluated(text, values)
     except Undefined:
         return any(_reaches(text, values, name) for name in values)
+    if miss == 0:
+        return True
     with mpmath.workdps(DIGITS):
         total = mpmath.mpf(0)
         for name, value in values.items():
@@ -142,8 +158,8 @@ def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
             except Undefined:
                 continue
             total += abs(moved[0] - moved[1]) / 2 * mpmath.mpf(10) ** 25
-        if abs(miss) <= CHANGE * total:
-            return True
+            if abs(miss) <= CHANGE * total:
+                return True
     return any(_reaches(text, values, name) for name in values)
 
 
@@ -163,7 +179,7 @@ def _reaches(text: str, values: Mapping[str, float], name: str) -> bool:
 def _square(made: Sheet) -> bool:
     """More rules than unknowns contradict each other by the rounding of their constants."""
     assert made.planted is not None
-    return len(made.rules) == len(made.planted) - len(made.inputs)
+    return len(active(made)) == len(made.planted) - len(made.inputs)
 
 
 def _plant_holds(made: Sheet) -> bool:
@@ -192,20 +208,55 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Hostile sheets: no crash, no hang, no false claim.")
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="the first of as many seeds")
-    parser.add_argument("--limit", type=float, default=10.0, help="seconds for each")
+    parser.add_argument("--most", type=int, default=5, help="unknowns of a sheet, at most")
+    parser.add_argument("--limit", type=float, default=10.0, help="seconds of the processor for each")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="CSV of the outcomes, to go on with"
+    )
     parser.add_argument("--show", type=int, metavar="SEED", help="print one sheet and solve it")
     arguments = parser.parse_args()
     if arguments.show is not None:
-        print(sheet(arguments.show).text)
-        print(examine(arguments.show, arguments.limit))
+        print(sheet(arguments.show, arguments.most).text)
+        print(examine(arguments.show, arguments.limit, arguments.most))
         return
-    outcomes = []
-    for seed in range(arguments.seed, arguments.seed + arguments.count):
-        outcomes.append(examine(seed, arguments.limit))
-        if outcomes[-1].finding:
-            print(outcomes[-1].finding, flush=True)
+    before = [] if arguments.output is None else recorded(arguments.output)
+    done = {outcome.seed for outcome in before}
+    seeds = [seed for seed in range(arguments.seed, arguments.seed + arguments.count) if seed not in done]
+    outcomes = before + list(_examined(seeds, arguments))
     report(outcomes)
     sys.exit(any(outcome.finding for outcome in outcomes))
+
+
+def _examined(seeds: list[int], arguments: argparse.Namespace) -> Iterator[Outcome]:
+    """The outcomes, written to the file as they come."""
+    trial = partial(examine, limit=arguments.limit, most=arguments.most)
+    with ProcessPoolExecutor(arguments.jobs) as pool:
+        found = pool.map(trial, seeds, chunksize=20) if arguments.jobs > 1 else map(trial, seeds)
+        for outcome in found:
+            if outcome.finding:
+                print(outcome.finding, flush=True)
+            if arguments.output is not None:
+                _record(arguments.output, outcome)
+            yield outcome
+
+
+def _record(file: Path, outcome: Outcome) -> None:
+    found = (outcome.finding.what, outcome.finding.detail) if outcome.finding else ("", "")
+    with file.open("a", newline="", encoding="utf-8") as stream:
+        row = (outcome.seed, outcome.kind, outcome.status, f"{outcome.seconds:.4f}", *found)
+        csv.writer(stream).writerow(row)
+
+
+def recorded(file: Path) -> list[Outcome]:
+    """The outcomes that a run has written; none where there is no file yet."""
+    if not file.exists():
+        return []
+    with file.open(newline="", encoding="utf-8") as stream:
+        return [
+            Outcome(int(seed), kind, status, float(seconds), Finding(int(seed), what, said) if what else None)
+            for seed, kind, status, seconds, what, said in csv.reader(stream)
+        ]
 
 
 def report(outcomes: list[Outcome]) -> None:

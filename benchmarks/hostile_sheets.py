@@ -22,7 +22,11 @@ from benchmarks.expressions import DIGITS, Undefined, evaluated
 @dataclass(frozen=True)
 class Sheet:
     """``rules`` are (condition or "", left, right). ``planted`` is a state that satisfies all of them to the
-    rounding of their constants, None where there is none that is known of."""
+    rounding of their constants, None where there is none that is known of.
+
+    ``lines``: the text of the rules, where it is not plain; ``head``: what comes before the sections;
+    ``symbols``: inputs that are no numbers; ``raw``: the whole text, of a sheet that may well be refused.
+    """
 
     kind: str
     rules: tuple[tuple[str, str, str], ...]
@@ -31,20 +35,25 @@ class Sheet:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     planted: Mapping[str, float] | None = None
     raw: str | None = None
+    lines: tuple[str, ...] | None = None
+    head: tuple[str, ...] = ()
+    symbols: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
         if self.raw is not None:
             return self.raw
-        if not (self.inputs or self.guesses or self.ranges):
-            return "\n".join([*map(_line, self.rules), ""])
-        rows = [f"{name} = {value!r}" for name, value in self.inputs.items()]
-        for name in sorted(_names(" ".join(" ".join(rule) for rule in self.rules)) - {*self.inputs}):
+        lines = [_line(rule) for rule in self.rules] if self.lines is None else self.lines
+        if not (self.inputs or self.guesses or self.ranges or self.symbols or self.head):
+            return "\n".join([*lines, ""])
+        rows = [f"{name} = {symbol}" for name, symbol in self.symbols.items()]
+        rows += [f"{name} = {value!r}" for name, value in self.inputs.items()]
+        for name in sorted(names_of(" ".join(" ".join(rule) for rule in self.rules)) - {*self.inputs}):
             guess = f" ~ {self.guesses[name]!r}" if name in self.guesses else ""
             low, high = self.ranges.get(name, (-math.inf, math.inf))
             range_ = f" in [{low!r}, {high!r}]" if low > -math.inf and not guess else ""
             rows.append(f"{name}{guess}{range_}")
-        return "\n".join(["variables", *rows, "rules", *map(_line, self.rules), ""])
+        return "\n".join(["variables", *rows, "rules", *lines, *self.head, ""])
 
 
 def _line(rule: tuple[str, str, str]) -> str:
@@ -55,6 +64,7 @@ def _line(rule: tuple[str, str, str]) -> str:
 NAMES = ("a", "b", "c", "d", "x", "y", "z", "w")
 SMOOTH = ("sin", "cos", "exp", "sqrt", "ln", "atan", "sind", "cosd", "abs", "tanh")
 ROUGH = (*SMOOTH, "tan", "asin", "acos", "int", "sgn", "tand", "cosh", "acosd", "round", "frac", "log")
+OF_TWO = frozenset({"min", "max", "mod", "atan2", "atan2d"})
 CONSTANTS = ("0", "1", "2", "3", "0.5", "10", "1e-3", "1e6", "7", "360", "90", "pi")
 NASTY = ("0", "1e-300", "1e300", "1e-16", "1e16", "1e-9", "4.9e-324", "1.7e308", "1e150", "1e-150")
 
@@ -70,38 +80,36 @@ class Dice(Random):
         return super().__new__(cls, seed)
 
 
-def sheet(seed: int, most: int = 5) -> Sheet:
-    """The sheet of a seed, always the same, with at most so many unknowns."""
-    random = Dice(seed, most)
-    kind = random.choice(tuple(KINDS))
-    return KINDS[kind](random)
-
-
 # -- planted ------------------------------------------------------------------------------------------------
 
 
-def _magnitude(random: Dice, decades: float) -> float:
+def magnitude(random: Dice, decades: float) -> float:
     value = random.choice((-1, 1)) * 10.0 ** random.uniform(-decades, decades)
     return float(f"{value:.{random.choice((2, 4, 16))}e}")
 
 
-def _planted(random: Dice, decades: float = 1.0, extra: int = 0, smooth: bool = True) -> Sheet:
+def planted(
+    random: Dice,
+    decades: float = 1.0,
+    extra: int = 0,
+    functions: tuple[str, ...] = SMOOTH,
+    limit: float = 1e12,
+) -> Sheet:
+    """Rules of random expressions, none larger than the ``limit``, at a random state of so many decades."""
     n = random.randint(1, random.most)
     names = random.sample(NAMES, n + random.randint(0, 2))
     unknown = names[:n]
-    state = {name: _magnitude(random, decades) for name in names}
+    state = {name: magnitude(random, decades) for name in names}
     rules = []
     for k in range(n + extra):
         for _ in range(60):
-            left = _expression(
-                random, names, random.randint(1, min(3, random.most)), SMOOTH if smooth else ROUGH
-            )
+            left = expression(random, names, random.randint(1, min(3, random.most)), functions)
             try:
                 value = float(evaluated(left, state))
             except (Undefined, OverflowError):
                 continue
             must = unknown[k % n]
-            if math.isfinite(value) and abs(value) < 1e12 and must in _names(left):
+            if math.isfinite(value) and abs(value) < limit and must in names_of(left):
                 rules.append(("", left, repr(value)))
                 break
     given = {name: state[name] for name in names if name not in unknown}
@@ -111,16 +119,16 @@ def _planted(random: Dice, decades: float = 1.0, extra: int = 0, smooth: bool = 
     return Sheet("planted", tuple(rules), given, guesses, planted=state)
 
 
-def _names(text: str) -> set[str]:
+def names_of(text: str) -> set[str]:
     return set(re.findall(r"\b[a-z]\b", text))
 
 
-def _expression(random: Dice, names: list[str], depth: int, functions: tuple[str, ...]) -> str:
+def expression(random: Dice, names: list[str], depth: int, functions: tuple[str, ...]) -> str:
     if depth == 0 or random.random() < 0.15:
         return random.choice(names) if random.random() < 0.75 else random.choice(CONSTANTS)
 
     def part() -> str:
-        return _expression(random, names, depth - 1, functions)
+        return expression(random, names, depth - 1, functions)
 
     way = random.random()
     if way < 0.30:
@@ -131,16 +139,17 @@ def _expression(random: Dice, names: list[str], depth: int, functions: tuple[str
         return f"({part()}/{part()})"
     if way < 0.80:
         return f"({part()})^{random.choice(('2', '2', '3', '4', '0.5', '-1', '1.5'))}"
-    return f"{random.choice(functions)}({part()})"
+    function = random.choice(functions)
+    return f"{function}({part()}, {part()})" if function in OF_TWO else f"{function}({part()})"
 
 
 def _ill_scaled(random: Dice) -> Sheet:
-    made = _planted(random, decades=random.choice((6.0, 9.0, 12.0)))
+    made = planted(random, decades=random.choice((6.0, 9.0, 12.0)))
     return Sheet("ill-scaled", made.rules, made.inputs, made.guesses, planted=made.planted)
 
 
 def _overdetermined(random: Dice) -> Sheet:
-    made = _planted(random, extra=random.randint(1, 3))
+    made = planted(random, extra=random.randint(1, 3))
     rules = [*made.rules, *random.sample(made.rules, min(len(made.rules), 1))]
     random.shuffle(rules)
     return Sheet("redundant", tuple(rules), made.inputs, made.guesses, planted=made.planted)
@@ -148,7 +157,7 @@ def _overdetermined(random: Dice) -> Sheet:
 
 def _contradictory(random: Dice) -> Sheet:
     """A planted sheet, one rule of which is repeated with another value."""
-    made = _planted(random)
+    made = planted(random)
     if not made.rules:
         return made
     condition, left, right = random.choice(made.rules)
@@ -159,13 +168,13 @@ def _contradictory(random: Dice) -> Sheet:
 
 
 def _rough(random: Dice) -> Sheet:
-    made = _planted(random, smooth=False)
+    made = planted(random, functions=ROUGH)
     return Sheet("rough", made.rules, made.inputs, made.guesses, planted=made.planted)
 
 
 def _ranged(random: Dice) -> Sheet:
     """A planted sheet with finite ranges around its state."""
-    made = _planted(random)
+    made = planted(random)
     assert made.planted is not None
     ranges = {}
     for name, value in made.planted.items():
@@ -181,16 +190,16 @@ def _ranged(random: Dice) -> Sheet:
 def _random(random: Dice) -> Sheet:
     n = random.randint(1, random.most)
     names = random.sample(NAMES, n)
-    rules = [("", *_sides(random, names)) for _ in range(max(1, n + random.randint(-1, 2)))]
-    inputs = {name: _magnitude(random, 2) for name in names if random.random() < 0.3}
+    rules = [("", *sides(random, names)) for _ in range(max(1, n + random.randint(-1, 2)))]
+    inputs = {name: magnitude(random, 2) for name in names if random.random() < 0.3}
     return Sheet("random", tuple(rules), inputs)
 
 
-def _sides(random: Dice, names: list[str]) -> tuple[str, str]:
-    left = _expression(random, names, random.randint(1, min(3, random.most)), ROUGH)
-    if not _names(left):
+def sides(random: Dice, names: list[str]) -> tuple[str, str]:
+    left = expression(random, names, random.randint(1, min(3, random.most)), ROUGH)
+    if not names_of(left):
         left = random.choice(names)
-    return left, _expression(random, names, random.randint(0, 2), ROUGH)
+    return left, expression(random, names, random.randint(0, 2), ROUGH)
 
 
 def _nasty(random: Dice) -> Sheet:
@@ -198,8 +207,8 @@ def _nasty(random: Dice) -> Sheet:
     names = random.sample(NAMES, random.randint(1, 3))
     rules = []
     for _ in range(len(names)):
-        left = _expression(random, names, random.randint(1, 2), ROUGH)
-        left = left if _names(left) else names[0]
+        left = expression(random, names, random.randint(1, 2), ROUGH)
+        left = left if names_of(left) else names[0]
         rules.append(
             ("", f"{left}*{random.choice(NASTY)}" if random.random() < 0.5 else left, random.choice(NASTY))
         )
@@ -273,7 +282,7 @@ DEGENERATE = (
 
 
 def _degenerate(random: Dice) -> Sheet:
-    a, p, big = _magnitude(random, 1), abs(_magnitude(random, 1)), 10.0 ** random.randint(8, 18)
+    a, p, big = magnitude(random, 1), abs(magnitude(random, 1)), 10.0 ** random.randint(8, 18)
     words = {
         "a": f"({a!r})",
         "p": repr(p),
@@ -285,10 +294,10 @@ def _degenerate(random: Dice) -> Sheet:
     lines = [rule.format(**words).split(" = ") for rule in random.choice(DEGENERATE)]
     rules = [("", left, right) for left, right in lines]
     random.shuffle(rules)
-    names = sorted(_names(" ".join(left + " " + right for _, left, right in rules)))
-    guesses = {name: _magnitude(random, 1) for name in names if random.random() < 0.3}
+    names = sorted(names_of(" ".join(left + " " + right for _, left, right in rules)))
+    guesses = {name: magnitude(random, 1) for name in names if random.random() < 0.3}
     ranges = {name: (-10.0, 10.0) for name in names if random.random() < 0.3}
-    inputs = {n: _magnitude(random, 1) for n in names if random.random() < 0.1}
+    inputs = {n: magnitude(random, 1) for n in names if random.random() < 0.1}
     return Sheet("degenerate", tuple(rules), inputs, guesses, ranges)
 
 
@@ -297,21 +306,21 @@ def _guarded(random: Dice) -> Sheet:
     names = random.sample(NAMES, random.randint(2, max(2, random.most - 1)))
     rules = []
     for name in names:
-        left, right = _sides(random, names)
-        edge = _magnitude(random, 1)
+        left, right = sides(random, names)
+        edge = magnitude(random, 1)
         if random.random() < 0.6:
             test, opposite = random.choice((("<", ">="), (">", "<="), ("<=", ">"), ("=", "<>")))
             rules.append((f"{name} {test} {edge!r}", left, right))
-            rules.append((f"{name} {opposite} {edge!r}", *_sides(random, names)))
+            rules.append((f"{name} {opposite} {edge!r}", *sides(random, names)))
         else:
             rules.append(("", left, right))
-    inputs = {name: _magnitude(random, 1) for name in names[1:] if random.random() < 0.4}
+    inputs = {name: magnitude(random, 1) for name in names[1:] if random.random() < 0.4}
     return Sheet("guarded", tuple(rules), inputs)
 
 
 def _broken(random: Dice) -> Sheet:
     """The text of another sheet with some characters changed: refused, or read as something else."""
-    text = _planted(random).text
+    text = planted(random).text
     for _ in range(random.randint(1, 4)):
         place = random.randrange(len(text) + 1)
         text = (
@@ -320,19 +329,10 @@ def _broken(random: Dice) -> Sheet:
     return Sheet("broken text", (), raw=text)
 
 
-KINDS: Mapping[str, Callable[[Dice], Sheet]] = {
-    "planted": _planted,
-    "ill-scaled": _ill_scaled,
-    "redundant": _overdetermined,
-    "contradictory": _contradictory,
-    "rough": _rough,
-    "ranged": _ranged,
-    "random": _random,
-    "nasty numbers": _nasty,
-    "degenerate": _degenerate,
-    "guarded": _guarded,
-    "broken text": _broken,
-}
+def active(made: Sheet) -> list[tuple[str, str, str]]:
+    """The rules that apply in the planted state."""
+    assert made.planted is not None
+    return [rule for rule in made.rules if not rule[0] or evaluated(rule[0], made.planted)]
 
 
 def uncertainty(made: Sheet) -> float:
@@ -342,7 +342,7 @@ def uncertainty(made: Sheet) -> float:
         return math.inf
     unknown = [name for name in made.planted if name not in made.inputs]
     try:
-        rows = [_row(rule, made.planted, unknown) for rule in made.rules]
+        rows = [_row(rule, made.planted, unknown) for rule in active(made)]
     except Undefined:
         return math.inf
     matrix, noise = np.array([row for row, _ in rows]), np.array([off for _, off in rows])
@@ -373,3 +373,18 @@ def _row(
     rough = evaluated(left, state, digits=15)
     tiny = abs(float(right)) < 1e-290
     return row, math.inf if tiny else float(10 * abs(rough - exact) + 2.0**-52 * abs(exact))
+
+
+PLAIN: Mapping[str, Callable[[Dice], Sheet]] = {
+    "planted": planted,
+    "ill-scaled": _ill_scaled,
+    "redundant": _overdetermined,
+    "contradictory": _contradictory,
+    "rough": _rough,
+    "ranged": _ranged,
+    "random": _random,
+    "nasty numbers": _nasty,
+    "degenerate": _degenerate,
+    "guarded": _guarded,
+    "broken text": _broken,
+}

@@ -60,12 +60,16 @@ def look_again(equation: Equation, values: Mapping[str, Value], share: float, no
 
 def _seen(look: _Look, miss: Any, digits: int, share: float) -> Sight:
     try:
-        total = look.size(digits)
+        moves = look.moves(digits)
+        total = sum(map(abs, moves.values()))
+        scaled = abs(miss) / total if total else math.inf
+        reaches = scaled <= share and any(
+            look.straddles(moves, 2 * change, digits) for change in (scaled, share, share / 1e3)
+        )
     except Undefined:
         reaches = look.reaches(share)
         return Sight(float(miss), 0.0 if reaches else math.inf, reaches)
-    reaches = bool(abs(miss) <= share * total)
-    return Sight(float(miss), float(abs(miss) / total) if total else math.inf, reaches)
+    return Sight(float(miss), float(scaled), reaches)
 
 
 class _Look:
@@ -78,14 +82,24 @@ class _Look:
         at = {**self.values, **(moved or {})}
         return extended(self.equation.left, at, digits) - extended(self.equation.right, at, digits)
 
-    def size(self, digits: int) -> Any:
-        """Σ|∂F/∂v · v| by central differences, at a third of the digits. Raises Undefined."""
+    def moves(self, digits: int) -> dict[str, Any]:
+        """∂F/∂v · |v| by variable: central differences, at a third of the digits. Raises Undefined."""
         step = context(digits).mpf(10) ** -(digits // 3)
-        total = context(digits).zero
+        found = {}
         for name, number, size in self._numbers(digits):
             above, below = (self.miss(digits, {name: number + size * s}) for s in (step, -step))
-            total += abs(above - below) / (2 * step)
-        return total
+            found[name] = (above - below) / (2 * step)
+        return found
+
+    def straddles(self, moves: Mapping[str, Any], share: Any, digits: int) -> bool:
+        """Whether F changes its sign as all values move along its slopes, and against them, by that share.
+        Raises Undefined."""
+        sign = context(digits).sign
+        above, below = (
+            self.miss(digits, {n: v + size * sign(moves[n]) * s for n, v, size in self._numbers(digits)})
+            for s in (share, -share)
+        )
+        return bool(above >= 0 >= below)
 
     def reaches(self, share: float) -> bool:
         """Whether F vanishes, or changes its sign, within a change of one value by that share of it.

@@ -3,7 +3,8 @@
 A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
 is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
 may have made F (``cosd(x + 90)`` at a small x), or have hidden it (``tanh(x) = 1`` at 20), F and its slopes
-are evaluated again to as many digits as it takes.
+are evaluated again to as many digits as it takes. Where F goes far within so small a change, slopes alone do
+not tell (``cosd(x) = 2`` at 1e90): F must change its sign there.
 Every decision that a rule is satisfied is made here, and nowhere else.
 """
 
@@ -17,7 +18,10 @@ from rulesheets.model import Equation, Value
 from rulesheets.nodes import Expression, Name, Sum, Symbol
 from rulesheets.record import dataclass
 
-BACKWARD = 64 * 2.0**-52
+EPSILON = 2.0**-52
+BACKWARD = 64 * EPSILON
+STEEP = 1e-6
+"""The share of its sides that a rule may change by with its values, to be judged by its slopes."""
 ROUNDINGS = 4
 """How many times the rounding of an evaluation may come out larger than to first order."""
 
@@ -53,7 +57,10 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     total = _size(slopes, others, values)
     bound = BACKWARD * total
     if abs(miss) + noise <= bound < math.inf:
-        return Testimony(True, miss, abs(miss) / total)
+        gentle = bound <= STEEP * (abs(a) + abs(b))
+        scaled = abs(miss) / total
+        if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
+            return Testimony(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
         return Testimony(False, miss, abs(miss) / total if total else math.inf)
     from solver.second_look import look_again
@@ -83,6 +90,28 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
         return sum(abs(value(term, values)) for term in terms)
     except Undefined:
         return math.inf
+
+
+def _straddles(
+    equation: Equation,
+    values: Mapping[str, Value],
+    left: Mapping[str, float],
+    right: Mapping[str, float],
+    share: float,
+) -> bool:
+    """Whether F changes its sign as all values move along its slopes, and against them, by that share."""
+    found = []
+    for change in (share, -share):
+        moved = dict(values)
+        for name in equation.names:
+            slope = left.get(name, 0.0) - right.get(name, 0.0)
+            if isinstance(number := values[name], float) and slope:
+                moved[name] = number + math.copysign(change * abs(number), change * slope)
+        try:
+            found.append(value(equation.left, moved) - value(equation.right, moved))
+        except Undefined:
+            return False
+    return found[0] >= 0.0 >= found[1]
 
 
 def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:

@@ -12,7 +12,8 @@ import pytest
 
 from benchmarks.expressions import Undefined, evaluated
 from benchmarks.hostile import examine, satisfied
-from benchmarks.hostile_sheets import KINDS, Dice, sheet
+from benchmarks.hostile_kinds import KINDS, sheet
+from benchmarks.hostile_sheets import Dice
 
 LIMIT = 60.0
 """Seconds for one sheet; it takes some milliseconds on an idle machine."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, TypeAlias, assert_never
@@ -23,6 +24,10 @@ from rulesheets.nodes import (
 
 ExtendedValues: TypeAlias = Mapping[str, Any]
 """Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""
+
+
+MOST_BITS = 100_000
+"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
 
 def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
@@ -78,6 +83,9 @@ def _power(expression: Power, base: Extended, exponent: Extended) -> Extended:
 
 
 def _call(expression: Call, arguments: list[Extended], digits: int) -> Extended:
+    for argument in arguments:
+        if argument and abs(argument.exp + argument.bc) > MOST_BITS:
+            raise Undefined("overflow", (math.inf,), expression)
     try:
         return functions(digits)[expression.function](*arguments)
     except (ValueError, ZeroDivisionError, OverflowError):
