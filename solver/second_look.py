@@ -41,35 +41,43 @@ class Sight:
     reaches: bool
 
 
-def look_again(equation: Equation, values: Mapping[str, Value], share: float, noise: float) -> Sight:
-    """F of an equation of numbers at the ``values``; ``share`` is the change of them that is admitted,
-    ``noise`` a bound of the error that floats make in F, if that is known."""
+def look_again(
+    equation: Equation, values: Mapping[str, Value], share: float, steep: float, noise: float
+) -> Sight:
+    """F of an equation of numbers at the ``values``.
+
+    ``share`` is the change of them that is admitted; if it changes F by more than a share ``steep`` of its
+    sides, F must change its sign. ``noise`` bounds the error that floats make in F, if that is known.
+    """
     look = _Look(equation, values)
     size = context(DIGITS[0]).mpf(noise if math.isfinite(noise) else 0.0) / UNIT
     try:
+        first = look.miss(DIGITS[0])
         for rough, fine in pairwise(DIGITS):
             some, more = look.miss(rough), look.miss(fine)
             clear = abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - rough)
             if clear and abs(some - more) <= AGREEMENT * abs(more):
-                return _seen(look, more, fine, share)
+                return _seen(look, more, fine, share, steep)
     except Undefined:
         reaches = look.reaches(share)
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
-    return Sight(0.0, 0.0, True)
+    vanishes = abs(more) <= abs(first) * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
+    return Sight(0.0, 0.0, True) if vanishes else Sight(math.nan, math.inf, False)
 
 
-def _seen(look: _Look, miss: Any, digits: int, share: float) -> Sight:
+def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Sight:
     try:
         moves = look.moves(digits)
         total = sum(map(abs, moves.values()))
         scaled = abs(miss) / total if total else math.inf
-        reaches = scaled <= share and any(
-            look.straddles(moves, 2 * change, digits) for change in (scaled, share, share / 1e3)
+        gentle = share * total <= steep * look.gross(digits)
+        reaches = scaled <= share and (
+            gentle or any(look.straddles(moves, 2 * t, digits) for t in (scaled, share, share / 1e3))
         )
     except Undefined:
         reaches = look.reaches(share)
         return Sight(float(miss), 0.0 if reaches else math.inf, reaches)
-    return Sight(float(miss), float(scaled), reaches)
+    return Sight(float(miss), float(scaled), bool(reaches))
 
 
 class _Look:
@@ -81,6 +89,10 @@ class _Look:
         """F at the values, some of them ``moved``. Raises Undefined."""
         at = {**self.values, **(moved or {})}
         return extended(self.equation.left, at, digits) - extended(self.equation.right, at, digits)
+
+    def gross(self, digits: int) -> Any:
+        """The size of both sides. Raises Undefined."""
+        return sum(abs(extended(s, self.values, digits)) for s in (self.equation.left, self.equation.right))
 
     def moves(self, digits: int) -> dict[str, Any]:
         """∂F/∂v · |v| by variable: central differences, at a third of the digits. Raises Undefined."""

@@ -140,6 +140,8 @@ def _about(fact: Fact) -> tuple[int, ...]:
     match fact:
         case NoValue(equation=equation) | OutOfRange(equation=equation) | AsksNothing(equation=equation):
             return (equation,)
+        case BeyondFloats(equation=equation):
+            return (equation,)
         case Conflict(equations=equations) | NoRoot(equations=equations) | RankLoss(equations=equations):
             return equations
         case _:
@@ -158,6 +160,7 @@ _SEVERITY: tuple[tuple[Status, type[object]], ...] = (
     (Status.INCONSISTENT, Conflict),
     (Status.INFEASIBLE, NoValue),
     (Status.INFEASIBLE, OutOfRange),
+    (Status.FAILED, BeyondFloats),
 )
 
 
@@ -257,7 +260,8 @@ def _ordered(model: Model, leaves: list[Leaf], guesses: Mapping[str, float]) -> 
                 turn = graph.turn(name)
                 if turn:
                     apart = min(apart % turn, turn - apart % turn)
-                total += (apart / max(abs(guess), 1.0)) ** 2
+                share = apart / max(abs(guess), 1.0)
+                total += share * share  # a power would raise where it overflows
         return total
 
     return sorted(leaves, key=distance)

@@ -49,7 +49,9 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     try:
         a, slopes, noise = rounded_derivatives(left, values)
         b, others, more = rounded_derivatives(right, values)
-    except Undefined:
+    except Undefined as error:
+        if error.overflow:
+            return _look_again(equation, values, math.inf)
         return Testimony(False, None, math.inf)
     miss, noise = a - b, noise + more
     if miss == 0.0 and noise == 0.0:
@@ -63,10 +65,7 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
             return Testimony(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
         return Testimony(False, miss, abs(miss) / total if total else math.inf)
-    from solver.second_look import look_again
-
-    sight = look_again(equation, values, BACKWARD, noise)
-    return Testimony(sight.reaches, None if math.isnan(sight.miss) else sight.miss, sight.scaled, True)
+    return _look_again(equation, values, noise)
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
@@ -90,6 +89,13 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
         return sum(abs(value(term, values)) for term in terms)
     except Undefined:
         return math.inf
+
+
+def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> Testimony:
+    from solver.second_look import look_again
+
+    sight = look_again(equation, values, BACKWARD, STEEP, noise)
+    return Testimony(sight.reaches, sight.miss if math.isfinite(sight.miss) else None, sight.scaled, True)
 
 
 def _straddles(

@@ -146,7 +146,7 @@ def _applied(expression: Expression, template: Expression, parts: tuple[_Trace, 
     try:
         return value(template, {str(place): part.value for place, part in enumerate(parts)})
     except Undefined as error:
-        raise Undefined(error.operation, error.arguments, expression) from None
+        raise Undefined(error.operation, error.arguments, expression, error.overflow) from None
 
 
 def _slope(template: Expression | None, parts: tuple[_Trace, ...]) -> float:

@@ -37,11 +37,15 @@ class Undefined(ArithmeticError):
     """An operation that has no value at its arguments; the text reads ``sqrt of -3.2``.
 
     ``operation`` is the name of a function, or ``/``, ``^``, ``overflow``, ``symbol``;
-    ``expression`` is the part of the tree that it stands for.
+    ``expression`` is the part of the tree that it stands for. ``overflow``: there is a value, that no float
+    holds.
     """
 
-    def __init__(self, operation: str, arguments: tuple[float, ...], expression: Expression) -> None:
+    def __init__(
+        self, operation: str, arguments: tuple[float, ...], expression: Expression, overflow: bool = False
+    ) -> None:
         super().__init__(_reading(operation, arguments))
+        self.overflow = overflow or operation == "overflow"
         self.operation = operation
         self.arguments = arguments
         self.expression = expression
@@ -127,16 +131,20 @@ def _power(expression: Power, values: Values) -> float:
     exponent = _evaluate(expression.exponent, values)
     try:
         return math.pow(base, exponent)
-    except (ValueError, OverflowError):
+    except ValueError:
         raise Undefined("^", (base, exponent), expression) from None
+    except OverflowError:
+        raise Undefined("^", (base, exponent), expression, overflow=True) from None
 
 
 def _call(expression: Call, values: Values) -> float:
     arguments = [_EVALUATORS[type(item)](item, values) for item in expression.arguments]
     try:
         return TABLE[expression.function].value(*arguments)
-    except (ValueError, ZeroDivisionError, OverflowError):
+    except (ValueError, ZeroDivisionError):
         raise Undefined(expression.function, tuple(arguments), expression) from None
+    except OverflowError:
+        raise Undefined(expression.function, tuple(arguments), expression, overflow=True) from None
 
 
 _EVALUATORS: dict[type, Callable[[Any, Values], float]] = {

@@ -7,8 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 from rulesheets.model import Value
+from rulesheets.nodes import Number
+from rulesheets.program import walk
 from solver.kernel.block import BlockKernel
 from solver.witness import testify
+
+REMOTE = 1e50
+"""Half way, in decades, to where a search over an infinite range ends."""
 
 
 class Question:
@@ -25,6 +30,14 @@ class Question:
         self.equations = kernel.block.equations
         self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
         self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
+
+    @property
+    def remote(self) -> bool:
+        """Whether some number is so large or small that answers may lie where no search looks."""
+        constants = (
+            part.value for form in self.kernel.forms for part in walk(form) if isinstance(part, Number)
+        )
+        return any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in (*self.known, *constants))
 
     @cached_property
     def residual(self) -> Callable[[Sequence[float]], Sequence[float]]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Quotient, Symbol
 from rulesheets.record import dataclass
-from solver.facts import AsksNothing, DoubleRoot, Fact, NoValue, OutOfRange
+from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.exponents import exponents
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 MAX_TURNS = 2_000
 FEW_TURNS = 20
+AROUND = 3
+PLACES = (0.0, 0.31, 0.69, 1.0)
+"""Shares of a finite range that holds too many whole turns: so many are looked for around each."""
 EPSILON = 2.0**-52
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
@@ -77,7 +80,10 @@ class StepSolver:
         except _Refused as refused:
             return StepOutcome(fact=refused.fact, delicate=self.delicate)
         except Undefined as undefined:
-            return StepOutcome(fact=NoValue(self.index, self.isolation.unknown, str(undefined)))
+            unknown = self.isolation.unknown
+            if undefined.overflow:
+                return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
+            return StepOutcome(fact=NoValue(self.index, unknown, str(undefined)))
         if len(found) == 1 and isinstance(found[0], str):
             return StepOutcome((found[0],))
         return self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
@@ -130,9 +136,10 @@ class StepSolver:
     def _form(self, stage: Stage, form: Expression, target: float, rest: tuple[Stage, ...]) -> list[float]:
         try:
             principal = self._value(form, {**self.values, TARGET.name: target})
-        except Undefined:
+        except Undefined as undefined:
             if form is stage.forms[-1] and len(stage.forms) == 1:
                 raise
+            self.complete = self.complete and not undefined.overflow
             return []
         if stage.period is None:
             return [principal]
@@ -248,13 +255,27 @@ class StepSolver:
             return [next((turn for turn in near if self._leads_inside(turn, rest)), principal)]
         low, high = self._range_of_operand(rest)
         first, last = (low - principal) / period, (high - principal) / period
-        if not last - first <= MAX_TURNS:
+        if last - first <= MAX_TURNS:
+            counts = set(range(math.floor(first), math.ceil(last) + 1))
+        else:
             self.complete = False
-            middle = (first + last) / 2 if math.isfinite(first + last) else 0.0
-            first, last = middle - FEW_TURNS, middle + FEW_TURNS
-        counts = range(math.floor(first), math.ceil(last) + 1)
+            middles = (round((x - principal) / period) for x in self._operands(rest))
+            counts = {m + k for m in (0, *middles) for k in range(-AROUND, AROUND + 1)}
         inside = [k for k in counts if self._leads_inside(principal + k * period, rest)]
-        return [principal + k * period for k in sorted(inside, key=abs)]
+        return [principal + k * period for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
+
+    def _operands(self, rest: tuple[Stage, ...]) -> Iterator[float]:
+        """What the stages ``rest`` are still to undo, at places all over the finite range of the unknown."""
+        part, low, high = self._operand(rest), self.variable.low, self.variable.high
+        for share in PLACES:
+            try:
+                yield self._value(part, {**self.values, self.isolation.unknown: low + share * (high - low)})
+            except Undefined:
+                continue
+
+    def _operand(self, rest: tuple[Stage, ...]) -> Expression:
+        depth = len(self.isolation.stages) - len(rest)
+        return operand(self.equation.left, self.equation.right, self.isolation.unknown, depth)
 
     def _range_of_operand(self, rest: tuple[Stage, ...]) -> tuple[float, float]:
         """Bounds of what the stages ``rest`` are still to undo, over the finite range of the unknown."""
@@ -262,8 +283,7 @@ class StepSolver:
 
         from rulesheets.evaluate.enclosure import enclose
 
-        unknown, depth = self.isolation.unknown, len(self.isolation.stages) - len(rest)
-        part = operand(self.equation.left, self.equation.right, unknown, depth)
+        unknown, part = self.isolation.unknown, self._operand(rest)
         boxes: dict[str, Any] = {n: (v, v) for n, v in self.values.items() if isinstance(v, float)}
         boxes[unknown] = np.array([self.variable.low]), np.array([self.variable.high])
         with np.errstate(all="ignore"):
@@ -361,6 +381,11 @@ class StepSolver:
             return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, unknown))
+        if lost:
+            return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
+        if not self.complete:
+            fact = NoRoot((self.index,), (unknown,), proven=False)
+            return StepOutcome(fact=fact, complete=False, delicate=self.delicate)
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
         reading = f"{last} to come out otherwise"
         return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)

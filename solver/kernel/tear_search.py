@@ -50,6 +50,7 @@ class TearSearch:
         from solver.numerics.isolation import IsolationLimits, isolate_roots
 
         every = self.kernel.chains()
+        self.doubts = self.question.remote
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
         if len(every) > MOST_CHAINS or not self.budget.affords(work):
             return False
