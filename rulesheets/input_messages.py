@@ -96,6 +96,15 @@ def not_a_symbol(text: str, variable: Variable) -> Diagnosis:
     )
 
 
+def not_a_number(given: object, variable: Variable) -> Diagnosis:
+    """For what is given by a program: neither a number nor a text."""
+    return error(
+        "E406",
+        f"{given!r} is no value for {variable.name}: neither a number nor a symbol",
+        notes=("a sweep takes lists and arrays; a solve takes one value of each input",),
+    )
+
+
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
     """The complaint about a name that the model does not have, with the name that may be meant."""
     notes = meant(name, model.variables)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
     no_tolerance,
+    not_a_number,
     not_a_symbol,
     not_a_value,
     not_finite,
@@ -169,6 +170,16 @@ def variable_named(name: str, model: Model, place: Span | None = None) -> Variab
     return variable
 
 
+def variables_named(names: Iterable[str], model: Model) -> tuple[str, ...]:
+    """Full names of variables; a text alone is one name. Raises RuleSheetError (E407)."""
+    return tuple(variable_named(name, model).name for name in ((names,) if isinstance(names, str) else names))
+
+
+def is_symbol(text: str) -> bool:
+    """Whether a text is the name of a symbol, with or without its apostrophe."""
+    return _symbol(text) is not None
+
+
 def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | None = None) -> Value:
     if isinstance(given, str):
         symbol = _symbol(given)
@@ -188,7 +199,10 @@ def _checked_guess(given: SupportsFloat | str, variable: Variable) -> float:
 
 
 def _number(given: SupportsFloat, variable: Variable) -> float:
-    number = float(given)
+    try:
+        number = float(given)
+    except (TypeError, ValueError):
+        raise RuleSheetError(not_a_number(given, variable)) from None
     if not math.isfinite(number):
         raise RuleSheetError(not_finite_number(number, variable))
     return number

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.input_messages import outside_range
-from rulesheets.inputs import override, variable_named
+from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value, Variable
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.scalar import with_resort
@@ -196,12 +196,14 @@ def prepare(
 
     The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
     defaults to the variables of the sheet that are no inputs. Raises RuleSheetError for names that the
-    model does not have.
+    model does not have, ValueError for an input that is named twice.
     """
-    names = tuple(variable_named(name, model).name for name in inputs)
+    names = variables_named(inputs, model)
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"{twice[0]} stands twice among the inputs")
     effective = override(model, given, guesses)
     fixed = {name: value for name, value in effective.values.items() if name not in names}
-    wanted = tuple(variable_named(name, model).name for name in want) if want is not None else ()
+    wanted = variables_named(want, model) if want is not None else ()
     if want is None:
         shown = [n for n, v in model.variables.items() if v.posted] or list(model.variables)
         wanted = tuple(n for n in shown if n not in fixed and n not in names)

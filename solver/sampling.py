@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.inputs import variable_named
+from rulesheets.inputs import variables_named
 from rulesheets.model import Tolerance
 from solver.plan import prepare
 from solver.result import Result, Status
@@ -79,7 +79,7 @@ def monte_carlo(
         raise ValueError("there is no answer to sample around")
     model, answer = result.model, result.solutions[0]
     sizes = tolerances_of(model, result.inputs, tolerances)
-    named = None if outputs is None else [variable_named(name, model).name for name in outputs]
+    named = None if outputs is None else variables_named(outputs, model)
     wanted = tuple(
         n for n in (named or result.wanted) if n not in result.inputs and isinstance(answer.get(n), float)
     )

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
-from rulesheets.inputs import variable_named
+from rulesheets.inputs import variables_named
 from rulesheets.model import Model, Value
 from solver.edges import MOST, edges, sides
 from solver.missing_slopes import Reason, diagnosis
@@ -84,7 +84,7 @@ def chosen_outputs(
 ) -> tuple[str, ...]:
     """The outputs named; else the wanted ones that have a number. Raises RuleSheetError (E407)."""
     if names is not None:
-        return tuple(dict.fromkeys(variable_named(name, model).name for name in names))
+        return tuple(dict.fromkeys(variables_named(names, model)))
     return tuple(n for n in wanted if n not in inputs and isinstance(values.get(n), float))
 
 
@@ -92,7 +92,7 @@ def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str
     """The inputs named; else all that are numbers. Raises RuleSheetError (E407, E425)."""
     if names is None:
         return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
-    found = tuple(dict.fromkeys(variable_named(name, model).name for name in names))
+    found = tuple(dict.fromkeys(variables_named(names, model)))
     wrong = [name for name in found if not isinstance(inputs.get(name), float)]
     if wrong:
         raise RuleSheetError(*map(no_number_input, wrong))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import partial
 
-from rulesheets.inputs import override, variable_named
+from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
 from solver.leaves import Leaf, leaf_errors
 from solver.path.steps import Path
@@ -42,7 +42,7 @@ def solve(
     """
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
-    wanted = None if want is None else tuple(variable_named(name, model).name for name in want)
+    wanted = None if want is None else variables_named(want, model)
     repeats = None if prove else _repeats(model)
     if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
         return known

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Value
+from rulesheets.spelling import plural
+from solver.column import column_of
 from solver.compiled.rows import Sweeper
 from solver.result import Status
 from solver.table import CODES, Column, Table
@@ -38,11 +40,13 @@ def sweep_rows(plan: Plan, sweeper: Sweeper, columns: Sequence[Column]) -> Table
 
 
 def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
-    arrays = [np.atleast_1d(np.asarray(column)) for column in columns]
+    if len(columns) != len(names):
+        raise TypeError(f"this plan is prepared for {plural(len(names), 'column')}, not for {len(columns)}")
+    arrays = [column_of(column, name) for name, column in zip(names, columns, strict=True)]
     if len({len(array) for array in arrays}) > 1:
         lengths = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, arrays, strict=True))
         raise ValueError(f"the columns of a sweep must have one length ({lengths}); or use grid=True")
-    return [np.asarray(a, dtype=float) if a.dtype.kind in "iub" else a for a in arrays]
+    return arrays
 
 
 def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], status: Array) -> list[Array]:
@@ -77,7 +81,7 @@ def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:
     if not columns:
         yield ()
     for row in zip(*columns, strict=True):
-        yield tuple(str(v) if isinstance(v, str) else float(v) for v in row)
+        yield tuple(v if isinstance(v, str) else np.nan if v is None else float(v) for v in row)
 
 
 def _column(values: Sequence[Value | None]) -> Array:

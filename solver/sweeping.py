@@ -45,7 +45,7 @@ def sweep(
     With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
     every branch has a number, and the table is a ``CurveTable``, which knows limit positions and ends.
 
-    Raises RuleSheetError for unknown names and ValueError for arrays of different lengths.
+    Raises RuleSheetError for unknown names and ValueError for arrays that are no columns of one length.
     """
     if follow:
         from solver.curves.following import follow_sweep
@@ -53,7 +53,9 @@ def sweep(
         if len(inputs) != 1:
             raise ValueError("a curve is followed over one swept variable")
         return follow_sweep(model, *next(iter(inputs.items())), want, given, guesses)
-    axes = tuple(map(listed, inputs.values()))
+    if not inputs:
+        raise ValueError("a sweep needs an input that varies")
+    axes = tuple(listed(values, name) for name, values in inputs.items())
     if not grid:
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)

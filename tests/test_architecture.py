@@ -16,7 +16,14 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 FLOORS = (
-    ("solver.structure", "solver.numerics", "solver.facts", "solver.attempts", "solver.files"),
+    (
+        "solver.structure",
+        "solver.numerics",
+        "solver.facts",
+        "solver.attempts",
+        "solver.files",
+        "solver.column",
+    ),
     ("solver.path",),
     ("solver.witness", "solver.second_look", "solver.forward_error"),
     ("solver.kernel", "solver.turns", "solver.linearization", "solver.sharpening"),

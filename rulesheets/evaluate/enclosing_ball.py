@@ -8,7 +8,7 @@ from functools import reduce
 from typing import assert_never
 
 from rulesheets.evaluate.number import Undefined
-from rulesheets.functions.balls import FUNCTIONS, Ball, ball
+from rulesheets.functions.balls import FUNCTIONS, Ball, ball, whole_power
 from rulesheets.functions.derivatives import ROUNDED
 from rulesheets.nodes import (
     Call,
@@ -59,7 +59,8 @@ def enclosing_ball(expression: Expression, balls: Mapping[str, Ball], derivative
 
 def _power(expression: Power, base: Ball, exponent: Ball) -> Ball:
     whole = exponent.unique_fmpz() if exponent.is_exact() and exponent.is_integer() else None
-    return _defined(base**exponent if whole is None else base ** int(whole), "^", expression)
+    power = base**exponent if whole is None else whole_power(base, int(whole))
+    return _defined(power, "^", expression)
 
 
 def _defined(result: Ball, operation: str, expression: Expression) -> Ball:

@@ -34,6 +34,14 @@ def around(middle: Ball, radius: float) -> Ball:
     return middle + arb(0, radius)
 
 
+def whole_power(base: Ball, exponent: int) -> Ball:
+    """An integral power. (Arb takes logarithms of a ball whose middle is 0, unless it is multiplied out.)"""
+    if exponent < 1 or not base.mid().is_zero():
+        return base**exponent
+    reach = base.abs_upper() ** exponent
+    return reach.union(arb(0 if exponent % 2 == 0 else -reach))
+
+
 def preconditioned(
     jacobian: Sequence[Sequence[Ball]], centre: Sequence[Sequence[Ball]], residual: Sequence[Ball]
 ) -> tuple[list[list[Ball]], list[Ball]] | None:

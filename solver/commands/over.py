@@ -58,17 +58,17 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
         variable_named(name, model, option.place(name))
         if name in axes:
             raise RuleSheetError(option.repeated(name))
-        axes[name] = _axis(option, stretch)
+        axes[name] = _axis(option, name, stretch)
     return axes
 
 
-def _axis(option: Option, stretch: str) -> Axis:
+def _axis(option: Option, name: str, stretch: str) -> Axis:
     """A range, or a list; one value is a list of one."""
     from rulesheets.input_messages import not_finite
     from solver.sweeps.grid import Stretch, listed
 
     if ":" not in stretch:
-        return listed([_value(option, part.strip()) for part in stretch.split(",")])
+        return listed([_value(option, part.strip()) for part in stretch.split(",")], name)
     parts = stretch.split(":")
     if len(parts) != 3:
         raise RuleSheetError(_no_range(option))

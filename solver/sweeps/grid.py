@@ -134,26 +134,11 @@ class Zipped:
 Rows: TypeAlias = Grid | Zipped
 
 
-def listed(values: Any) -> Listed:
-    """An axis of numbers and symbols (a single one counts as a list of one); None is no value."""
-    import numpy as np
+def listed(values: Any, name: str = "the input") -> Listed:
+    """An axis of the values that ``name`` is given. Raises ValueError for what is no column."""
+    from solver.column import column_of
 
-    column = np.atleast_1d(np.asarray(values))
-    if column.dtype.kind in "biuf":
-        return Listed(column.astype(float))
-    plain = [
-        v.removeprefix("'") if isinstance(v, str) else None if v is None else float(v)
-        for v in column.tolist()
-    ]
-    if any(isinstance(v, str) for v in plain):
-        return Listed(np.array(plain, dtype=object))
-    return Listed(np.array([np.nan if v is None else v for v in plain]))
-
-
-def _plain(value: Any) -> float | str | None:
-    if isinstance(value, str):
-        return value.removeprefix("'")
-    return None if value is None else float(value)
+    return Listed(column_of(values, name))
 
 
 def one_length(names: Sequence[str], axes: Sequence[Axis]) -> None:

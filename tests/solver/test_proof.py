@@ -17,7 +17,7 @@ import solver
 from benchmarks.interval_systems import SYSTEMS, IntervalSystem
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import Undefined, extended
-from rulesheets.functions.balls import FUNCTIONS, ball, precision
+from rulesheets.functions.balls import FUNCTIONS, around, ball, precision, whole_power
 from rulesheets.functions.extended import context, functions
 from solver.cli import main
 from tests.oracles import slider_crank as oracle
@@ -152,6 +152,25 @@ def test_balls_hold_the_value_of_every_function(name: str, x: float) -> None:
         found = FUNCTIONS[name](ball(x))
         if found.is_finite():
             assert abs(found - ball(exact)) < 1e-40 * (1 + abs(ball(exact)))
+
+
+@given(st.integers(1, 9), st.floats(-4, 4), st.floats(0, 3), st.floats(-1, 1))
+def test_a_ball_around_zero_has_powers(exponent: int, middle: float, radius: float, part: float) -> None:
+    with precision(100):
+        for centre in (middle, 0.0):
+            base = around(ball(centre), radius)
+            inside = centre + radius * part
+            assert not base.contains(ball(inside)) or whole_power(base, exponent).overlaps(
+                ball(inside) ** exponent
+            )
+
+
+def test_a_root_with_a_zero_is_proved() -> None:
+    """The cube roots of one."""
+    roots = proved("x^3 - 3*x*y^2 = 1\n3*x^2*y - y^3 = 0").solutions
+    assert len(roots) == 3
+    assert all(root.proof.nearest for root in roots)
+    assert roots[0].radius == {"x": 0.0, "y": 0.0}
 
 
 def test_balls_refuse_what_is_undefined() -> None:
