@@ -22,6 +22,10 @@ from solver.solution import planner
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from solver.compiled.answer_rows import Answers, AnswerSweeper
     from solver.compiled.program import Program
     from solver.compiled.rows import Sweeper
     from solver.table import Column, Table
@@ -55,6 +59,7 @@ class Plan:
         self.given, self.guesses = given, guesses
         self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
         self._sweeper: Sweeper | None = None
+        self._answer_sweeper: AnswerSweeper | None = None
         self._bound: Program | None = None
         self._call(self._primary, self._every)
 
@@ -112,6 +117,18 @@ class Plan:
         if self._sweeper is None or self._sweeper.jit is not jit:
             self._sweeper = Sweeper(self.paths, jit)
         return sweep_rows(self, self._sweeper, columns)
+
+    def sweep_all(self, *columns: Column, jit: bool = False) -> tuple[NDArray[np.int8], Answers]:
+        """Every answer of each row for one or more arrays (n,) of numbers, and the status codes (n,).
+
+        Raises ValueError and ImportError as ``sweep`` does.
+        """
+        from solver.compiled.answer_rows import AnswerSweeper
+        from solver.sweep_rows import sweep_answers
+
+        if self._answer_sweeper is None or self._answer_sweeper.jit is not jit:
+            self._answer_sweeper = AnswerSweeper(self.paths, jit)
+        return sweep_answers(self, self._answer_sweeper, columns)
 
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row and, where it is solved, the wanted values of every answer."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rulesheets.model import Value
 from rulesheets.spelling import plural
 from solver.column import column_of
+from solver.compiled.answer_rows import Answers, AnswerSweeper
 from solver.compiled.rows import Sweeper
 from solver.result import Status
 from solver.table import CODES, Column, Table
@@ -37,6 +38,22 @@ def sweep_rows(plan: Plan, sweeper: Sweeper, columns: Sequence[Column]) -> Table
     table = dict(zip(plan.inputs, arrays, strict=True))
     table.update(zip(plan.want, answers, strict=True))
     return Table(table, status)
+
+
+def sweep_answers(
+    plan: Plan, sweeper: AnswerSweeper, columns: Sequence[Column]
+) -> tuple[NDArray[np.int8], Answers]:
+    """The status codes (n,) of every row of numbers, and all their answers; there are one or more columns."""
+    arrays = _columns(plan.inputs, columns)
+    status = np.zeros(len(arrays[0]), dtype=np.int8)
+
+    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+        return plan.outcome(tuple(float(column[row]) for column in arrays))
+
+    def keep(rows: Array, outcome: Status) -> None:
+        status[rows] = CODES[outcome]
+
+    return status, sweeper.run(arrays, len(plan.want), outcome, keep)
 
 
 def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:

@@ -22,10 +22,10 @@ class Merged:
 def primary(program: Program) -> Merged:
     """The primary answer of every row."""
     flow, endings = program.flow, program.endings
-    states = [_states(flow, ending) for ending in endings]
+    found = [states(flow, ending) for ending in endings]
     results, order = endings[0].results, endings[0].order
-    have, sure = states[0]
-    for ending, (holds, known) in zip(endings[1:], states[1:], strict=True):
+    have, sure = found[0]
+    for ending, (holds, known) in zip(endings[1:], found[1:], strict=True):
         before = flow.add("or", flow.add("not", have), less(flow, ending.order, order))
         better = flow.add("and", holds, before)
         results = tuple(_chosen(flow, better, *pair) for pair in zip(ending.results, results, strict=True))
@@ -34,7 +34,7 @@ def primary(program: Program) -> Merged:
     return Merged(results, flow.add("and", have, sure))
 
 
-def _states(flow: Flow, ending: Ending) -> tuple[int, int]:
+def states(flow: Flow, ending: Ending) -> tuple[int, int]:
     """Whether an ending is an answer, and whether that is known."""
     holds = flow.true
     for check in ending.holds:

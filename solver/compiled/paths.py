@@ -32,11 +32,15 @@ AGREEMENT = 1e-6
 
 
 class CompiledPaths:
-    """Ways to answer one pattern. ``primary`` gives the first answer of a row, ``every`` all of them."""
+    """Ways to answer one pattern. ``primary`` gives the first answer of a row, ``every`` all of them.
+
+    ``programs`` are what the first ones follow, ``forks`` what the others do.
+    """
 
     def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.programs: list[Program] = []
+        self.forks: list[Program] = []
         self.primary: list[Callable[..., Any]] = []
         self.every: list[Callable[..., Any]] = []
         self.refusals: list[Program] = []
@@ -56,6 +60,7 @@ class CompiledPaths:
             except NotCompilable:
                 break
             if self._agrees(every(*numbers), answers):
+                self.forks.append(program)
                 program = self._first(program, numbers, answers, plain)
                 self.programs.append(program)
                 self.primary.append(compile_scalar(program))
@@ -92,7 +97,7 @@ class CompiledPaths:
     def forget(self, mark: tuple[int, int, int]) -> None:
         """Go back to what was known at a mark."""
         ways, refusals, self.failures = mark
-        for learned in (self.programs, self.primary, self.every):
+        for learned in (self.programs, self.forks, self.primary, self.every):
             del learned[ways:]
         del self.refusals[refusals:]
 

@@ -40,7 +40,7 @@ class RowKernel:
         merged = primary(program)
         self.results = merged.results
         self.nodes = [node for node in merged.results if isinstance(node, int)]
-        self.kernel = _kernel(program.flow, (*self.nodes, merged.holds), jit)
+        self.kernel = kernel_of(program.flow, (*self.nodes, merged.holds), jit)
 
     def __call__(self, columns: Sequence[Array]) -> tuple[list[Array | str], Array]:
         count = len(columns[0]) if columns else 1
@@ -72,7 +72,7 @@ class Sweeper:
             some = self._settled(program, columns, results, some)
         left = np.arange(len(columns[0])) if some is None else some
         for program in list(self.paths.refusals):
-            left = self._refused(program, columns, left, keep)
+            left = self.refused(program, columns, left, keep)
         while len(left):
             row = int(left[0])
             status, values, learned = solve(row)
@@ -82,7 +82,7 @@ class Sweeper:
                     found = self._settled(learned, columns, results, some)
                     left = left if found is None else found
                 else:
-                    left = self._refused(learned, columns, left, keep)
+                    left = self.refused(learned, columns, left, keep)
             if len(left) and left[0] == row:
                 _spread(results, wanted, len(columns[0]))
                 left = left[1:]
@@ -92,7 +92,7 @@ class Sweeper:
         _spread(results, wanted, len(columns[0]))
         return results
 
-    def _refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
+    def refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
         """The rows that are still left after a refusal had its turn."""
         kernel = self._kernel(program)
         if kernel is None or not len(left):
@@ -134,7 +134,7 @@ class Sweeper:
         return known[1]
 
 
-def _kernel(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]:
+def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]:
     """Machine code where it is asked for and can hold the functions, else blocks of numpy."""
     if jit:
         from solver.compiled.native import NativeKernel, available
@@ -144,6 +144,13 @@ def _kernel(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]
         with suppress(NotCompilable):
             return NativeKernel(flow, wanted)
     return ArrayKernel(flow, wanted)
+
+
+def columns_of(number: int, count: int) -> list[Array]:
+    """Columns (n,) to be filled."""
+    if count <= TOGETHER:
+        return list(np.empty((number, count)))
+    return [np.empty(count) for _ in range(number)]
 
 
 def _spread(results: list[Array], wanted: int, count: int) -> None:

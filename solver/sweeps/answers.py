@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.model import Value
+from solver.compiled.answer_rows import Answers, together, written
 from solver.files.columns import Array, objects
-from solver.sweeps.ways import Answers, SteadyPlans
+from solver.sweeps.ways import SteadyPlan, SteadyPlans
 from solver.table import CODES, Table
 
 
@@ -46,32 +45,44 @@ def every_answer(
 
     A row of inputs without an answer keeps one row, numbered 0. ``names`` are those of the columns.
     """
-    answers: list[Answers] = [(Table.STATUSES[code], []) for code in refused.tolist()]
+    codes = refused.copy()
+    asked = np.flatnonzero(refused == 0)
+    parts: list[tuple[Array, Answers]] = []
     for plan, rows, numbers in plans.groups(_asked(columns, refused)):
-        found = plan.every(numbers)
-        for number, place in enumerate(np.flatnonzero(refused == 0)[rows].tolist()):
-            answers[place] = found[number if numbers else 0]
-    counts = [len(values) for _, values in answers]
-    sources = np.repeat(np.arange(len(answers)), np.maximum(np.array(counts, dtype=int), 1))
-    wanted = plans.want
-    nothing: list[tuple[Value | None, ...]] = [(None,) * len(wanted)]
-    values = [row or nothing for _, row in answers]
-    table: dict[str, NDArray[Any]] = {n: c[sources] for n, c in zip(names, columns, strict=False)}
-    numbered = [number for count in counts for number in (range(1, count + 1) if count else (0,))]
-    table[names[len(columns)]] = np.array(numbered, dtype=np.int32)
-    for place, name in enumerate(wanted):
-        table.setdefault(name, _column([answer[place] for row in values for answer in row]))
-    codes = np.array([CODES[status] for status, _ in answers], dtype=np.int8)
-    return Table(table, codes[sources])
+        places = asked[rows]
+        codes[places], answers = (
+            plan.every(numbers) if numbers else _alike(plan, len(places), len(plans.want))
+        )
+        parts.append((places, answers))
+    answers = together(parts, len(codes), len(plans.want))
+    some = answers.counts > 0
+    each = np.where(some, answers.counts, 1)
+    starts = np.cumsum(each) - each
+    table: dict[str, Array] = {n: np.repeat(c, each) for n, c in zip(names, columns, strict=False)}
+    ranks = np.arange(1, each.sum() + 1) - np.repeat(starts, each)
+    ranks[starts[~some]] = 0
+    table[names[len(columns)]] = ranks.astype(np.int32)
+    for name, values in zip(plans.want, answers.values, strict=True):
+        table.setdefault(name, values if some.all() else _spread(values, ranks > 0))
+    return Table(table, np.repeat(codes, each))
+
+
+def _alike(plan: SteadyPlan, count: int, wanted: int) -> tuple[Array, Answers]:
+    """So many rows that have no numbers to tell them apart."""
+    status, answers = plan.alone()
+    columns = [np.tile(column, count) for column in written(answers, wanted)]
+    return np.full(count, CODES[status], dtype=np.int8), Answers(np.full(count, len(answers)), columns)
+
+
+def _spread(values: Array, there: NDArray[np.bool_]) -> Array:
+    """A column with gaps where there is no answer."""
+    symbols = values.dtype == object
+    column: Array = np.full(len(there), None if symbols else np.nan, dtype=object if symbols else float)
+    column[there] = values
+    return column
 
 
 def _asked(columns: Sequence[Array], refused: NDArray[np.int8]) -> Sequence[Array]:
     if not refused.any():
         return columns
     return [column[refused == 0] for column in columns]
-
-
-def _column(values: Sequence[Value | None]) -> NDArray[Any]:
-    if any(isinstance(value, str) for value in values):
-        return np.array(values, dtype=object)
-    return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -15,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Model, Value
+from solver.compiled.answer_rows import Answers
 from solver.files.columns import Array
 from solver.plan import Plan
 from solver.result import Status
 from solver.table import Table
-
-Answers = tuple[Status, list[tuple[Value, ...]]]
-"""The status of a row, and the wanted values of its answers, the primary one first."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +52,15 @@ class SteadyPlan:
         self._plan.paths.forget(self._known)
         return self._plan.sweep(*columns, jit=self._jit)
 
-    def every(self, columns: Sequence[Array]) -> list[Answers]:
-        """All answers of each row; those of one row where there are no columns."""
+    def every(self, columns: Sequence[Array]) -> tuple[NDArray[np.int8], Answers]:
+        """The status codes of the rows and all their answers, for one or more columns (n,) of numbers."""
         self._plan.paths.forget(self._known)
-        rows = zip(*(column.tolist() for column in columns), strict=True) if columns else [()]
-        return [self._plan.outcome(numbers) for numbers in rows]
+        return self._plan.sweep_all(*columns, jit=self._jit)
+
+    def alone(self) -> tuple[Status, list[tuple[Value, ...]]]:
+        """The status of the one row of a plan without inputs, and its answers, the primary first."""
+        self._plan.paths.forget(self._known)
+        return self._plan.outcome(())
 
 
 class SteadyPlans:

@@ -45,16 +45,24 @@ def test_every_row_of_a_sweep_is_what_a_solve_says(name: str) -> None:
         rows = rows_for(model, driver, 7)
         plan.sweep(rows)  # learns the ways
         table = plan.sweep(np.tile(rows, 3))
+        codes, answers = plan.sweep_all(np.tile(rows, 3))
+        ends = np.cumsum(answers.counts)
         for place, number in enumerate(rows):
             verdict, _ = plan.judged((float(number),))
             assert set(table.status[place :: len(rows)]) == {CODES[verdict.status]}
+            assert set(codes[place :: len(rows)]) == {CODES[verdict.status]}
             if table.status[place]:
                 continue
             for wanted in want:
                 expected = verdict.leaves[0].branch.values[wanted]
                 if isinstance(expected, float):
                     assert table[wanted][place] == pytest.approx(expected, rel=1e-12, abs=1e-12 * 100)
-            assert_same_answers(plan, float(number), verdict_rows(plan, float(number), want))
+            expected_rows = verdict_rows(plan, float(number), want)
+            assert_same_answers(plan, float(number), expected_rows)
+            for turn in range(place, len(ends), len(rows)):
+                here = slice(ends[turn] - answers.counts[turn], ends[turn])
+                found = list(zip(*(column[here].tolist() for column in answers.values), strict=True))
+                assert_alike(found, expected_rows)
 
 
 def verdict_rows(plan: Plan, number: float, want: list[str]) -> list[tuple[float | str, ...]]:
@@ -64,9 +72,13 @@ def verdict_rows(plan: Plan, number: float, want: list[str]) -> list[tuple[float
 
 def assert_same_answers(plan: Plan, number: float, expected: list[tuple[float | str, ...]]) -> None:
     found = plan.all(number)
-    assert len(found) == len(expected)
+    assert_alike(found, expected)
     numbers = [v for v in found[0] if isinstance(v, float)]
     assert [v for v in plan(number) if isinstance(v, float)] == pytest.approx(numbers, rel=1e-13, abs=1e-12)
+
+
+def assert_alike(found: list[tuple[float | str, ...]], expected: list[tuple[float | str, ...]]) -> None:
+    assert len(found) == len(expected)
     for one, other in zip(found, expected, strict=True):
         for a, b in zip(one, other, strict=True):
             assert a == b if isinstance(b, str) else a == pytest.approx(b, rel=1e-12, abs=1e-10)

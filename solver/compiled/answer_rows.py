@@ -1,0 +1,166 @@
+"""Sweeps for every answer: rows that a way settles at once, all their answers, the others one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.model import Value
+from solver.compiled.answers import every
+from solver.compiled.flow import NotCompilable
+from solver.compiled.paths import CompiledPaths
+from solver.compiled.program import Program
+from solver.compiled.rows import WORTH, Keep, Sweeper, columns_of, kernel_of
+from solver.result import Status
+
+Array: TypeAlias = NDArray[Any]
+Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
+"""Solves a row: its status, and the wanted values of every answer."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """The answers of rows: how many each has (n,), and a column for each wanted variable, row after row."""
+
+    counts: Array
+    values: list[Array]
+
+
+class AnswerKernel:
+    """One way on arrays: the answers of the rows that it settles, and a mask (n,) of these."""
+
+    def __init__(self, program: Program, jit: bool = False) -> None:
+        if program.symbols:
+            raise NotCompilable
+        merged = every(program)
+        self.symbols = merged.symbols
+        self.there = [place.there for place in merged.places]
+        self.nodes = [node for place in merged.places for node in place.results]
+        self.kernel = kernel_of(program.flow, (*self.nodes, *self.there, merged.holds), jit)
+
+    def __call__(self, columns: Sequence[Array]) -> tuple[Answers, Array]:
+        count = len(columns[0])
+        found = columns_of(len(self.nodes), count)
+        there = np.empty((len(self.there), count), dtype=bool)
+        holds = np.empty(count, dtype=bool)
+        self.kernel(columns, (*found, *there, holds))
+        there &= holds
+        if len(there) == 1:
+            values = found if holds.all() else [column[holds] for column in found]
+        else:
+            values = self._one_below_the_other(found, there)
+        named = [self._named(column, words) for column, words in zip(values, self.symbols, strict=True)]
+        counts = there.sum(axis=0, dtype=np.int64)
+        return Answers(counts if holds.all() else counts[holds], named), holds
+
+    def _one_below_the_other(self, found: list[Array], there: Array) -> list[Array]:
+        wanted = len(self.symbols)
+        if (there[0] & (there[1:] == there[0]).all(axis=0)).all():  # every row has them all
+            return [np.stack(found[name::wanted], axis=1).ravel() for name in range(wanted)]
+        these = there.T
+        return [np.stack(found[name::wanted], axis=1)[these] for name in range(wanted)]
+
+    @staticmethod
+    def _named(column: Array, words: tuple[str, ...] | None) -> Array:
+        return column if words is None else np.array(words, dtype=object)[column.astype(np.intp)]
+
+
+class AnswerSweeper:
+    """The rows of sweeps of one pattern, with every answer of each."""
+
+    def __init__(self, paths: CompiledPaths, jit: bool = False) -> None:
+        self.paths, self.jit = paths, jit
+        self._primary = Sweeper(paths, jit)
+        self._kernels: dict[int, tuple[Program, AnswerKernel | None]] = {}
+
+    def run(self, columns: Sequence[Array], wanted: int, outcome: Outcome, keep: Keep) -> Answers:
+        """The answers of the rows of ``columns`` (n,): by the ways there are, by ways learned on the way.
+
+        ``outcome`` has the word on a row that no way settles (and learns from it); ``keep`` is told the
+        status of rows that are not solved.
+        """
+        known = set(map(id, self.paths.forks))
+        self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
+        parts: list[tuple[Array, Answers]] = []
+        count = len(columns[0])
+        left = np.arange(count)
+        ways = refusals = 0
+        alone: dict[int, list[tuple[Value, ...]]] = {}
+        while len(left):
+            if len(left) > WORTH:
+                for program in self.paths.forks[ways:]:
+                    left = self._settled(program, columns, left, parts)
+                for program in self.paths.refusals[refusals:]:
+                    left = self._primary.refused(program, columns, left, keep)
+            ways, refusals = len(self.paths.forks), len(self.paths.refusals)
+            for row in left.tolist():
+                left = left[1:]
+                status, alone[row] = outcome(row)
+                if status is not Status.SOLVED:
+                    keep(np.array([row]), status)
+                if (ways, refusals) != (len(self.paths.forks), len(self.paths.refusals)):
+                    break  # what was learned may settle the others
+        if alone:
+            parts.append(_one_by_one(alone, wanted))
+        return together(parts, count, wanted)
+
+    def _settled(
+        self, program: Program, columns: Sequence[Array], left: Array, parts: list[tuple[Array, Answers]]
+    ) -> Array:
+        """The rows that are still left after a way had its turn."""
+        kernel = self._kernel(program)
+        if kernel is None or not len(left):
+            return left
+        found, holds = kernel([c if len(left) == len(c) else c[left] for c in columns])
+        if holds.all():
+            parts.append((left, found))
+            return left[:0]
+        if holds.any():
+            parts.append((left[holds], found))
+        return left[~holds]
+
+    def _kernel(self, program: Program) -> AnswerKernel | None:
+        known = self._kernels.get(id(program))
+        if known is None:
+            try:
+                known = program, AnswerKernel(program, self.jit)
+            except NotCompilable:
+                known = program, None
+            self._kernels[id(program)] = known  # the program is kept, so that its number stays its own
+        return known[1]
+
+
+def _one_by_one(alone: dict[int, list[tuple[Value, ...]]], wanted: int) -> tuple[Array, Answers]:
+    """Rows that were solved one by one."""
+    rows = np.fromiter(alone, dtype=np.intp, count=len(alone))
+    counts = np.array([len(found) for found in alone.values()])
+    return rows, Answers(counts, written([values for found in alone.values() for values in found], wanted))
+
+
+def written(answers: Sequence[tuple[Value, ...]], wanted: int) -> list[Array]:
+    """Answers as columns."""
+    columns: list[Sequence[Value]] = list(zip(*answers, strict=True)) or [()] * wanted
+    symbolic = [any(isinstance(value, str) for value in column) for column in columns]
+    return [np.array(c, dtype=object if odd else float) for c, odd in zip(columns, symbolic, strict=True)]
+
+
+def together(parts: list[tuple[Array, Answers]], count: int, wanted: int) -> Answers:
+    """The answers of all rows, in their order."""
+    if len(parts) == 1 and len(parts[0][0]) == count:
+        return parts[0][1]
+    counts = np.zeros(count, dtype=np.int64)
+    for rows, found in parts:
+        counts[rows] = found.counts
+    starts = np.cumsum(counts) - counts
+    symbolic = [any(f.values[k].dtype == object for _, f in parts) for k in range(wanted)]
+    values: list[Array] = [np.empty(counts.sum(), dtype=object if odd else float) for odd in symbolic]
+    for rows, found in parts:
+        before = np.cumsum(found.counts) - found.counts
+        places = np.repeat(starts[rows] - before, found.counts) + np.arange(found.counts.sum())
+        for column, here in zip(values, found.values, strict=True):
+            column[places] = here
+    return Answers(counts, values)

@@ -1,0 +1,116 @@
+"""All answers of a row on arrays: the same as the straight-line code lists, in its order, none twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from solver.compiled.answer_rows import AnswerKernel
+from solver.compiled.flow import Flow, NotCompilable
+from solver.compiled.program import Ending, Program
+from solver.compiled.scalar import compile_scalar
+from solver.table import CODES
+
+MODELS = Path(__file__).parents[3] / "models"
+FEW = st.integers(-2, 2).map(float)
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> Program:
+    """Endings whose inputs say how they are ordered, what they give, and whether they are there."""
+    flow, endings = Flow(), []
+    count, known = draw(st.integers(1, 4)), draw(st.booleans())
+    for place in range(count):
+        order, gone, check, one, other = (flow.input(5 * place + k) for k in range(5))
+        zero = flow.constant(0.0)
+        key = flow.constant(float(draw(st.integers(0, 3)))) if known else order
+        results: tuple[int | str, ...] = (one, flow.add("mul", one, other), draw(st.sampled_from("ab")))
+        holds = (flow.add("le", zero, check),)
+        endings.append(Ending(results, holds, (one,), flow.add("lt", gone, zero), (key,)))
+    return Program(flow, 5 * count, tuple(endings))
+
+
+@settings(max_examples=60, deadline=None)
+@given(programs(), st.data())
+def test_arrays_list_what_straight_line_code_lists(program: Program, data: st.DataObject) -> None:
+    row = st.lists(FEW, min_size=program.inputs, max_size=program.inputs)
+    rows = data.draw(st.lists(row, min_size=1, max_size=8))
+    expected = [compile_scalar(program, all_answers=True)(*numbers) for numbers in rows]
+    answers, settled = AnswerKernel(program)(list(np.array(rows).T))
+    found = list(zip(*(column.tolist() for column in answers.values), strict=True))
+    ends = np.cumsum(answers.counts).tolist()
+    listed = iter(found[end - n : end] for end, n in zip(ends, answers.counts.tolist(), strict=True))
+    for row_, sure in zip(expected, settled.tolist(), strict=True):
+        assert sure == (row_ is not None)
+        if row_ is not None:
+            assert next(listed) == list(dict.fromkeys(row_))
+    assert not list(listed)
+
+
+def test_a_symbol_beside_a_number_is_left_to_straight_line_code() -> None:
+    flow = Flow()
+    number = flow.input(0)
+    endings = tuple(
+        Ending((result,), (), (number,), flow.false, (flow.constant(place),))
+        for place, result in enumerate((number, "open"))
+    )
+    assert compile_scalar(Program(flow, 1, endings), all_answers=True)(2.0) == [(2.0,), ("open",)]
+    with pytest.raises(NotCompilable):
+        AnswerKernel(Program(flow, 1, endings))
+
+
+def test_an_ending_without_an_order_can_be_gone() -> None:
+    flow = Flow()
+    number = flow.input(0)
+    ending = Ending((number,), (), (number,), flow.add("lt", number, flow.constant(0.0)), ())
+    solve = compile_scalar(Program(flow, 1, (ending,)), all_answers=True)
+    assert solve(2.0) == [(2.0,)] and solve(-2.0) is None
+
+
+@pytest.mark.parametrize("jit", [False, True])
+@pytest.mark.parametrize(
+    ("given_inputs", "driver", "low", "high"),
+    [({"thetaAO": None}, "xB", -12.0, 12.0), ({}, "thetaAO", -400.0, 400.0)],
+)
+def test_rows_of_the_crank_have_the_answers_of_a_solve(
+    given_inputs: dict[str, None], driver: str, low: float, high: float, jit: bool
+) -> None:
+    if jit:
+        pytest.importorskip("llvmlite")
+    want = [name for name in ("xB", "thetaAO", "vB", "alphaAB") if name != driver]
+    model = rulesheets.load(str(MODELS / "offset_slider_crank" / "model.tk"))
+    plan = solver.prepare(model, [driver], want, given_inputs)
+    rows = np.random.default_rng(3).uniform(low, high, 60)
+    plan.sweep_all(rows, jit=jit)  # learns
+    codes, answers = plan.sweep_all(rows, jit=jit)
+    ends = np.cumsum(answers.counts)
+    for place, number in enumerate(rows.tolist()):
+        verdict, _ = plan.judged((number,))
+        assert codes[place] == CODES[verdict.status]
+        leaves = verdict.leaves if not codes[place] else ()
+        expected = list(dict.fromkeys(tuple(leaf.branch.values[n] for n in want) for leaf in leaves))
+        here = slice(ends[place] - answers.counts[place], ends[place])
+        found = list(zip(*(column[here].tolist() for column in answers.values), strict=True))
+        assert len(found) == len(expected)
+        for one, other in zip(found, expected, strict=True):
+            assert one == pytest.approx(other, rel=1e-11, abs=1e-9)
+    assert (codes == 0).any()
+
+
+def test_symbols_that_are_wanted_come_with_their_answers() -> None:
+    model = rulesheets.loads(
+        "variables\n  x\n  y\n  side\nrules\n  y = x^2\n  if x < 0 then side = 'left else side = 'right\n"
+    )
+    plan = solver.prepare(model, ["y"], ["x", "side"])
+    for _ in range(2):
+        codes, answers = plan.sweep_all(np.array([4.0, -1.0, 0.25] * 8))
+    assert answers.counts.tolist() == [2, 0, 2] * 8
+    assert answers.values[0].tolist() == [2.0, -2.0, 0.5, -0.5] * 8
+    assert answers.values[1].tolist() == ["right", "left"] * 16
+    assert [str(solver.Table.STATUSES[code]) for code in codes[:3]] == ["solved", "infeasible", "solved"]
