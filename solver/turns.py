@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 
-from rulesheets.model import Value
+from rulesheets.model import Value, Variable
 from solver.path.graph import ModelGraph, is_angle_sum
 from solver.witness import testify
 
@@ -19,13 +19,31 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
     moved = dict(values)
     for name, variable in graph.model.variables.items():
         turn, number = graph.turn(name), moved.get(name)
-        bounded = variable.low > -math.inf or variable.high < math.inf
-        if not variable.posted or turn is None or bounded or not isinstance(number, float) or name in inputs:
+        if not variable.posted or turn is None or _bounded(variable) or name in inputs:
             continue
-        if not -turn / 2 < number <= turn / 2:
+        if isinstance(number, float) and not -turn / 2 < number <= turn / 2:
             shift = -turn * math.ceil(number / turn - 0.5)
             moved = _moved(graph, moved, _tied(graph, name, inputs), shift)
     return moved
+
+
+def within_one_turn(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> bool:
+    """Whether every posted angle that rules read in parts (``sind(theta/2)``) is in (-180, 180].
+
+    Other angles are moved there; these have answers in two turns and more, each another one.
+    """
+    for name, variable in graph.model.variables.items():
+        turn, number = graph.single_turn(name), values.get(name)
+        apart = variable.posted and name not in inputs and not _bounded(variable)
+        if turn is None or not apart or graph.is_turning(name) or not isinstance(number, float):
+            continue
+        if not -turn / 2 < number <= turn / 2:
+            return False
+    return True
+
+
+def _bounded(variable: Variable) -> bool:
+    return variable.low > -math.inf or variable.high < math.inf
 
 
 def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:

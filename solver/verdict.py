@@ -24,6 +24,7 @@ from solver.leaves import Exploration, Leaf, leaf_errors
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
 from solver.solution import planner
+from solver.turns import within_one_turn
 
 ROUNDED = 2.0**-51
 """Relative difference of two floats next to the same number."""
@@ -55,7 +56,10 @@ def judge(
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
     if loose:
         return _unfinished(model, loose, judged, inputs)
-    solved = _ordered(model, _preferred([leaf for leaf in found.leaves if leaf.solved]), guesses)
+    solved = _preferred([leaf for leaf in found.leaves if leaf.solved])
+    graph = planner(model).graph
+    near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
+    solved = _ordered(model, near or solved, guesses)
     solved.sort(key=lambda leaf: any(isinstance(fact, DoubleRoot) for fact in leaf.branch.facts))
     if solved:
         if not _doubles(solved[0]):

@@ -60,7 +60,7 @@ class Finish(Testimony):
 
     def _turned(self, way: Way, name: str, variable: Variable) -> None:
         """An angle outside of one turn is for the step-by-step way to move."""
-        turn, node = self.graph.turn(name), way.values.get(name)
+        turn, node = self.graph.single_turn(name), way.values.get(name)
         bounded = variable.low > -math.inf or variable.high < math.inf
         if node is None or turn is None or bounded or not variable.posted or name in self.given:
             return

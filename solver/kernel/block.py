@@ -62,7 +62,7 @@ class BlockKernel:
         """Formulas for the unknowns, where elimination leads to them."""
         from solver.path.elimination import closed_form
 
-        turning = [name for name in self.unknowns if self.graph.turn(name)]
+        turning = [name for name in self.unknowns if self.graph.is_turning(name)]
         return closed_form(self.equations, self.unknowns, turning)
 
     @cached_property

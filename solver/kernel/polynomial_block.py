@@ -76,7 +76,9 @@ def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
     """The same where the tear is an angle free to turn; multiple roots are what they are in exact numbers."""
     tears = question.kernel.block.tears
     turn = question.turn(tears[0]) if len(tears) == 1 else None
-    if turn is None or question.domain(tears[0]) != (-turn / 2, turn / 2):
+    if turn is None or not question.graph.is_turning(tears[0]):
+        return False
+    if question.domain(tears[0]) != (-turn / 2, turn / 2):
         return False
     forms = _forms(question)
     if forms is None:

@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import gcd, lcm
 
 from rulesheets import nodes
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Call, Name, Negative, Number, Product, Sum
+from rulesheets.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
+from rulesheets.record import dataclass
 from solver.path.isolate import Isolation, isolate
 from solver.path.linearity import plainly_resolvable
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, TypeAlias
+
+    Ratio: TypeAlias = tuple[int, int]
 
 TURN = {
     **dict.fromkeys(("sind", "cosd", "tand"), 360.0),
     **dict.fromkeys(("sin", "cos", "tan"), 6.283185307179586),
 }
 """Period that functions of an angle have in common, by function."""
+
+_HALF_TURN = frozenset({"tan", "tand"})
+"""Functions that half a turn makes no difference to."""
+
+MAX_FACTOR = 1e9
+MAX_TURNS = 12
+"""Turns after which all that reads an angle repeats itself, beyond which it counts as any other number."""
 
 _DIRECTIONS = {
     **dict.fromkeys(("asind", "acosd", "atand", "atan2d"), 360.0),
@@ -40,7 +51,7 @@ class ModelGraph:
         self._users: dict[str, tuple[int, ...]] = {}
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._plain: dict[int, frozenset[str]] = {}
-        self._turns: dict[str, float | None] | None = None
+        self._turns: dict[str, _Angle] | None = None
         self.kernels: dict[Any, Any] = {}
 
     def _numbers(self, names: Iterable[str]) -> tuple[int, ...]:
@@ -75,39 +86,88 @@ class ModelGraph:
         return None if isolation is None else isolation.cost
 
     def turn(self, name: str) -> float | None:
-        """The period of a variable that is nothing but an angle: 360, 2π, or None."""
+        """The period of a variable that is nothing but an angle: 360 or 2π, or None.
+
+        Several of them where a rule reads a part of the angle: ``sind(theta/2)`` repeats itself after 720.
+        """
+        found = self._angle(name)
+        return None if found is None else found.turn * found.count
+
+    def single_turn(self, name: str) -> float | None:
+        """360 or 2π for a variable that is nothing but an angle, else None."""
+        found = self._angle(name)
+        return None if found is None else found.turn
+
+    def is_turning(self, name: str) -> bool:
+        """Whether a variable is nothing but an angle, and a single turn of it makes no difference."""
+        found = self._angle(name)
+        return found is not None and found.count == 1
+
+    def _angle(self, name: str) -> _Angle | None:
         if self._turns is None:
             self._turns = _turns(self.model.equations)
         return self._turns.get(name)
 
 
-def _turns(equations: Iterable[Equation]) -> dict[str, float | None]:
+@dataclass(frozen=True, slots=True)
+class _Angle:
+    """An angle in the unit of ``turn``; all that reads it repeats itself after ``count`` turns."""
+
+    turn: float
+    count: int = 1
+
+
+class _Angles:
+    """What the rules say of their variables: ``found`` as angles, ``plain`` as any other number."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, _Angle] = {}
+        self.plain: set[str] = set()
+
+    def learn(self, name: str, turn: float, count: int = 1) -> None:
+        """One more occurrence under a function of period ``turn``, or ``count`` of them."""
+        known = self.found.setdefault(name, _Angle(turn, count))
+        together = lcm(known.count, count)
+        if known.turn != turn or together > MAX_TURNS:
+            self.plain.add(name)
+        else:
+            self.found[name] = _Angle(turn, together)
+
+    def read(self, side: nodes.Expression) -> None:
+        """Every occurrence in an expression."""
+        stack: list[nodes.Expression] = [side]
+        while stack:
+            node = stack.pop()
+            if isinstance(node, Name):
+                self.plain.add(node.name)
+            elif isinstance(node, Call) and node.function in TURN and (parts := _parts(node.arguments[0])):
+                own = 2 if node.function in _HALF_TURN else 1
+                for name, (numerator, denominator) in parts:
+                    self.learn(name, TURN[node.function], denominator // gcd(denominator, own * numerator))
+            else:
+                stack.extend(nodes.children(node))  # type: ignore[arg-type]
+
+
+def _turns(equations: Iterable[Equation]) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
-    turns: dict[str, float | None] = {}
-    plain: set[str] = set()
+    angles = _Angles()
     for equation in equations:
-        if not _angle_relation(equation, turns):
-            for side in (equation.left, equation.right):
-                _collect(side, turns, plain)
-    return {name: turn for name, turn in turns.items() if name not in plain}
+        if not _angle_relation(equation, angles):
+            angles.read(equation.left)
+            angles.read(equation.right)
+    return {name: angle for name, angle in angles.found.items() if name not in angles.plain}
 
 
-def _angle_relation(equation: Equation, turns: dict[str, float | None]) -> bool:
+def _angle_relation(equation: Equation, angles: _Angles) -> bool:
     """``thetaAB = atan2d(…)`` and ``beta = alpha + 90`` relate angles as such."""
     left, right = equation.left, equation.right
     for one, other in ((left, right), (right, left)):
         if isinstance(one, Name) and isinstance(other, Call) and other.function in _DIRECTIONS:
-            turns.setdefault(one.name, _DIRECTIONS[other.function])
-            return not any(True for _ in nodes.names(other)) or _collect_into(other, turns)
+            angles.learn(one.name, _DIRECTIONS[other.function])
+            for argument in other.arguments:
+                angles.read(argument)
+            return True
     return is_angle_sum(left) and is_angle_sum(right)
-
-
-def _collect_into(call: Call, turns: dict[str, float | None]) -> bool:
-    plain: set[str] = set()
-    for argument in call.arguments:
-        _collect(argument, turns, plain)
-    turns.update(dict.fromkeys(plain, None))
-    return True
 
 
 def is_angle_sum(side: nodes.Expression) -> bool:
@@ -123,31 +183,32 @@ def is_angle_sum(side: nodes.Expression) -> bool:
             return False
 
 
-def _whole_turns(argument: nodes.Expression) -> bool:
-    """Whole multiples of angles added up: a turn of any of them is a whole number of turns."""
+def _parts(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
+    """The angles that are added up in an argument with their factors; None where it is no such sum."""
     match argument:
-        case Name() | Number():
-            return True
+        case Number():
+            return ()
+        case Name(name):
+            return ((name, (1, 1)),)
         case Negative(operand):
-            return _whole_turns(operand)
-        case Product(Number(factor), Name()) | Product(Name(), Number(factor)):
-            return factor == round(factor)
+            return _parts(operand)
+        case Product(Number(factor), Name(name)) | Product(Name(name), Number(factor)):
+            ratio = _ratio(factor)
+            return ratio and ((name, ratio),)
+        case Quotient(Name(name), Number(divisor)):
+            ratio = _ratio(divisor)
+            return ratio and ((name, ratio[::-1]),)
         case Sum(terms):
-            return all(map(_whole_turns, terms))
+            found = [_parts(term) for term in terms]
+            return None if None in found else tuple(pair for parts in found for pair in parts or ())
         case _:
-            return False
+            return None
 
 
-def _collect(side: nodes.Expression, turns: dict[str, float | None], plain: set[str]) -> None:
-    stack: list[nodes.Expression] = [side]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Name):
-            plain.add(node.name)
-        elif isinstance(node, Call) and node.function in TURN and _whole_turns(node.arguments[0]):
-            for name in nodes.names(node.arguments[0]):
-                turn = TURN[node.function]
-                if turns.setdefault(name, turn) != turn:
-                    plain.add(name)
-        else:
-            stack.extend(nodes.children(node))  # type: ignore[arg-type]
+def _ratio(number: float) -> Ratio | None:
+    """A factor without its sign as numerator and denominator; None for 0, and where it is no short one."""
+    for denominator in (1, 2, 3, 4, 5, 6, 8, 10, 100, 1000):
+        numerator = round(abs(number) * denominator) if abs(number) < MAX_FACTOR else 0
+        if numerator and numerator / denominator == abs(number):
+            return numerator, denominator
+    return None

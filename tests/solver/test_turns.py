@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import rulesheets
@@ -32,3 +34,33 @@ def test_an_angle_by_its_cosine_moves_and_the_sum_still_holds() -> None:
     for solution in result.solutions:
         assert -180 < solution["a"] <= 180
         assert solution["b"] == pytest.approx(solution["a"] + 90, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("rule", "y", "expected"),
+    [
+        ("y = tand(x/2)", 1.0, [90.0]),
+        ("y = tand(0.5*x)", -1.0, [-90.0]),
+        ("y = tand(x/3)", 1.0, [135.0]),
+        ("y = tan(x/2)", 1.0, [math.pi / 2]),
+        ("y = sind(x/2)", 0.5, [60.0]),
+        ("y = cosd(x/2)", 0.5, [-120.0, 120.0]),
+        ("y = cosd(x/2)", -0.5, [-240.0, 240.0]),
+        ("y = sind(1.5*x)", 1.0, [60.0]),
+        ("y = sind(2*x)", 1.0, [-135.0, 45.0]),
+    ],
+)
+def test_an_angle_that_is_read_in_parts_is_looked_for_in_one_turn(
+    rule: str, y: float, expected: list[float]
+) -> None:
+    """(-180, 180] comes first, and it is known that these are all, although x goes on for more turns."""
+    result = solver.solve(rulesheets.loads(rule), {"y": y})
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(sorted(expected))
+    assert result.complete or str(result.status) == "singular"
+
+
+def test_the_angle_of_a_cone_is_one_answer() -> None:
+    """Radii and height of a frustum, its angle by the halves of two triangles."""
+    rules = "r1/h1 = tand(th/2)\nr2/h2 = tand(th/2)\nh = h2 - h1"
+    result = solver.solve(rulesheets.loads(rules), {"r1": 1.0, "r2": 2.0, "h": 3.0})
+    assert [s["th"] for s in result.solutions] == pytest.approx([2 * math.degrees(math.atan(1 / 3))])
