@@ -18,6 +18,7 @@ from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
+from solver.kernel.near_rank import Blur
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
@@ -42,10 +43,12 @@ def solve_block(
     guesses: Mapping[str, float],
     budget: Budget | None = None,
     assumed: bool = False,
+    off: Blur = dict,
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
-    ``assumed``: the block belongs to a case that may well have no answer, so that last resorts are left out.
+    ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
+    case that may well have no answer, so that last resorts are left out.
     """
     if budget is None:
         budget = Budget()
@@ -54,7 +57,7 @@ def solve_block(
     block = kernel.block
     if question.symbolic:
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    linear = solve_linear_block(question) if kernel.linear else None
+    linear = solve_linear_block(question, off) if kernel.linear else None
     if linear is not None:
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
         return replace(linear, attempts=(attempt,))
