@@ -155,7 +155,10 @@ class Plan:
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         values = self._values(numbers)
+        paths = planner(self.model)
+        paths.recall(frozenset(values), frozenset(self.want))
         found = explore_refined(self.model, values, self.want, self.guesses, self.want)
+        paths.keep()
         return judge(self.model, found, self.want, values, self.guesses), found
 
     def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy
 import pytest
 
 import rulesheets
@@ -12,6 +13,7 @@ import solver
 from rulesheets import store
 from solver.cli import main
 from solver.path.build import build_path
+from solver.plan import Plan
 
 MODELS = rulesheets.shipped_models()
 CRANK = "solve offset_slider_crank"
@@ -68,6 +70,8 @@ def test_every_model_prints_the_same_bytes(
         "solve tax_brackets --clear income --set tax=5000",  # cases that are settled
         f"{CRANK} --set nothing=1",  # a mistake
         "sweep offset_slider_crank --over thetaAO=0:40:20 --want vB",
+        "sweep offset_slider_crank --over thetaAO=0:360:0.5 --want vB,aB",
+        "sweep offset_slider_crank --over xB=4:11:0.02 --clear thetaAO --want thetaAO,vB --all",
     ],
 )
 def test_every_outcome_prints_the_same_bytes(
@@ -108,6 +112,27 @@ def test_other_values_follow_the_kept_path(folder: Path, planned: list[int]) -> 
     assert len(planned) == count
     assert again.path == fresh.path
     assert solver.solve(rulesheets.load("offset_slider_crank")).solutions == fresh.solutions
+
+
+def test_a_sweep_seen_before_solves_nothing_step_by_step(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def swept(first: float) -> solver.Table:
+        rows = numpy.linspace(first, 11.5, 400)
+        model = rulesheets.load("offset_slider_crank")
+        return solver.sweep(model, {"xB": rows}, ["thetaAO", "vB"], given={"thetaAO": None})
+
+    before = swept(4.5)
+    assert len(set(before.status.tolist())) > 1
+    judged: list[object] = []
+    plainly = Plan.judged
+    monkeypatch.setattr(Plan, "judged", lambda plan, row: (judged.append(row), plainly(plan, row))[1])
+    again = swept(4.5)
+    assert judged == []
+    assert again.status.tobytes() == before.status.tobytes()
+    assert all(again[name].tobytes() == before[name].tobytes() for name in before)
+    swept(4.25)  # other rows teach what they teach
+    assert judged
 
 
 def test_other_inputs_and_other_wants_are_other_paths(folder: Path, planned: list[int]) -> None:

@@ -60,14 +60,21 @@ class CompiledPaths:
             except NotCompilable:
                 break
             if self._agrees(every(*numbers), answers):
-                self.forks.append(program)
-                program = self._first(program, numbers, answers, plain)
-                self.programs.append(program)
-                self.primary.append(compile_scalar(program))
-                self.every.append(every)
-                return program
+                first = self._first(program, numbers, answers, plain)
+                self._take(program, first, every)
+                return first
         self.failures += 1
         return None
+
+    def take(self, fork: Program, first: Program) -> None:
+        """Add a way that was learned before: ``first`` follows the primary answer, ``fork`` all of them."""
+        self._take(fork, first, compile_scalar(fork, all_answers=True))
+
+    def _take(self, fork: Program, first: Program, every: Callable[..., Any]) -> None:
+        self.forks.append(fork)
+        self.programs.append(first)
+        self.primary.append(compile_scalar(first))
+        self.every.append(every)
 
     def refuse(self, numbers: Sequence[Value], sample: Mapping[str, Value]) -> Program | None:
         """A program that tells the rows that are refused as this one, of which ``sample`` was computed."""

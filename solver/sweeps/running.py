@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from time import perf_counter
 
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.work import Solved, Solver, Work
-from solver.sweeps.workers import processors, solved_by_workers
 
 WORTH = 2.0
 """Seconds that workers must save to be started: about twice what starting them takes."""
@@ -17,6 +17,19 @@ SLOW = 50e-6
 """Seconds that a row takes which no compiled way settles, and learning them does not explain."""
 CARRIAGE = 0.15e-6
 """Seconds that a row of six numbers is on its way to a worker and back."""
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    allowed = getattr(os, "sched_getaffinity", None)
+    return len(allowed(0)) if allowed else os.cpu_count() or 1
+
+
+def solved_by_workers(work: Work, chunks: Iterator[Chunk], jobs: int) -> Iterator[Solved]:
+    """The pieces in their order, from so many processes."""
+    from solver.sweeps import workers  # with threads and pipes: dear where none is started
+
+    return workers.solved_by_workers(work, chunks, jobs)
 
 
 def solved_pieces(

@@ -31,12 +31,6 @@ _START = (
 )
 
 
-def processors() -> int:
-    """Processors that this process may use."""
-    allowed = getattr(os, "sched_getaffinity", None)
-    return len(allowed(0)) if allowed else os.cpu_count() or 1
-
-
 def solved_by_workers(work: Work, chunks: Iterable[Chunk], jobs: int) -> Iterator[Solved]:
     """The pieces in their order; two a worker are under way at any time.
 
