@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from rulesheets.nodes import (
     Call,
@@ -73,26 +73,23 @@ def call(function: str, *arguments: Expression) -> Expression:
 
 
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
-    """The expression with variables replaced."""
-    return map_leaves(
-        expression, lambda leaf: replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf
-    )
-
-
-def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:
-    """The expression with every name, number and symbol turned into what ``change`` makes of it."""
+    """The expression with variables replaced; parts without any of them are shared, not copied."""
     match expression:
-        case Name() | Number() | Symbol():
-            return change(expression)
+        case Name(name):
+            return replacements.get(name, expression)
+        case Number() | Symbol():
+            return expression
         case Negative(operand):
-            return Negative(map_leaves(operand, change), expression.span)
+            return Negative(substitute(operand, replacements), expression.span)
         case Sum(terms):
-            return Sum(tuple(map_leaves(term, change) for term in terms), expression.span)
+            return Sum(tuple(substitute(term, replacements) for term in terms), expression.span)
         case Product(left, right):
-            return Product(map_leaves(left, change), map_leaves(right, change), expression.span)
+            return Product(substitute(left, replacements), substitute(right, replacements), expression.span)
         case Quotient(left, right):
-            return Quotient(map_leaves(left, change), map_leaves(right, change), expression.span)
+            return Quotient(substitute(left, replacements), substitute(right, replacements), expression.span)
         case Power(base, exponent):
-            return Power(map_leaves(base, change), map_leaves(exponent, change), expression.span)
+            return Power(substitute(base, replacements), substitute(exponent, replacements), expression.span)
         case Call(function, arguments):
-            return Call(function, tuple(map_leaves(item, change) for item in arguments), expression.span)
+            return Call(
+                function, tuple(substitute(item, replacements) for item in arguments), expression.span
+            )

@@ -8,19 +8,26 @@ from rulesheets.record import dataclass
 
 
 class Method(Enum):
-    """The ways to solve a simultaneous block, in the order in which they are tried."""
+    """The ways to solve a simultaneous block: what each does, and its short name."""
 
-    LINEAR = "elimination of linear equations"
-    POLYNOMIAL = "exact count of the roots of one polynomial in {tear}"
-    FORMULA = "elimination to a formula"
-    RANGE = "search of the whole range of {tear}"
-    BOXES = "subdivision of the ranges"
-    STARTS = "damped Newton from the guess and many starts"
-    FULL = "Newton at full length from the guess"
-    HOMOTOPY = "homotopy from the guess"
-    FULL_STARTS = "Newton at full length from many starts"
-    EXTENDED = "refined in extended precision"
-    HOMOTOPY_STARTS = "homotopy from many starts"
+    LINEAR = "elimination of linear equations", "elimination"
+    POLYNOMIAL = "exact count of the roots of one polynomial in {tear}", "polynomial"
+    FORMULA = "elimination to a formula", "formula"
+    RANGE = "search of the whole range of {tear}", "range of {tear}"
+    BOXES = "subdivision of the ranges", "boxes"
+    STARTS = "damped Newton from the guess and many starts", "damped Newton"
+    FULL = "Newton at full length from the guess", "full Newton"
+    DOGLEG = "trust region from the guess", "trust region"
+    RELEASE = "one unknown fixed, solved, released, from the guess", "fix and release"
+    HOMOTOPY = "homotopy from the guess", "homotopy"
+    FULL_STARTS = "Newton at full length from many starts", "full Newton"
+    DOGLEG_STARTS = "trust region from many starts", "trust region"
+    RELEASE_STARTS = "one unknown fixed, solved, released, from many starts", "fix and release"
+    HOMOTOPY_STARTS = "homotopy from many starts", "homotopy"
+    EXTENDED = "refined in extended precision", "extended precision"
+
+    def __init__(self, told: str, short: str) -> None:
+        self.told, self.short = told, short
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -47,6 +48,22 @@ class BlockKernel:
     def smooth(self) -> bool:
         """Whether every equation has its derivatives by formula."""
         return all(self.partials)
+
+    def domain(self, name: str) -> tuple[float, float]:
+        """Where to search an unknown: its declared range, and of an angle no more than one turn."""
+        variable, turn = self.graph.model.variables[name], self.graph.turn(name)
+        low, high = variable.low, variable.high
+        if turn is None or (low > -math.inf and high < math.inf):
+            return low, high
+        if low > -math.inf:
+            return low, low + turn
+        return (high - turn, high) if high < math.inf else (-turn / 2, turn / 2)
+
+    @property
+    def finite(self) -> bool:
+        """Whether boxes can be searched: finite ranges, and equations that are smooth by formula."""
+        ends = (end for name in self.unknowns for end in self.domain(name))
+        return not self.jumps and self.smooth and all(map(math.isfinite, ends))
 
     @cached_property
     def exhaustive(self) -> bool:

@@ -62,6 +62,11 @@ class Candidates:
         self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
 
     @property
+    def fruitless(self) -> bool:
+        """Whether nothing was found, not even what only needs more digits."""
+        return not (self.answers or self.blurred)
+
+    @property
     def endless(self) -> bool:
         """Whether more starts would find but more of a curve of answers, or of a valley that holds none."""
         singular = sum(answer.double is not None for answer in self.answers)

@@ -79,21 +79,7 @@ class Question:
         return self.graph.turn(name)
 
     def domain(self, name: str) -> tuple[float, float]:
-        """Where to search: the declared range, and of an angle no more than one turn."""
-        variable, turn = self.graph.model.variables[name], self.turn(name)
-        low, high = variable.low, variable.high
-        if turn is None or (low > -math.inf and high < math.inf):
-            return low, high
-        if low > -math.inf:
-            return low, low + turn
-        return (high - turn, high) if high < math.inf else (-turn / 2, turn / 2)
-
-    @property
-    def finite(self) -> bool:
-        """Whether boxes can be searched: finite ranges, and equations that are smooth by formula."""
-        ends = (end for name in self.unknowns for end in self.domain(name))
-        smooth = not self.kernel.jumps and all(self.kernel.partials)
-        return smooth and all(map(math.isfinite, ends))
+        return self.kernel.domain(name)
 
     def wrapped(self, point: Mapping[str, float]) -> dict[str, float]:
         """Angles without a declared range in (-180, 180], where the rules allow it."""

@@ -1,13 +1,12 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
-The ways are tried in this order: elimination where the block is linear or leads to formulas; the whole
-range of the tear where there is one, or boxes where all ranges are finite; Newton from many starts; and
-where all of that found nothing, the methods of ``fallback.py``.
+The methods of its chain (``methods.py``) are tried one after another until the answers are known to be all;
+where they found nothing, those of ``fallback.py``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from rulesheets.model import Value
 from rulesheets.record import replace
@@ -18,7 +17,7 @@ from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
-from solver.kernel.near_rank import Blur
+from solver.kernel.methods import chain, last_resorts
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
@@ -29,10 +28,7 @@ STARTS = 24
 FEW_STARTS = 6
 START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_ANSWERS = 64
-MAX_BOX_UNKNOWNS = 6
 MAX_BATCH_UNKNOWNS = 60
-MAX_PROOF_UNKNOWNS = 12
-"""The same where a proof is asked for."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -43,69 +39,102 @@ def solve_block(
     guesses: Mapping[str, float],
     budget: Budget | None = None,
     assumed: bool = False,
-    off: Blur = dict,
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
-    ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
-    case that may well have no answer, so that last resorts are left out.
+    ``assumed``: the block belongs to a case that may well have no answer, so that last resorts are left out.
     """
     if budget is None:
         budget = Budget()
         budget.begin_block()
     question = Question(kernel, values, guesses)
-    block = kernel.block
     if question.symbolic:
+        block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    linear = solve_linear_block(question, off) if kernel.linear else None
-    if linear is not None:
+    search = _Search(question, budget)
+    for method in chain(kernel, budget.thorough):
+        outcome = search.ways[method]()
+        if outcome is not None:
+            return outcome
+        if search.complete:
+            break
+    if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
+        from solver.kernel.fallback import fall_back
+
+        fall_back(question, search.candidates, last_resorts(kernel))
+    return search.outcome()
+
+
+class _Search:
+    """What is known of the answers so far, and ways to know more, which return what settles the block."""
+
+    def __init__(self, question: Question, budget: Budget) -> None:
+        self.question, self.budget, self.kernel = question, budget, question.kernel
+        self.candidates = Candidates(question)
+        self.complete = self.whole = False
+        self.stretches: tuple[Stretch, ...] = ()
+        self.ways: Mapping[Method, Callable[[], BlockOutcome | None]] = {
+            Method.LINEAR: self._linear,
+            Method.POLYNOMIAL: self._polynomial,
+            Method.FORMULA: self._formula,
+            Method.RANGE: self._range,
+            Method.BOXES: self._boxes,
+            Method.STARTS: self._starts,
+        }
+
+    def outcome(self) -> BlockOutcome:
+        found = _outcome(self.question, self.candidates, self.complete)
+        return replace(found, stretches=self.stretches, whole=self.whole)
+
+    def _linear(self) -> BlockOutcome | None:
+        linear = solve_linear_block(self.question)
+        if linear is None:
+            return None
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
         return replace(linear, attempts=(attempt,))
-    candidates = Candidates(question)
-    if solve_as_polynomial(question, candidates):
-        candidates.tried(Method.POLYNOMIAL, complete=True)
-        return _outcome(question, candidates, complete=True)
-    if kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed):
-        candidates.tried(Method.FORMULA, complete=True)
-        return _outcome(question, candidates, complete=True)
-    if solve_by_half_angle(question, candidates):
-        candidates.tried(Method.POLYNOMIAL, complete=True)
-        return _outcome(question, candidates, complete=True)
-    complete = whole = False
-    stretches: tuple[Stretch, ...] = ()
-    if len(block.tears) == 1:
-        search = TearSearch(question, candidates, kernel, budget)
+
+    def _polynomial(self) -> BlockOutcome | None:
+        solved = solve_as_polynomial(self.question, self.candidates) or solve_by_half_angle(
+            self.question, self.candidates
+        )
+        return self._all(Method.POLYNOMIAL) if solved else None
+
+    def _formula(self) -> BlockOutcome | None:
+        closed = self.kernel.closed
+        solved = closed is not None and solve_by_formula(self.question, self.candidates, closed)
+        return self._all(Method.FORMULA) if solved else None
+
+    def _all(self, method: Method) -> BlockOutcome:
+        self.candidates.tried(method, complete=True)
+        return _outcome(self.question, self.candidates, complete=True)
+
+    def _range(self) -> BlockOutcome | None:
+        question, candidates = self.question, self.candidates
+        search = TearSearch(question, candidates, self.kernel, self.budget)
         if (freedom := search.freedom()) is not None:
             return freedom
-        others = (TearSearch(question, candidates, other, budget) for other in kernel.others())
+        others = (TearSearch(question, candidates, other, self.budget) for other in self.kernel.others())
         searches = [s for s in (search, *others) if s.kernel.exhaustive]
-        whole = any(s.run() for s in searches)
-        complete = whole and not candidates.refused
-        stretches = () if whole else _settleable(searches)
-        candidates.tried(Method.RANGE, complete)
-        if not candidates.answers and (freedom := search.flat_stretch()) is not None:
-            return freedom
-    most = MAX_PROOF_UNKNOWNS if budget.thorough else MAX_BOX_UNKNOWNS
-    if question.finite and len(block.unknowns) <= most and (len(block.tears) > 1 or _asked(budget, whole)):
+        self.whole = any(s.run() for s in searches)
+        self.complete = self.whole and not candidates.refused
+        self.stretches = () if self.whole else _settleable(searches)
+        candidates.tried(Method.RANGE, self.complete)
+        return None if candidates.answers else search.flat_stretch()
+
+    def _boxes(self) -> None:
+        if self.whole:
+            return
         from solver.kernel.box_search import search_boxes
 
-        complete = search_boxes(question, candidates, budget.thorough)
-        candidates.tried(Method.BOXES, complete)
-    if not complete:
-        _from_starts(question, candidates, budget)
-        candidates.tried(Method.STARTS)
-        if not candidates.answers and len(block.tears) == 1 and not kernel.exhaustive:
-            search.run()
-        if not candidates.answers and not assumed and budget.last_resort():
-            from solver.kernel.fallback import fall_back
+        self.complete = search_boxes(self.question, self.candidates, self.budget.thorough)
+        self.candidates.tried(Method.BOXES, self.complete)
 
-            fall_back(question, candidates)
-    return replace(_outcome(question, candidates, complete), stretches=stretches, whole=whole)
-
-
-def _asked(budget: Budget, whole: bool) -> bool:
-    """Whether boxes are to be searched as well where the range of the tear was."""
-    return budget.thorough and not whole
+    def _starts(self) -> None:
+        _from_starts(self.question, self.candidates, self.budget)
+        self.candidates.tried(Method.STARTS)
+        torn_once = len(self.kernel.block.tears) == 1
+        if torn_once and not self.candidates.answers and not self.kernel.exhaustive:
+            TearSearch(self.question, self.candidates, self.kernel, self.budget).run()
 
 
 def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:

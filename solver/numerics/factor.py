@@ -11,8 +11,7 @@ from typing import Any, Protocol
 
 from solver.numerics.termination import EPS
 
-SMALL = 9
-"""Up to so many unknowns LAPACK, with the import of scipy, takes longer than plain Python over a solve."""
+SMALL = 6
 Matrix = Sequence[Sequence[float]]
 
 
@@ -68,7 +67,8 @@ def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
     if hasattr(matrix, "dtype"):
         import numpy as np
 
-        sizes: list[float] = (abs(matrix) @ np.abs(np.asarray(column_weights, dtype=float))).tolist()
+        with np.errstate(all="ignore"):  # an infinite size tells of what overflows
+            sizes: list[float] = (abs(matrix) @ np.abs(np.asarray(column_weights, dtype=float))).tolist()
         return sizes
     return [sum(abs(a * w) for a, w in zip(row, column_weights, strict=True)) for row in matrix]
 
@@ -79,6 +79,14 @@ def row_products(matrix: Any, vector: Sequence[float]) -> list[float]:
         products: list[float] = (matrix @ vector).tolist()
         return products
     return [sum(a * v for a, v in zip(row, vector, strict=True)) for row in matrix]
+
+
+def transposed_product(matrix: Any, vector: Sequence[float]) -> list[float]:
+    """Aᵀ v (columns,), for rows, array, or scipy sparse matrix."""
+    if hasattr(matrix, "dtype"):
+        products: list[float] = (matrix.T @ vector).tolist()
+        return products
+    return [sum(a * v for a, v in zip(column, vector, strict=True)) for column in zip(*matrix, strict=True)]
 
 
 class SmallFactor:

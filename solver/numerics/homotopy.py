@@ -50,11 +50,13 @@ def follow_homotopy(
     start: Sequence[float],
     scale: Sequence[float],
     limits: HomotopyLimits = STANDARD_HOMOTOPY,
+    forward: bool = True,
 ) -> NewtonResult:
     """Search a root of F: Rⁿ → Rⁿ along the curve through ``start`` (n,).
 
-    ``scale`` (n,) gives typical magnitudes of the unknowns. Never raises for failing to arrive: the outcome
-    says how it ended, and the iterations count the steps along the curve too.
+    ``scale`` (n,) gives typical magnitudes of the unknowns. ``forward``: t grows at first; else the curve is
+    taken the other way, where a fold may turn it to t = 1 all the same. Never raises for failing to arrive:
+    the outcome says how it ended, and the iterations count the steps along the curve too.
     """
     system = System(residual, jacobian, [abs(s) or 1.0 for s in scale])
     first = system.point([float(v) for v in start])
@@ -63,13 +65,13 @@ def follow_homotopy(
     import numpy as np
 
     with np.errstate(all="ignore"):  # what overflows is refused as not finite
-        return _Curve(system, first, limits).run(residual, jacobian)
+        return _Curve(system, first, limits, forward).run(residual, jacobian)
 
 
 class _Curve:
     """Points (x, t) of the curve; directions are in unknowns over their weights, and t."""
 
-    def __init__(self, system: System, start: Point, limits: HomotopyLimits) -> None:
+    def __init__(self, system: System, start: Point, limits: HomotopyLimits, forward: bool) -> None:
         import numpy as np
 
         self.system, self.limits = system, limits
@@ -77,7 +79,7 @@ class _Curve:
         self.rows = np.array([size or 1.0 for size in row_sizes(start.jacobian, start.weight)])
         self.target = np.asarray(start.residual) / self.rows
         self.direction = np.zeros(len(start.x) + 1)
-        self.direction[-1] = 1.0
+        self.direction[-1] = 1.0 if forward else -1.0
 
     def run(self, residual: Residual, jacobian: Jacobian) -> NewtonResult:
         length, used = self.limits.first, 0

@@ -46,11 +46,13 @@ def multistart(
     offset: int = 0,
     enough: int | None = None,
     limits: NewtonLimits = STANDARD_LIMITS,
+    guess_limits: NewtonLimits = STANDARD_LIMITS,
 ) -> MultiStart:
     """Newton from ``guess`` (n,) and from ``count`` further points of ``ranges`` (n pairs, ± inf allowed).
 
     ``scale`` (n,): typical magnitudes, else |guess| or 1. ``offset`` skips that many starts, so that a
     search can be continued; ``enough`` ends it at so many roots. Roots outside the ranges are dropped.
+    ``limits`` are those of every start but the guess, which is worth a longer search.
     """
     within = ranges if ranges is not None else [(-math.inf, math.inf)] * len(guess)
     size = [abs(s) or 1.0 for s in (scale if scale is not None else guess)]
@@ -58,8 +60,9 @@ def multistart(
     best: NewtonResult | None = None
     starts = 0
     for start in starting_points(guess, within, size, count, offset):
+        here = guess_limits if starts == 0 and offset == 0 else limits
+        result = newton(residual, jacobian, start, size, here)
         starts += 1
-        result = newton(residual, jacobian, start, size, limits)
         if not result.outcome.found:
             best = _lower(best, result)
         elif _inside(result.x, within, size) and not any(same_root(result, root, size) for root in roots):

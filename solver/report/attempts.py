@@ -23,7 +23,7 @@ def attempts_text(result: Result) -> str:
 def _rows(block: SolveBlock, attempts: tuple[Attempt, ...]) -> Iterator[tuple[str, ...]]:
     names = ", ".join(block.unknowns[:NAMED]) + (", …" if len(block.unknowns) > NAMED else "")
     for place, attempt in enumerate(attempts):
-        method = attempt.method.value.format(tear=", ".join(block.tears))
+        method = attempt.method.told.format(tear=", ".join(block.tears))
         if attempt.iterations:
             method += f", {plural(attempt.iterations, 'iteration')}"
         yield ("" if place else names, method, _found(attempt))

@@ -6,10 +6,14 @@ from collections.abc import Iterator
 
 from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model
+from solver.attempts import Method
+from solver.kernel.block import BlockKernel
+from solver.kernel.methods import chain, last_resorts
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
 from solver.report.places import Places
 from solver.report.table import table
 from solver.result import Result
+from solver.solution import planner
 
 Row = tuple[str, str, str, str, str]
 
@@ -90,6 +94,15 @@ def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) ->
         yield ("", f"  {step.unknown}", _ways(step.branches), *_rule(places, model.equations[step.equation]))
     for index in block.residuals or block.equations:
         yield ("", "  (closes)", "", *_rule(places, model.equations[index]))
+    yield ("", "  (tries)", "", "", _methods(model, block))
+
+
+def _methods(model: Model, block: SolveBlock) -> str:
+    """The methods that the structure of a block admits, in the order in which they are tried."""
+    kernel = BlockKernel(planner(model).graph, block)
+    methods = [Method.LINEAR] if kernel.linear else [*chain(kernel), *last_resorts(kernel)]
+    names = dict.fromkeys(method.short.format(tear=", ".join(block.tears)) for method in methods)
+    return ", ".join(names)
 
 
 def _ways(branches: int) -> str:

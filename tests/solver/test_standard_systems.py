@@ -17,6 +17,7 @@ from solver.attempts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
 from solver.kernel.fallback import fall_back
+from solver.kernel.methods import last_resorts
 from solver.kernel.question import Question
 from solver.solution import planner
 
@@ -112,11 +113,11 @@ def test_what_descent_does_not_find_full_steps_do() -> None:
     (block,) = solved(problem, 1.0).attempts
     kernel = BlockKernel(planner(model(problem.number)).graph, block)
     candidates = Candidates(Question(kernel, {}, problem.guesses()))
-    fall_back(candidates.question, candidates)
+    fall_back(candidates.question, candidates, last_resorts(kernel))
     (attempt,) = candidates.attempts
-    assert (attempt.method, attempt.found) == (Method.FULL, 1)
-    (answer,) = candidates.answers
-    values = list(answer.values.values())
+    assert attempt.method is Method.FULL
+    (found,) = (*(answer.values for answer in candidates.answers), *candidates.blurred)
+    values = list(found.values())
     assert values == pytest.approx(refined(problem, values), rel=1e-12)
 
 

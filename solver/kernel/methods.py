@@ -1,0 +1,85 @@
+"""The chain of methods of a block: those that its structure admits, in the order in which they are tried.
+
+Each is tried where those before it have left answers open; the last ones, which can go where damped Newton
+can't, only where nothing was found at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rulesheets import nodes
+from rulesheets.nodes import Call
+from rulesheets.program import walk
+from solver.attempts import Method
+from solver.kernel.block import BlockKernel
+
+MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 12
+"""Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
+MAX_CURVED = 40
+"""Unknowns of a block up to which curves are followed: a step costs a decomposition of the Jacobian."""
+
+_CIRCULAR = frozenset({"sind", "cosd", "sin", "cos"})
+_FROM_STARTS = {
+    Method.FULL: Method.FULL_STARTS,
+    Method.DOGLEG: Method.DOGLEG_STARTS,
+    Method.RELEASE: Method.RELEASE_STARTS,
+    Method.HOMOTOPY: Method.HOMOTOPY_STARTS,
+}
+
+
+def chain(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
+    """The methods in order, up to those of :func:`last_resorts`; ``thorough`` where a proof is asked for.
+
+    What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.
+    """
+    if kernel.linear:
+        yield Method.LINEAR
+    yield from _counts(kernel)
+    yield from _searches(kernel, thorough)
+
+
+def _counts(kernel: BlockKernel) -> Iterator[Method]:
+    """Those that count the answers. A polynomial in half an angle has a higher degree than a formula."""
+    turning = any(kernel.graph.turn(tear) for tear in kernel.block.tears)
+    if not turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
+    if kernel.closed is not None:
+        yield Method.FORMULA
+    if turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
+
+
+def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
+    torn_once = len(kernel.block.tears) == 1
+    if torn_once:
+        yield Method.RANGE
+    most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
+    if (thorough or not torn_once) and len(kernel.unknowns) <= most and kernel.finite:
+        yield Method.BOXES
+    yield Method.STARTS
+
+
+def last_resorts(kernel: BlockKernel) -> tuple[Method, ...]:
+    """From the guess, the cheaper first; then the same from many starts."""
+    size = len(kernel.unknowns)
+    near = [Method.FULL, Method.DOGLEG]
+    if 1 < size <= MAX_CURVED:
+        near.append(Method.RELEASE)
+    if size <= MAX_CURVED:
+        near.append(Method.HOMOTOPY)
+    return (*near, *(_FROM_STARTS[method] for method in near))
+
+
+def may_be_polynomial(kernel: BlockKernel) -> bool:
+    """Whether the block may lead to one polynomial in its tear, or in the tangent of half of it."""
+    tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
+    if len(tears) != 1:
+        return False
+    admitted = _CIRCULAR if kernel.graph.turn(tears[0]) else frozenset[str]()
+    return all(
+        node.function in admitted
+        for form in kernel.forms
+        for node in walk(form)
+        if isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
+    )

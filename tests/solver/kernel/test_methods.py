@@ -1,0 +1,73 @@
+"""The chain of methods: what the structure of a block admits, in order; blocks that ask for the last."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+import solver
+from benchmarks.hard_blocks import hard_block
+from rulesheets.evaluate import extended
+from solver.attempts import Method
+from solver.kernel.block import BlockKernel
+from solver.kernel.methods import chain, last_resorts
+from solver.path.steps import SolveBlock
+from solver.solution import planner
+
+NEAR = [Method.FULL, Method.DOGLEG, Method.RELEASE, Method.HOMOTOPY]
+FAR = [Method.FULL_STARTS, Method.DOGLEG_STARTS, Method.RELEASE_STARTS, Method.HOMOTOPY_STARTS]
+
+
+def kernel(text: str) -> BlockKernel:
+    model = rulesheets.loads(text)
+    inputs = frozenset(name for name, variable in model.variables.items() if variable.value is not None)
+    (block,) = (s for s in planner(model).path(inputs, {}).steps if isinstance(s, SolveBlock))
+    return BlockKernel(planner(model).graph, block)
+
+
+@pytest.mark.parametrize(
+    ("text", "methods"),
+    [
+        (
+            "x + y = 3\nx - 2*y = 1",
+            [Method.LINEAR, Method.POLYNOMIAL, Method.FORMULA, Method.RANGE, Method.STARTS],
+        ),
+        ("x^2 + y^2 = 4\ny = x^3 + 1", [Method.POLYNOMIAL, Method.RANGE, Method.STARTS]),
+        ("y = exp(x)\nx*y = 2", [Method.RANGE, Method.STARTS]),
+        (
+            "3*cosd(t) + 2*sind(t) = x\nx = 1 + sind(t)",
+            [Method.FORMULA, Method.POLYNOMIAL, Method.RANGE, Method.STARTS],
+        ),
+        (
+            "variables\nx in [0, 1]\ny in [0, 1]\nz in [0, 1]\nrules\n"
+            "x*exp(y) + y*z^3 + x^3 = 1\ny*exp(z) + z*x^3 + y^3 = 1\nz*exp(x) + x*y^3 + z^3 = 1",
+            [Method.BOXES, Method.STARTS],
+        ),
+    ],
+)
+def test_the_structure_of_a_block_tells_its_chain(text: str, methods: list[Method]) -> None:
+    assert list(chain(kernel(text))) == methods
+
+
+def test_the_last_resorts_fit_the_size_of_the_block() -> None:
+    pair = kernel("y = exp(x)\nx*y = 2")
+    assert list(last_resorts(pair)) == NEAR + FAR
+    one = kernel("x + exp(x) = 3*x^2")
+    assert Method.RELEASE not in last_resorts(one)
+    large = kernel(hard_block(44, 1).sheet)
+    assert list(last_resorts(large)) == [Method.FULL, Method.DOGLEG, Method.FULL_STARTS, Method.DOGLEG_STARTS]
+
+
+@pytest.mark.parametrize(("seed", "method"), [(122, Method.DOGLEG), (119, Method.RELEASE)])
+def test_a_block_that_everything_before_leaves_without_an_answer(seed: int, method: Method) -> None:
+    model = rulesheets.loads(hard_block(24, seed).sheet)
+    result = solver.solve(model)
+    assert result.status is solver.Status.SOLVED
+    ((*before, last),) = result.attempts.values()
+    assert [attempt.method for attempt in before][:2] == [Method.STARTS, Method.FULL]
+    assert sum(attempt.found for attempt in before) == 0
+    assert (last.method, last.found) == (method, 1)
+    values = result.solutions[0]
+    for equation in model.equations:
+        miss = extended(equation.left, values, 50) - extended(equation.right, values, 50)
+        assert abs(miss) <= 1e-12 * (1 + abs(extended(equation.right, values, 50)))
