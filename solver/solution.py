@@ -220,11 +220,22 @@ class Explorer:
         branch.settled.add(equation)
         branch.steps.append(step)
         testimony = testify(self.model.equations[equation], branch.values)
-        if testimony.holds:
+        if testimony.holds or self._agreed(branch, equation):
             return None
         self.delicate = self.delicate or testimony.delicate
         self._finish(branch)
         return False
+
+    def _agreed(self, branch: Branch, equation: int) -> bool:
+        """Whether another value, as good for all other rules, satisfies one that fails; then it is taken."""
+        from solver.agreement import agreed
+
+        decided = {**branch.decided, **branch.assumed}
+        found = agreed(self.graph, equation, branch.values, self.inputs, decided)
+        if found is not None:
+            branch.values.update([found])
+            branch.precise.pop(found[0], None)
+        return found is not None
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch)

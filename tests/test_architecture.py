@@ -26,7 +26,7 @@ FLOORS = (
     ),
     ("solver.path",),
     ("solver.witness", "solver.second_look", "solver.forward_error"),
-    ("solver.kernel", "solver.turns", "solver.linearization", "solver.sharpening"),
+    ("solver.kernel", "solver.turns", "solver.agreement", "solver.linearization", "solver.sharpening"),
     ("solver.edges", "solver.corners", "solver.missing_slopes"),
     ("solver.total_derivatives", "solver.one_sided", "solver.sensitivities", "solver.tolerances"),
     ("solver.result", "solver.table", "solver.leaves", "solver.casework", "solver.solution"),

@@ -262,3 +262,16 @@ def test_a_redundant_way_that_loses_digits_contradicts_nothing(E: str) -> None:
     result = solver.solve(model("kepler"), {"e": 0.13, "a": 1.37, "M": None, "nu": nu})
     assert str(result.status) == "solved"
     assert [s["E"] for s in result.solutions] == pytest.approx([float(E)], rel=1e-14)
+
+
+def test_redundant_inputs_agree_to_their_last_places() -> None:
+    """The rod's angular velocity follows from its angle and the crank's; given, it is a check."""
+    engine, sizes = model("piston_engine"), {"OB": 0.0576, "BP": 0.2743, "phi": 0.0}
+    for angle in (97.0, 101.3, 127.01, 133.7, 152.9):
+        forward = solver.solve(engine, {**sizes, "thetaOB": angle, "omegaOB": 300.55})
+        given = {name: forward[name] for name in ("thetaBP", "omegaBP")}
+        cleared: dict[str, Any] = {"thetaOB": None, "alphaOB": None}
+        result = solver.solve(engine, {**sizes, "omegaOB": 300.55, **cleared, **given})
+        assert str(result.status) == "partial"
+        assert set(result.undetermined) == {"alphaOB", "alphaBP", "aP"}
+        assert result["thetaOB"] == pytest.approx(angle, rel=1e-12)
