@@ -14,6 +14,7 @@ class Method(Enum):
     POLYNOMIAL = "exact count of the roots of one polynomial in {tear}", "polynomial"
     FORMULA = "elimination to a formula", "formula"
     RANGE = "search of the whole range of {tear}", "range of {tear}"
+    SUBSTITUTION = "substitution, and a search of the whole range of one unknown", "substitution"
     BOXES = "subdivision of the ranges", "boxes"
     STARTS = "damped Newton from the guess and many starts", "damped Newton"
     FULL = "Newton at full length from the guess", "full Newton"

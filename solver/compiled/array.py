@@ -29,6 +29,8 @@ _UFUNCS = {
     "abs": np.absolute,
     "rint": np.rint,
     "pow": np.power,
+    "expm1": np.expm1,
+    "log1p": np.log1p,
     "sin": np.sin,
     "cos": np.cos,
     "lt": np.less,

@@ -49,6 +49,8 @@ _FOLD: dict[str, Callable[..., float | bool]] = {
     "abs": abs,
     "rint": lambda a: float(round(a)),
     "pow": math.pow,
+    "expm1": math.expm1,
+    "log1p": math.log1p,
     "lt": lambda a, b: a < b,
     "le": lambda a, b: a <= b,
     "eq": lambda a, b: a == b,

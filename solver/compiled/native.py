@@ -60,6 +60,8 @@ _INTRINSIC = {
     "call log": "log10",
     "call log10": "log10",
 }
+_LIBRARY = ("expm1", "log1p")
+"""Functions of the mathematical library that LLVM has no name of its own for."""
 _INTRINSICS = ("sqrt", "fabs", "rint", "sin", "cos", "exp", "log", "log10")
 
 
@@ -192,6 +194,7 @@ class _Writer:
             [
                 *(f"declare double @llvm.{name}.f64(double)" for name in _INTRINSICS),
                 *(f"declare double @llvm.{name}.f64(double, double)" for name in ("pow", "copysign")),
+                *(f"declare double @{name}(double)" for name in _LIBRARY),
             ]
         )
         return f"""{declarations}
@@ -356,6 +359,8 @@ _SPECIAL: dict[str, Callable[..., str]] = {
     "near": _Writer._near,
     "direction": lambda w, y, x: w._direction(y, x, _HALF_PI, 1.0),
     "directiond": lambda w, y, x: w._direction(y, x, 90.0, DEGREE),
+    "expm1": lambda w, x: w._line(f"call double @expm1(double {x})"),
+    "log1p": lambda w, x: w._line(f"call double @log1p(double {x})"),
     "call atan2": lambda w, y, x: w._direction(y, x, _HALF_PI, 1.0),
     "call atan2d": lambda w, y, x: w._direction(y, x, 90.0, DEGREE),
     "call atand": lambda w, x: w._direction(x, _constant(1.0), 90.0, DEGREE),

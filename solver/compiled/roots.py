@@ -210,7 +210,7 @@ def _program(chain: Chain, known: Sequence[str]) -> Program:
     slopes = slopes_of(chain)
     if slopes is None:
         raise NotCompilable
-    flow = Flow(plain=True)
+    flow = Flow()
     values = {name: flow.input(place) for place, name in enumerate((*chain.tears, *known))}
     follow(flow, chain, values)
     for name, expression in slopes:

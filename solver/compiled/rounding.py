@@ -89,6 +89,10 @@ class _Analysis:
                 return add("mul", flow.constant(RADIAN), errors[0])
             case "sin" | "cos":
                 return errors[0]
+            case "expm1":
+                return add("mul", errors[0], add("add", flow.constant(1.0), add("abs", node)))
+            case "log1p":
+                return add("div", errors[0], add("abs", add("add", flow.constant(1.0), parts[0])))
             case "direction" | "directiond" | "atan2" | "atan2d":
                 return self._turned(
                     parts, errors, 1.0 if operation in ("direction", "atan2") else 1.0 / RADIAN

@@ -38,6 +38,8 @@ _FUNCTIONS: dict[str, object] = {
     "sqrt": math.sqrt,
     "abs": abs,
     "pow": math.pow,
+    "expm1": math.expm1,
+    "log1p": math.log1p,
     "float": float,
     "direction": TABLE["atan2"].value,
     "rint": lambda x: float(round(x)),

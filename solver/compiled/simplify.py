@@ -55,7 +55,25 @@ def _subtract(flow: Flow, a: int, b: int) -> int | None:
     left = _cancelled(flow, a, b)
     if left is not None:
         return left
+    growth = _growth(flow, b) if flow.value_of(a) == 1.0 else None
+    if growth is not None:
+        return flow.add("neg", growth)
+    growth = _growth(flow, a) if flow.value_of(b) == 1.0 else None
+    if growth is not None:
+        return growth
     return flow.node("neg", flow.node("sub", b, a)) if b < a else None
+
+
+def _growth(flow: Flow, power: int) -> int | None:
+    """``(1 + x)^n - 1`` without the cancellation that leaves nothing of it for a small x."""
+    if flow.plain or flow.nodes[power][0] != "pow":
+        return None
+    base, exponent = (int(part) for part in flow.nodes[power][1:])
+    kind, *parts = flow.nodes[base]
+    if kind != "add" or 1.0 not in [flow.value_of(int(part)) for part in parts]:
+        return None
+    x = int(parts[1] if flow.value_of(int(parts[0])) == 1.0 else parts[0])
+    return flow.add("expm1", flow.add("mul", exponent, flow.add("log1p", x)))
 
 
 def not_negative(flow: Flow, node: int) -> bool:

@@ -11,6 +11,7 @@ from solver.compiled.testimony import Testimony
 from solver.compiled.way import STRANGE
 from solver.kernel.block import BlockKernel
 from solver.kernel.question import Question
+from solver.kernel.reduction import reduced
 from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
 
 TYPE_CHECKING = False
@@ -79,11 +80,12 @@ class Simultaneous(Preimages, Testimony):
 
     def _proven_roots(self, way: Way, step: SolveBlock) -> Roots:
         kernel = self._kernel(step)
-        if len(step.tears) != 1 or any(name in way.symbols for name in kernel.known):
+        torn = kernel if len(step.tears) == 1 else reduced(kernel)
+        if torn is None or any(name in way.symbols for name in kernel.known):
             raise NotCompilable
         question = Question(kernel, self.sample, self.pattern.guesses)
         varying = [self.flow.value_of(way.values[name]) is None for name in kernel.known]
-        return Roots(kernel, question.domain(step.tears[0]), question.known, varying)
+        return Roots(torn, question.domain(torn.block.tears[0]), question.known, varying)
 
     def _formula(
         self, way: Way, letters: dict[str, int], formula: Let | Parabola | Circle

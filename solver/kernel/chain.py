@@ -75,7 +75,7 @@ def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[
         turn = graph.turn(step.unknown) if isolation.period else None
         if turn is not None and variable.low == -inf and variable.high == inf:
             variable = replace(variable, low=-turn * (0.5 + SLACK), high=turn * (0.5 + SLACK))
-        yield tuple(_through(isolation, f"#{number}", variable))
+        yield tuple(through(isolation, f"#{number}", variable))
 
 
 def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
@@ -105,7 +105,7 @@ def _residual(graph: ModelGraph, equation: int) -> Assignment:
     return Assignment(f"{RESIDUAL}{equation}", subtract(body.left, body.right))
 
 
-def _through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
+def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
     """The ways from the start of an isolation to its unknown."""
 
     def last(expression: Expression) -> Assignment:

@@ -15,6 +15,7 @@ from rulesheets.functions.intervals.bounds import Array, Interval, Mask
 from rulesheets.nodes import Expression, Name, Number, Quotient
 from solver.kernel.chain import Assignment, Chain, directions, jumps
 from solver.kernel.interval_code import IntervalEmitter, Pair, cut
+from solver.kernel.quotients import by_slopes
 from solver.path import rational
 
 HORNER_DEGREE = 12
@@ -32,6 +33,8 @@ class Enclosure:
         residual = emitter.pair(Name(chain.residuals[0]))
         for form in nested:
             pair = emitter.pair(form)
+            residual = emitter.apply("within", _within, residual, pair)
+        for pair in by_slopes(emitter, chain):
             residual = emitter.apply("within", _within, residual, pair)
         self._range = emitter.function(f"{residual[0]}, {residual[1]}, empty")
         if self.slopes is None:

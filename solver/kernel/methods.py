@@ -13,6 +13,7 @@ from rulesheets.nodes import Call
 from rulesheets.program import walk
 from solver.attempts import Method
 from solver.kernel.block import BlockKernel
+from solver.kernel.reduction import reduced
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 12
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -54,6 +55,8 @@ def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
     torn_once = len(kernel.block.tears) == 1
     if torn_once:
         yield Method.RANGE
+    elif reduced(kernel) is not None:
+        yield Method.SUBSTITUTION
     most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
     if (thorough or not torn_once) and len(kernel.unknowns) <= most and kernel.finite:
         yield Method.BOXES

@@ -21,6 +21,7 @@ from solver.kernel.methods import chain, last_resorts
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
+from solver.kernel.reduction import reduced
 from solver.kernel.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
 
@@ -78,6 +79,7 @@ class _Search:
             Method.POLYNOMIAL: self._polynomial,
             Method.FORMULA: self._formula,
             Method.RANGE: self._range,
+            Method.SUBSTITUTION: self._substitution,
             Method.BOXES: self._boxes,
             Method.STARTS: self._starts,
         }
@@ -120,6 +122,18 @@ class _Search:
         self.stretches = () if self.whole else _settleable(searches)
         candidates.tried(Method.RANGE, self.complete)
         return None if candidates.answers else search.flat_stretch()
+
+    def _substitution(self) -> BlockOutcome | None:
+        torn = reduced(self.kernel)
+        if torn is None:
+            return None
+        search = TearSearch(self.question, self.candidates, torn, self.budget)
+        if (freedom := search.freedom()) is not None:
+            return freedom
+        self.whole = search.run()
+        self.complete = self.whole and not self.candidates.refused
+        self.candidates.tried(Method.SUBSTITUTION, self.complete)
+        return None if self.candidates.answers else search.flat_stretch()
 
     def _boxes(self) -> None:
         if self.whole:

@@ -19,7 +19,7 @@ from solver.table import CODES
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
 SLOW = {"loan", "rachford_rice"}
-"""Sheets of one iterated block: nothing of them is compiled, and a row takes long."""
+"""Sheets of one iterated block, of which a row takes the step-by-step way long: fewer rows."""
 
 
 def numbers_of(model: Model) -> dict[str, float]:
@@ -35,14 +35,14 @@ def rows_for(model: Model, name: str, count: int) -> np.ndarray:
     return np.concatenate([around, [value]])
 
 
-@pytest.mark.parametrize("name", [name for name in MODELS if name not in SLOW])
+@pytest.mark.parametrize("name", MODELS)
 def test_every_row_of_a_sweep_is_what_a_solve_says(name: str) -> None:
     model = rulesheets.load(str(ROOT / name / "model.tk"))
     given_numbers = numbers_of(model)
     want = [n for n, v in model.variables.items() if v.posted and v.value is None]
-    for driver in [*given_numbers][-2:]:
+    for driver in [*given_numbers][-2:][: 1 if name in SLOW else 2]:
         plan = solver.prepare(model, [driver], want)
-        rows = rows_for(model, driver, 7)
+        rows = rows_for(model, driver, 4 if name in SLOW else 7)
         plan.sweep(rows)  # learns the ways
         table = plan.sweep(np.tile(rows, 3))
         codes, answers = plan.sweep_all(np.tile(rows, 3))
