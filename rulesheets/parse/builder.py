@@ -120,11 +120,26 @@ class Builder:
         operator = _RELATIONS.get(sign, str(sign))
         return nodes.Comparison(operator, left, right, self._around((left, right)))
 
+    def grouped(self, children: Children) -> nodes.Condition:
+        opening, inner, closing = children
+        return replace(inner, span=self._span(self._start(opening), self._end(closing)))  # type: ignore[no-any-return]
+
     def conjunction(self, children: Children) -> nodes.Condition:
-        return nodes.And(tuple(children), self._around(children)) if len(children) > 1 else children[0]
+        return nodes.And(tuple(children), self._around(children))
 
     def disjunction(self, children: Children) -> nodes.Condition:
-        return nodes.Or(tuple(children), self._around(children)) if len(children) > 1 else children[0]
+        return nodes.Or(tuple(children), self._around(children))
+
+    def all_of(self, children: Children) -> nodes.Condition:
+        return self._listed(nodes.And, children)
+
+    def any_of(self, children: Children) -> nodes.Condition:
+        return self._listed(nodes.Or, children)
+
+    def _listed(self, kind: type[nodes.And | nodes.Or], children: Children) -> nodes.Condition:
+        """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
+        terms, span = children[2:-1:2], self._span(self._start(children[0]), self._end(children[-1]))
+        return kind(tuple(terms), span) if len(terms) > 1 else replace(terms[0], span=span)
 
     def negation(self, children: Children) -> nodes.Not:
         word, term = children

@@ -23,6 +23,7 @@ GRAMMAR = Path(rulesheets.__file__).parent / "rules.lark"
 RULES = (
     "a + b*c = 4 - sind(x)^2",
     "f + g*h = 5 - cosd(y)^3",
+    "if and(a > 0, (b < 2 or c > 1)) or and(c = 1) then x = 1",
     "(x, y) = f(a, -b/2)",
     "call f(a, b*2; c)",
     "call f(; c)",
