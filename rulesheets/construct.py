@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from rulesheets.nodes import (
     Call,
@@ -73,23 +73,26 @@ def call(function: str, *arguments: Expression) -> Expression:
 
 
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
-    """The expression with variables replaced; parts without any of them are shared, not copied."""
+    """The expression with variables replaced."""
+    return map_leaves(
+        expression, lambda leaf: replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf
+    )
+
+
+def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:
+    """The expression with every name, number and symbol turned into what ``change`` makes of it."""
     match expression:
-        case Name(name):
-            return replacements.get(name, expression)
-        case Number() | Symbol():
-            return expression
+        case Name() | Number() | Symbol():
+            return change(expression)
         case Negative(operand):
-            return Negative(substitute(operand, replacements), expression.span)
+            return Negative(map_leaves(operand, change), expression.span)
         case Sum(terms):
-            return Sum(tuple(substitute(term, replacements) for term in terms), expression.span)
+            return Sum(tuple(map_leaves(term, change) for term in terms), expression.span)
         case Product(left, right):
-            return Product(substitute(left, replacements), substitute(right, replacements), expression.span)
+            return Product(map_leaves(left, change), map_leaves(right, change), expression.span)
         case Quotient(left, right):
-            return Quotient(substitute(left, replacements), substitute(right, replacements), expression.span)
+            return Quotient(map_leaves(left, change), map_leaves(right, change), expression.span)
         case Power(base, exponent):
-            return Power(substitute(base, replacements), substitute(exponent, replacements), expression.span)
+            return Power(map_leaves(base, change), map_leaves(exponent, change), expression.span)
         case Call(function, arguments):
-            return Call(
-                function, tuple(substitute(item, replacements) for item in arguments), expression.span
-            )
+            return Call(function, tuple(map_leaves(item, change) for item in arguments), expression.span)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.record import dataclass, field
@@ -78,20 +79,13 @@ def input_errors(
     active: Callable[[Equation], bool | None],
     inputs: Mapping[str, float],
 ) -> Mapping[str, float]:
-    """How far every number moves as the ``inputs`` are off by these errors, rounding left aside."""
+    """How far every number moves as the ``inputs`` are off by these errors, and the numbers in the rules by
+    half a unit of their last places; rounding left aside."""
     propagation = _Propagation(model, values, active, ())
     propagation.rounds = False
     for place, (name, error) in enumerate(inputs.items()):
         propagation.errors[name] = [error * sign for sign in _signs(-2 - place)]
     return propagation.run(steps).error
-
-
-def half_unit(number: float) -> float:
-    """How far a given number may be from the one that was meant: nothing, for one with few digits."""
-    from struct import pack, unpack
-
-    short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
-    return 0.0 if short else abs(number) * UNIT
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,13 +159,18 @@ class _Propagation:
             return None
         for name, slope in others.items():
             slopes[name] = slopes.get(name, 0.0) - slope
-        size = noise + more + abs(left - right) if self.rounds else 0.0
+        size = noise + more + abs(left - right) if self.rounds else self._last_places(equation)
         off = [size * sign for sign in _signs(equation.index)] if size else [0.0] * SAMPLES
         for name, slope in slopes.items():
             known = self.errors.get(name)
             if known is not None and name not in unknowns and any(known):
                 off = [a + slope * b for a, b in zip(off, known, strict=True)]
         return _Row(slopes, [_finite(number) for number in off])
+
+    def _last_places(self, equation: Equation) -> float:
+        from solver.last_places import blur
+
+        return blur(subtract(equation.left, equation.right), self.values, {})
 
     def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
         if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:

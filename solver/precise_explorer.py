@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +14,12 @@ from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Comparison, Condition
 from solver.casework import Casework
-from solver.forward_error import half_unit, input_errors, slopes
+from solver.forward_error import input_errors, slopes
 from solver.kernel.extended_block import solve_block_extended
 from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
-from solver.kernel.extended_system import Unresolved, Work
+from solver.kernel.extended_system import ExtendedSystem, Unresolved, Work
+from solver.kernel.question import Question
+from solver.last_places import half_unit
 from solver.leaves import Branch, Exploration, Leaf
 from solver.path.activity import activity
 from solver.path.isolate import Isolation
@@ -77,7 +80,7 @@ class _PreciseCasework(Casework):
     def _meet(self, comparison: Comparison, branch: Branch) -> bool:
         sides, known = (comparison.left, comparison.right), _known(branch)
         left, right = (extended(side, known, self.digits) for side in sides)
-        moved = self._input_errors(branch)
+        moved = self.last_places(branch)
         reach = sum(
             abs(slope * moved[name])
             for side in sides
@@ -86,8 +89,8 @@ class _PreciseCasework(Casework):
         )
         return bool(abs(left - right) <= reach + 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right)))
 
-    def _input_errors(self, branch: Branch) -> Mapping[str, float]:
-        """How far each number moves with the last places of the inputs that are no short numbers."""
+    def last_places(self, branch: Branch) -> Mapping[str, float]:
+        """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
         decided = {**branch.decided, **branch.assumed}
         given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
         steps, values = branch.steps, branch.values
@@ -110,16 +113,22 @@ class _PreciseExplorer(Explorer):
         super().__init__(model, inputs, want, guesses, judged)
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
-        self.casework = _PreciseCasework(model, self.inputs, digits)
+        self.casework: _PreciseCasework = _PreciseCasework(model, self.inputs, digits)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
-        return solve_step_extended(self.graph, equation, isolation, _known(branch), self.digits)
+        off = partial(self._off, branch)
+        return solve_step_extended(self.graph, equation, isolation, _known(branch), self.digits, off)
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         floats = super()._solved(step, branch)
         kernel, known = self._kernel(step), _known(branch)
         here = {name: known[name] for name in kernel.known}
-        return solve_block_extended(kernel, branch.values, here, self.guesses, floats, self.digits, self.work)
+        asked = Question(kernel, branch.values, self.guesses)
+        system = ExtendedSystem(kernel, here, self.digits, self.work)
+        return solve_block_extended(asked, system, floats, partial(self._off, branch))
+
+    def _off(self, branch: Branch) -> Mapping[str, float]:
+        return self.casework.last_places(branch)
 
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Any]) -> None:
         numbers = {

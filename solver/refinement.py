@@ -26,6 +26,8 @@ LOST = 1e-9
 """Relative error of a value from which on a contradiction further on may come of it."""
 SAFETY = 4.0
 """How far the error bars of values may be too short where a contradiction is weighed against them."""
+NOTHING = 0.5
+"""Relative error of a number of which no digit is known: it may well be 0."""
 MAX_STEPS = 2_000
 """Steps of a path, over all answers, that are worth following in extended precision."""
 
@@ -61,14 +63,13 @@ def _delicate(model: Model, found: Exploration, judged: Sequence[str]) -> bool:
 
 def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
     errors, values = leaf_errors(model, leaf).error, leaf.branch.values
-    asked, limit = (judged, VAGUE) if leaf.solved else (tuple(values), LOST)
-    vague = any(
-        errors[name] > limit * abs(number) for name in asked if isinstance(number := values.get(name), float)
-    )
+    numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
+    asked, limit = (judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
     return (
-        vague
-        or any(_undecided(c, values, errors) for c in model.conditions)
+        any(errors[name] > limit * numbers[name] for name in asked if name in numbers)
+        or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
         or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
+        or any(_undecided(condition, values, errors) for condition in model.conditions)
     )
 
 

@@ -267,8 +267,19 @@ class Explorer:
             shared = assumed or step in self.searched
             self.searched.add(step)
             self.budget.begin_block(self.complete, shared)
-            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed)
+            off = partial(self._off, branch)
+            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off)
         return self.outcomes[key]
+
+    def _off(self, branch: Branch) -> Mapping[str, float]:
+        """How far each number of a branch may be from the one that it stands for."""
+        from solver.forward_error import forward_errors
+        from solver.last_places import half_unit
+
+        decided = {**branch.decided, **branch.assumed}
+        found = forward_errors(self.model, branch.values, branch.steps, lambda e: activity(e, decided))
+        numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
+        return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
         """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""

@@ -25,7 +25,7 @@ FLOORS = (
         "solver.column",
     ),
     ("solver.path",),
-    ("solver.witness", "solver.second_look", "solver.forward_error"),
+    ("solver.witness", "solver.second_look", "solver.forward_error", "solver.last_places"),
     ("solver.kernel", "solver.turns", "solver.agreement", "solver.linearization", "solver.sharpening"),
     ("solver.edges", "solver.corners", "solver.missing_slopes"),
     ("solver.total_derivatives", "solver.one_sided", "solver.sensitivities", "solver.tolerances"),

@@ -10,15 +10,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rulesheets.evaluate import Undefined
-from rulesheets.model import Value
 from rulesheets.record import replace
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, NoRoot
-from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer
 from solver.kernel.extended_step import exact_turn
-from solver.kernel.extended_system import ExtendedSystem, Unresolved, Work
+from solver.kernel.extended_system import ExtendedSystem, Unresolved
 from solver.kernel.fold import null_vectors, resolve_fold
+from solver.kernel.near_rank import Blur, undetermined
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
@@ -30,26 +29,20 @@ DRIFT = 1e-2
 
 
 def solve_block_extended(
-    kernel: BlockKernel,
-    values: Mapping[str, Value],
-    known: Mapping[str, Any],
-    guesses: Mapping[str, float],
-    outcome: BlockOutcome,
-    digits: int,
-    work: Work,
+    question: Question, system: ExtendedSystem, outcome: BlockOutcome, off: Blur
 ) -> BlockOutcome:
-    """The answers of ``outcome``, which floats found at ``values``, for the ``known`` values to many digits.
+    """The answers of ``outcome``, which floats found for the ``question``, for the known values of the
+    ``system``, to many digits. ``off`` tells how far these may be from what they stand for.
 
     Raises Unresolved where the precision, or the method, does not do.
     """
-    system = ExtendedSystem(kernel, known, digits, work)
-    question = Question(kernel, values, guesses)
+    kernel = question.kernel
     if question.symbolic or not kernel.unknowns:
         return outcome
     if not system.usable:
         raise Unresolved
     refinement = _Refinement(question, system, outcome)
-    found = refinement.linear() if kernel.linear else refinement.outcome()
+    found = refinement.linear(off) if kernel.linear else refinement.outcome()
     more = max(0, len(found.answers) - len(outcome.answers))
     attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
     return replace(found, attempts=(*outcome.attempts, *attempts))
@@ -62,14 +55,18 @@ class _Refinement:
         self.folded: list[list[Any]] = []
         self.double: list[Answer] = []
 
-    def linear(self) -> BlockOutcome:
-        """Elimination; where it says that the block is singular, the float outcome tells how."""
+    def linear(self, off: Blur) -> BlockOutcome:
+        """Elimination; where it says that the block is singular, the float outcome may tell how."""
         zero = [self.system.mp.zero] * len(self.question.unknowns)
         try:
             matrix, rhs = self.system.jacobian(zero), [-r for r in self.system.residual(zero)]
         except (Undefined, OverflowError):
             raise Unresolved from None
         x = eliminate(matrix, rhs, self.system.tiny)
+        if self.floats.doubtful:
+            free = undetermined(self.question, matrix, rhs, self.system.mp.mpf, off, singular=x is None)
+            if free is not None:
+                return free
         if x is None:
             if any(not answer.double for answer in self.floats.answers) and not self.floats.free:
                 raise Unresolved

@@ -8,29 +8,41 @@ none.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
-from rulesheets.nodes import Expression
-from solver.facts import DoubleRoot
-from solver.kernel.step import StepOutcome, StepSolver
+from rulesheets.nodes import Expression, Number
+from solver.facts import AsksNothing, DoubleRoot
+from solver.kernel.near_rank import Blur
+from solver.kernel.step import SAMPLES, StepOutcome, StepSolver
+from solver.last_places import half_unit, with_named_numbers
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
-from solver.witness import testify
+from solver.witness import gross, testify
 
 SPARE = 8
 """Decimal digits of the working precision that rounding may take."""
 MAX_POLISH = 4
+WIDE_SAMPLES = (*SAMPLES, *(1e3 * number for number in SAMPLES))
+"""Where an equation is tried that may not depend on its unknown, whatever size that has."""
 
 
 def solve_step_extended(
-    graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Any], digits: int
+    graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Any], digits: int, off: Blur
 ) -> StepOutcome:
-    """As ``solve_step``, computed with ``digits`` decimal digits."""
-    return _ExtendedStep(graph, equation, isolation, values, digits).outcome()
+    """As ``solve_step``, computed with ``digits`` decimal digits.
+
+    ``off`` tells how far the known values may be from what they stand for: an unknown that drops out of the
+    equation within that is not determined.
+    """
+    step = _ExtendedStep(graph, equation, isolation, values, digits)
+    if step.divides and step.drops_out(off()):
+        return StepOutcome(fact=AsksNothing(equation, isolation.unknown))
+    return step.outcome()
 
 
 def exact_turn(turn: float, mp: Any) -> Any:
@@ -59,6 +71,9 @@ class _ExtendedStep(StepSolver):
 
     def _near(self, share: float) -> float:
         return float(10.0 ** (SPARE - self.digits))
+
+    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+        return False
 
     def _in_image(self, stage: Stage, target: Any) -> Any:
         """Ends that no float holds (π/2) are left to the operation itself."""
@@ -113,6 +128,46 @@ class _ExtendedStep(StepSolver):
         except Undefined:
             return math.nan
         return left.get(unknown, 0.0) - right.get(unknown, 0.0)
+
+    @property
+    def divides(self) -> bool:
+        """Whether what the unknown is multiplied by, or raised to, is made of numbers that may cancel."""
+        stages = self.isolation.stages
+        return self.isolation.quadratic is not None or any(
+            stage.divisor is not None and not isinstance(stage.divisor, Number) for stage in stages
+        )
+
+    def drops_out(self, off: Mapping[str, float]) -> bool:
+        """Whether the equation holds wherever it is tried, and its terms with the unknown change by no more
+        from one trial to another than its numbers and the known ones leave open.
+        """
+        trials = list(self._trials(off))
+        if len(trials) < 2:
+            return False
+        first, moved, rounding = trials[0]
+        if not abs(first) <= sum(map(abs, moved.values())) + rounding < math.inf:
+            return False
+        return all(
+            abs(miss - first) <= sum(abs(move - moved[name]) for name, move in moves.items()) + noise
+            for miss, moves, noise in trials[1:]
+        )
+
+    def _trials(self, off: Mapping[str, float]) -> Iterator[tuple[Any, dict[str, float], float]]:
+        """Samples of the unknown: what the equation misses by there, how far each number moves that (signed),
+        and how far rounding does."""
+        numbers: dict[str, float] = {}
+        form = with_named_numbers(subtract(self.equation.left, self.equation.right), numbers)
+        errors = {**off, **{name: half_unit(number) for name, number in numbers.items()}}
+        for number in WIDE_SAMPLES:
+            at = self._floats(number)
+            miss = self._miss(number)
+            try:
+                slopes = derivatives(form, {**at, **numbers})[1]
+            except Undefined:
+                continue
+            moves = {name: slope * error for name, slope in slopes.items() if (error := errors.get(name))}
+            if miss is not None:
+                yield miss, moves, self._near(0.0) * gross(self.equation, at)
 
     def _holds(self, number: Any) -> bool:
         if not (self.isolation.verify or self.clamped):

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives
-from solver.forward_error import half_unit
 from solver.kernel.extended_system import ExtendedSystem
+from solver.last_places import half_unit
 from solver.numerics.elimination import eliminate
 from solver.witness import gross
 

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 
+from rulesheets.evaluate import rounded_derivatives
+from rulesheets.record import replace
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
+from solver.kernel.near_rank import Blur, nearly_singular, undetermined
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
-from solver.numerics.linear import solve_linear
+from solver.numerics.linear import EXACT_LIMIT, solve_linear
+from solver.numerics.linear_outcome import LinearOutcome
 from solver.numerics.newton import newton
+from solver.witness import ROUNDINGS
 
 
-def solve_linear_block(question: Question) -> BlockOutcome | None:
-    """The outcome of a block that is linear in its unknowns; None where numbers are not finite."""
+def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
+    """The outcome of a block that is linear in its unknowns; None where numbers are not finite.
+
+    ``off`` tells how far the known numbers may be.
+    """
     try:
         residual, matrix = question.kernel.at_zero(question.here)
     except ArithmeticError:
@@ -26,7 +35,11 @@ def solve_linear_block(question: Question) -> BlockOutcome | None:
     facts = solve_linear(matrix, rhs)
     if facts.conflict:
         rows = tuple(question.equations[i] for i in facts.conflict)
-        conflict = BlockOutcome(complete=True, facts=(Conflict(rows, facts.miss, dict(question.values)),))
+        conflict = BlockOutcome(
+            complete=True,
+            facts=(Conflict(rows, facts.miss, dict(question.values)),),
+            doubtful=_rounded(question, facts),
+        )
         return _dependent(question, matrix, rhs) or conflict
     assert facts.solution is not None
     point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
@@ -36,7 +49,19 @@ def solve_linear_block(question: Question) -> BlockOutcome | None:
         return _free(question, point, direction, free)
     if len(point) < len(question.unknowns):
         return None
+    if len(matrix) <= EXACT_LIMIT and nearly_singular(matrix):
+        lost = undetermined(question, matrix, rhs, Fraction, off)
+        found = lost or _regular(question, point) or _dependent(question, matrix, rhs)
+        return found and replace(found, doubtful=True)
     return _regular(question, point) or _dependent(question, matrix, rhs)
+
+
+def _rounded(question: Question, facts: LinearOutcome) -> bool:
+    """Whether a contradiction may come of the rounding of the constant terms alone."""
+    point = {**question.here, **dict.fromkeys(question.unknowns, 0.0)}
+    noise = (rounded_derivatives(question.kernel.forms[row], point)[2] for row in facts.conflict)
+    total = sum(abs(share) * size for share, size in zip(facts.multipliers, noise, strict=True))
+    return facts.miss is not None and abs(facts.miss) <= ROUNDINGS * total
 
 
 def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None:

@@ -34,7 +34,8 @@ class BlockOutcome:
     there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
     answers; if they were, all would be known where ``whole`` says so. ``blurred`` are where floats converge
-    and cannot tell whether the block is satisfied.
+    and cannot tell whether the block is satisfied. ``doubtful``: rounding may have decided whether a linear
+    block determines its unknowns, or contradicts itself.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -47,11 +48,12 @@ class BlockOutcome:
     refused: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
     blurred: tuple[Mapping[str, float], ...] = ()
+    doubtful: bool = False
 
     @property
     def delicate(self) -> bool:
         unclear = self.suspects or self.refused or self.blurred
-        return bool(unclear) or any(answer.double for answer in self.answers)
+        return self.doubtful or bool(unclear) or any(answer.double for answer in self.answers)
 
     @classmethod
     def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:

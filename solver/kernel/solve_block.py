@@ -18,6 +18,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
 from solver.kernel.methods import chain, last_resorts
+from solver.kernel.near_rank import Blur
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
@@ -40,10 +41,12 @@ def solve_block(
     guesses: Mapping[str, float],
     budget: Budget | None = None,
     assumed: bool = False,
+    off: Blur = dict,
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
-    ``assumed``: the block belongs to a case that may well have no answer, so that last resorts are left out.
+    ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
+    case that may well have no answer, so that last resorts are left out.
     """
     if budget is None:
         budget = Budget()
@@ -52,7 +55,7 @@ def solve_block(
     if question.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    search = _Search(question, budget)
+    search = _Search(question, budget, off)
     for method in chain(kernel, budget.thorough):
         outcome = search.ways[method]()
         if outcome is not None:
@@ -69,8 +72,9 @@ def solve_block(
 class _Search:
     """What is known of the answers so far, and ways to know more, which return what settles the block."""
 
-    def __init__(self, question: Question, budget: Budget) -> None:
+    def __init__(self, question: Question, budget: Budget, off: Blur) -> None:
         self.question, self.budget, self.kernel = question, budget, question.kernel
+        self.off = off
         self.candidates = Candidates(question)
         self.complete = self.whole = False
         self.stretches: tuple[Stretch, ...] = ()
@@ -89,7 +93,7 @@ class _Search:
         return replace(found, stretches=self.stretches, whole=self.whole)
 
     def _linear(self) -> BlockOutcome | None:
-        linear = solve_linear_block(self.question)
+        linear = solve_linear_block(self.question, self.off)
         if linear is None:
             return None
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)

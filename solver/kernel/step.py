@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
-from rulesheets.nodes import Call, Expression, Name, Quotient, Symbol
+from rulesheets.nodes import Call, Expression, Name, Number, Quotient, Symbol
 from rulesheets.record import dataclass
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.exponents import exponents
@@ -30,6 +30,9 @@ SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
 """How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
+
+CANCELLED = 1e-12
+"""Share of what a number is made of that may be no more than what cancellation has left of its rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,17 +172,28 @@ class StepSolver:
     def _divisible(self, stage: Stage, target: float) -> None:
         if stage.divisor is None:
             return
-        divisor = self._value(stage.divisor, {**self.values, TARGET.name: target})
+        at = {**self.values, TARGET.name: target}
+        divisor = self._value(stage.divisor, at)
+        self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
         if dividend == 0.0:
             raise _Refused(AsksNothing(self.index, unknown))
+        self.delicate = self.delicate or abs(dividend) <= DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"
         if stage.operation != "product":
             reading = f"division by 0 for {unknown}"
         raise _Refused(NoValue(self.index, unknown, reading, pole=True))
+
+    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+        """Whether an expression comes out as next to nothing of what it is made of, but not as 0."""
+        if isinstance(expression, Name | Number):
+            return False
+        result, slopes = derivatives(expression, at)
+        made_of = sum(abs(slope * v) for n, slope in slopes.items() if isinstance(v := at[n], float))
+        return result != 0.0 and abs(result) <= CANCELLED * made_of
 
     def _dividend(self, stage: Stage, target: float) -> float:
         """What a vanishing divisor divides: where it is 0 too, the equation holds whatever the unknown is."""
@@ -340,6 +354,7 @@ class StepSolver:
     def _roots(self, quadratic: Quadratic) -> list[float]:
         a, b, c = (self._value(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c))
         unknown = self.isolation.unknown
+        self.delicate = self._cancels(quadratic.a, self.values) or self._cancels(quadratic.b, self.values)
         if a == 0.0:
             if b == 0.0:
                 fact = AsksNothing(self.index, unknown) if c == 0.0 else None
@@ -348,7 +363,7 @@ class StepSolver:
             return [-c / b]
         discriminant = b * b - 4 * a * c
         if discriminant < 0.0:
-            self.delicate = -discriminant <= DELICATE * max(b * b, abs(4 * a * c))
+            self.delicate = self.delicate or -discriminant <= DELICATE * max(b * b, abs(4 * a * c))
             if discriminant < -self._near(1e-9) * max(b * b, abs(4 * a * c)):
                 raise _Refused(NoValue(self.index, unknown, f"sqrt of {number_text(float(discriminant))}"))
             discriminant, self.clamped = 0.0, True

@@ -7,18 +7,22 @@ choices of inputs are well-posed at a state follows from the rank of its derivat
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import mpmath
 import numpy as np
 from mpmath import mpf
 
+import rulesheets
 from tests.oracles.slider_crank import atan2d, cosd, sind
 
 DIGITS = 50
+MODELS = Path(__file__).parents[2] / "models"
 State: TypeAlias = dict[str, Any]
 
 
@@ -73,6 +77,18 @@ def swaps(reference: Reference) -> Iterator[Swap]:
     count = len(reference.parameters)
     for rows in combinations(range(len(names)), count):
         yield Swap(tuple(names[row] for row in rows), abs(float(np.linalg.det(jacobian[list(rows)]))))
+
+
+def elsewhere(reference: Reference, draw: random.Random) -> Reference:
+    """A random state of the same model: parameters off by up to a third, within the ranges of the sheet."""
+    variables = rulesheets.load(MODELS / reference.model / "model.tk").variables
+    while True:
+        parameters = {name: value * draw.uniform(0.7, 1.3) for name, value in reference.parameters.items()}
+        moved = Reference(reference.model, parameters, reference.state)
+        state = moved.exact
+        real = all(isinstance(value, mpf) for value in state.values())
+        if real and all(variables[name].admits(float(value)) for name, value in state.items()):
+            return moved
 
 
 def cone_frustum(r1: mpf, r2: mpf, th: mpf) -> State:

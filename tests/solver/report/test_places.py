@@ -28,6 +28,8 @@ def test_a_name_that_ends_another_is_kept_apart() -> None:
         ("(b = 'x or t = 2) and (t < 3)", "(b = 'x or t = 2) and (t < 3)"),
         ("not (t < 3) or (t > 5 and t < 9)", "not (t < 3) or (t > 5 and t < 9)"),
         ("and(t > 3)", "and(t > 3)"),
+        ("(b = 'x or t = 2)", "b = 'x or t = 2"),
+        ("(b = 'x) or (t = 2)", "(b = 'x) or (t = 2)"),
     ],
 )
 def test_an_arm_is_said_with_the_whole_of_its_condition(written: str, said: str) -> None:

@@ -1,0 +1,208 @@
+"""Linear blocks that have full rank by accident: by less than what their known numbers leave open.
+
+A number that was computed is good to its error, one that was given to its last place. Where that is enough to
+make the matrix singular, and the equations hold all along the line that it leaves then, they determine
+nothing there, whatever elimination makes of the digits at hand (to first order: G. W. Stewart & J. Sun,
+*Matrix Perturbation Theory*, 1990, section IV.3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.model import Value
+from solver.facts import Conflict
+from solver.kernel.candidates import Answer
+from solver.kernel.freedom import far_along, rank_loss
+from solver.kernel.outcome import BlockOutcome
+from solver.kernel.question import Question
+from solver.last_places import blur, half_unit, with_named_numbers
+from solver.witness import testify
+
+SUSPECT = 1e-9
+"""Least pivot of a matrix with rows and columns of size 1 that is worth a closer look."""
+STILL = 1e-9
+"""Share of the largest move along a null direction below which an unknown stays where it is."""
+NUDGE = 1e-5
+"""Relative step of the differences that tell how a coefficient depends on a known number."""
+SECOND_ORDER = 2.0**-90
+"""What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
+places, where it is 0."""
+
+Blur = Callable[[], Mapping[str, float]]
+"""How far each known number may be off, worked out when it is asked for."""
+
+
+def nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
+    """Whether elimination with complete pivots, rows and columns scaled, comes to a small pivot."""
+    rows = _equilibrated(matrix)
+    for k in range(len(rows)):
+        i, j = max(
+            ((i, j) for i in range(k, len(rows)) for j in range(k, len(rows))),
+            key=lambda place: abs(rows[place[0]][place[1]]),
+        )
+        rows[k], rows[i] = rows[i], rows[k]
+        for row in rows:
+            row[k], row[j] = row[j], row[k]
+        top = rows[k]
+        if abs(top[k]) <= SUSPECT:
+            return True
+        for row in rows[k + 1 :]:
+            if factor := row[k] / top[k]:
+                for place in range(k + 1, len(rows)):
+                    row[place] -= factor * top[place]
+    return False
+
+
+def _equilibrated(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
+    rows = [[a / (max(map(abs, row)) or 1.0) for a in row] for row in matrix]
+    columns = [max(abs(row[j]) for row in rows) or 1.0 for j in range(len(rows))]
+    return [[a / size for a, size in zip(row, columns, strict=True)] for row in rows]
+
+
+def undetermined(
+    question: Question,
+    matrix: Sequence[Sequence[Any]],
+    rhs: Sequence[Any],
+    exact: Callable[[float], Any],
+    off: Blur,
+    singular: bool = False,
+) -> BlockOutcome | None:
+    """What a block with this matrix (n, n), which is nearly singular, leaves free, or how it contradicts
+    itself; None where it determines its unknowns.
+
+    ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
+    is known to be, to all the digits at hand.
+    """
+    near = _Nearly(matrix, rhs)
+    if not near.left:
+        return None
+    moved = _Moved(question, off())
+    lost = near.lost(matrix, exact, moved, SECOND_ORDER if singular else 0.0)
+    if not lost:
+        return None
+    point = question.named(near.point(len(lost)))
+    directions = [question.named(direction) for direction in lost]
+    if not moved.holds(point):
+        return near.contradiction(question, len(lost))
+    if not all(moved.holds(far_along(point, direction)) for direction in directions):
+        return None
+    free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
+    fact = rank_loss(question, point, directions[0])
+    return BlockOutcome(
+        (Answer({n: v for n, v in point.items() if n not in free}),), complete=True, facts=(fact,), free=free
+    )
+
+
+class _Nearly:
+    """The singular value decomposition of the scaled matrix: what of it is small."""
+
+    def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
+        import numpy as np
+
+        a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
+        self.rows = np.abs(a).max(axis=1)
+        self.rows[self.rows == 0] = 1.0
+        a, self.b = a / self.rows[:, None], b / self.rows
+        self.columns = np.abs(a).max(axis=0)
+        self.columns[self.columns == 0] = 1.0
+        self.u, self.s, self.v = np.linalg.svd(a / self.columns)
+        small = int((self.s <= SUSPECT * self.s[0]).sum())
+        self.left = (self.u[:, len(a) - small :].T / self.rows).tolist()
+        self.right = (self.v[len(a) - small :] / self.columns).tolist()
+
+    def lost(
+        self,
+        matrix: Sequence[Sequence[Any]],
+        exact: Callable[[float], Any],
+        moved: _Moved,
+        least: float,
+    ) -> list[list[float]]:
+        """Null directions (n,) of what the matrix may as well be, the largest entry of each 1."""
+        found = []
+        for w, z in zip(self.left, self.right, strict=True):
+            terms = (
+                exact(p) * a * exact(q)
+                for p, row in zip(w, matrix, strict=True)
+                for a, q in zip(row, z, strict=True)
+                if a
+            )
+            if float(abs(sum(terms, exact(0.0)))) <= moved.reach(w, z) + least:
+                size = max(map(abs, z))
+                found.append([q / size for q in z])
+        return found
+
+    def point(self, lost: int) -> list[float]:
+        """The solution of least scaled norm with the last singular values taken for 0."""
+        kept = len(self.s) - lost
+        y = (self.u.T @ self.b)[:kept] / self.s[:kept]
+        point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
+        return point
+
+    def contradiction(self, question: Question, lost: int) -> BlockOutcome:
+        """The equations whose left sides make up 0 = 0, and what their right sides make up instead."""
+        import numpy as np
+
+        scaled = self.u[:, len(self.s) - lost :].T
+        worst = scaled[np.argmax(np.abs(scaled @ self.b))]
+        involved = [i for i, share in enumerate(worst) if abs(share) > STILL]
+        last = involved[-1]
+        miss = float(worst @ self.b / worst[last] * self.rows[last])
+        rows = tuple(question.equations[i] for i in involved)
+        return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(question.values)),))
+
+
+class _Moved:
+    """The equations of a block with their known numbers, given ones included, off by so much."""
+
+    def __init__(self, question: Question, off: Mapping[str, float]) -> None:
+        self.question, self.off = question, off
+        numbers: dict[str, float] = {}
+        self.forms = [with_named_numbers(form, numbers) for form in question.kernel.forms]
+        known = {n: v for n, v in question.here.items() if isinstance(v, float)}
+        self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(question.unknowns, 0.0)}
+        own = {name: half_unit(number) for name, number in numbers.items()}
+        self.moves = {n: error for n, error in {**own, **_of(known, off)}.items() if error}
+
+    def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
+        """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""
+        return sum(self._moved(name, error, w, z) for name, error in self.moves.items())
+
+    def _moved(self, name: str, error: float, w: Sequence[float], z: Sequence[float]) -> float:
+        number = self.at[name]
+        assert isinstance(number, float)
+        if not math.isfinite(error):
+            return math.nan
+        step = max(NUDGE * abs(number), error)
+        try:
+            ahead, behind = (self._product({**self.at, name: number + s}, w, z) for s in (step, -step))
+        except Undefined:
+            return math.nan
+        return abs(ahead - behind) / (2 * step) * error
+
+    def _product(self, at: Mapping[str, Value], w: Sequence[float], z: Sequence[float]) -> float:
+        slopes = (derivatives(form, at)[1] for form in self.forms)
+        names = self.question.unknowns
+        return sum(
+            p * sum(row.get(n, 0.0) * q for n, q in zip(names, z, strict=True))
+            for p, row in zip(w, slopes, strict=True)
+        )
+
+    def holds(self, point: Mapping[str, float]) -> bool:
+        """Whether the witness accepts every equation, or what is known may be as far off as it misses."""
+        question = self.question
+        everything = {**question.here, **point}
+        misses = question.residual(list(point.values()))
+        return all(
+            abs(miss) <= blur(form, everything, self.off) or testify(equation, everything).holds
+            for miss, form, equation in zip(
+                misses, question.kernel.forms, question.kernel.equations, strict=True
+            )
+        )
+
+
+def _of(known: Mapping[str, float], off: Mapping[str, float]) -> dict[str, float]:
+    return {name: off[name] for name in known if name in off}

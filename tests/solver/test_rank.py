@@ -1,0 +1,162 @@
+"""Rank within rounding: what drops out, or repeats itself, but for the last places of its numbers."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+
+MODELS = Path(__file__).parent.parent.parent / "models"
+
+
+def solved(text: str, inputs: dict[str, Any] | None = None) -> Any:
+    return solver.solve(rulesheets.loads(text), inputs)
+
+
+REPEATED = {
+    "sums": ("x + y = 26.1\n3*x + 3*y = 78.3", {"x", "y"}),
+    "coefficients": ("0.1*x + 0.3*y = 1\n0.7*x + 2.1*y = 7", {"x", "y"}),
+    "quotients": ("x/3 + y/7 = 1\n7*x + 3*y = 21", {"x", "y"}),
+    "three": ("x + y = 0.1\ny + z = 0.2\nx - z = -0.1", {"x", "y", "z"}),
+    "three combined": ("x + y + z = 0.7\nx - y + 2*z = 0.1\n7*x - y + 11*z = 2.5", {"x", "y", "z"}),
+    "one of three determined": ("x + y + z = 0.1\nx - y + z = 0.2\n2*x + 2*z = 0.3", {"x", "z"}),
+    "large terms that cancel": ("1e9 + x + y = 1e9 + 0.1\nx + y = 0.1", {"x", "y"}),
+    "products": ("x*y = 0.3\nx*y = 0.1*3", {"x", "y"}),
+    "quotient and product": ("x/y = 0.7\n10*x = 7*y", {"x", "y"}),
+    "computed coefficients": ("k = 0.1*3\nj = 0.3\nk*x + y = 1\nj*x + y = 1", {"x", "y"}),
+    "tuples": ("(x + y, 3*x + 3*y) = (26.1, 78.3)", {"x", "y"}),
+}
+
+
+@pytest.mark.parametrize(("text", "free"), REPEATED.values(), ids=REPEATED)
+def test_rules_that_repeat_one_another_but_for_rounding(text: str, free: set[str]) -> None:
+    result = solved(text)
+    assert str(result.status) in {"partial", "singular"}
+    assert set(result.undetermined) == free
+    assert {d.code for d in result.diagnoses} <= {"S511", "S542"}
+
+
+AGREEING = {
+    "a sum": "a = 0.1 + 0.2\na = 0.3",
+    "by way of others": "b = 0.1\nc = 0.2\na = b + c\na = 0.3",
+    "tuples": "(a, y) = (0.1 + 0.2, 0.7)\n(a, y) = (0.3, 0.1*7)",
+    "a digit lost on the way": "d = (1e6 + a) - 1e6\nd = a\na = 0.3",
+    "digits lost on the way": "d = 1e9*((1 + 1e-9*a) - 1)\na = 0.3\nd = a",
+}
+
+
+@pytest.mark.parametrize("text", AGREEING.values(), ids=AGREEING)
+def test_checks_that_agree_but_for_rounding(text: str) -> None:
+    result = solved(text)
+    assert str(result.status) == "solved"
+    assert result["a"] == pytest.approx(0.3, rel=1e-15)
+
+
+CONTRADICTING = (
+    "x + y = 26.1\n3*x + 3*y = 78.3000001",
+    "x + y = 1\nx + y = 1.000000001",
+    "a = 0.3\na = 0.3000000003",
+    "0.1*x + 0.3*y = 1\n0.7*x + 2.1*y = 7.000000007",
+)
+
+
+@pytest.mark.parametrize("text", CONTRADICTING)
+def test_small_contradictions_are_real_and_name_both_rules(text: str) -> None:
+    result = solved(text)
+    assert str(result.status) == "inconsistent"
+    assert [label.span.line for label in result.diagnoses[0].labels] == [1, 2]
+
+
+DROPPED = {
+    "a difference": "k = 0.1*3\nj = 0.3\n(k - j)*V = 0",
+    "on both sides": "k = 0.1*3\nj = 0.3\nk*V = j*V",
+    "computed before": "k = 0.1*3\nj = 0.3\nd = k - j\nd*V = 0",
+    "what it is divided by, too": "k = 0.1*3\nj = 0.3\nd = k - j\nd*V = k - 0.3",
+}
+
+
+@pytest.mark.parametrize("text", DROPPED.values(), ids=DROPPED)
+def test_unknown_that_is_multiplied_by_nothing_but_rounding(text: str) -> None:
+    result = solved(text)
+    assert str(result.status) == "singular"
+    assert result.undetermined == ("V",)
+    assert result.diagnoses[0].variables == ("V",)
+
+
+def test_matrix_that_is_singular_but_for_exact_numbers_is_solved() -> None:
+    """1/2, 1/4 and 2^-40 have no last places: the answer rests on what was said."""
+    small = 2.0**-40
+    result = solved(f"x + y = 2\nx + (1 + e)*y = 2 + e\ne = {small!r}")
+    assert str(result.status) == "solved"
+    assert (result["x"], result["y"]) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("given", [("e", "M", "E"), ("e", "M", "nu"), ("M", "E", "nu")])
+def test_orbit_whose_size_nothing_tells(given: tuple[str, ...]) -> None:
+    """Angles and shape alone: the equations for size and distance are homogeneous, and repeat one another."""
+    sheet = rulesheets.load(MODELS / "kepler" / "model.tk")
+    known = solver.solve(sheet, {"e": 0.1, "E": 40.0, "M": None, "a": 1.5})
+    result = solver.solve(sheet, {"a": None, "e": None, "M": None, **{name: known[name] for name in given}})
+    assert str(result.status) == "singular"
+    assert set(result.undetermined) == {"a", "r"}
+
+
+# --- rules made dependent in decimals, which floats only nearly are ---------------------
+
+shares = st.integers(-9, 9).filter(bool).map(lambda n: Decimal(n) / 10)
+
+
+@st.composite
+def dependent(draw: st.DrawFn) -> list[list[Decimal]]:
+    """One or two rows of decimals, and one that is made of them; the constant stands last."""
+    count = draw(st.integers(1, 2))
+    rows = [[draw(shares) for _ in range(count + 2)] for _ in range(count)]
+    parts = [draw(shares) for _ in range(count)]
+    made = [sum(p * a for p, a in zip(parts, column, strict=True)) for column in zip(*rows, strict=True)]
+    return [*rows, [Decimal(number) for number in made]]
+
+
+def sheet(rows: list[list[Decimal]]) -> str:
+    names = "xyz"[: len(rows)]
+    sums = (" + ".join(f"({a})*{name}" for a, name in zip(row[:-1], names, strict=True)) for row in rows)
+    return "\n".join(f"{total} = {row[-1]}" for total, row in zip(sums, rows, strict=True))
+
+
+def regular(rows: list[list[Decimal]]) -> bool:
+    """Whether the first rows are independent, and so every two of the sheet."""
+    if any(not a for row in rows for a in row[:-1]):
+        return False
+    return (
+        all(
+            abs(rows[i][0] * rows[k][1] - rows[i][1] * rows[k][0]) > Decimal("0.001")
+            for i in range(len(rows))
+            for k in range(i)
+        )
+        or len(rows) == 2
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(dependent())
+def test_dependent_decimals_determine_nothing(rows: list[list[Decimal]]) -> None:
+    assume(regular(rows))
+    result = solved(sheet(rows))
+    assert str(result.status) in {"partial", "singular"}, sheet(rows)
+    assert result.undetermined
+
+
+@settings(max_examples=40, deadline=None)
+@given(dependent(), st.integers(3, 9))
+def test_dependent_decimals_with_a_wrong_constant_contradict(rows: list[list[Decimal]], places: int) -> None:
+    assume(regular(rows))
+    rows[-1][-1] += Decimal(10) ** -places
+    result = solved(sheet(rows))
+    assert str(result.status) == "inconsistent", sheet(rows)
+    assert sorted(label.span.line for label in result.diagnoses[0].labels) == list(range(1, len(rows) + 1))
