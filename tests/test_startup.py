@@ -44,6 +44,13 @@ def test_a_warm_backward_solve_imports_no_science(tmp_path: Path) -> None:
     assert imported(line, tmp_path / "store") & (SCIENCE | FIRST | {"argparse", "dataclasses"}) == set()
 
 
+@pytest.mark.parametrize("sheet", ["rachford_rice", "projectile", "loan"])
+def test_a_warm_solve_of_a_block_by_search_imports_numpy_at_most(sheet: str, tmp_path: Path) -> None:
+    """Several tears from many starts, guards inside a block, a root beside a removable singularity."""
+    imported(f"solve {sheet}", tmp_path / "store")
+    assert imported(f"solve {sheet}", tmp_path / "store") & {"sympy", "lark", "scipy", "matplotlib"} == set()
+
+
 @pytest.mark.parametrize("line", ["--help", "models", "cache"])
 def test_other_commands_import_next_to_nothing(line: str, tmp_path: Path) -> None:
     assert imported(line, tmp_path / "store") & (SCIENCE | FIRST | SLOW) == set()

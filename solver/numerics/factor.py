@@ -11,7 +11,8 @@ from typing import Any, Protocol
 
 from solver.numerics.termination import EPS
 
-SMALL = 6
+SMALL = 9
+"""Up to so many unknowns LAPACK, with the import of scipy, takes longer than plain Python over a solve."""
 Matrix = Sequence[Sequence[float]]
 
 
