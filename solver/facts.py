@@ -111,6 +111,22 @@ class Truncated:
     what: str
 
 
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Why the answers are not known to be all: for ``unknowns``, by ``equations``, so many are there as were
+    found, or as are listed where the list is ``cut``. ``low`` and ``high`` are the ends of the first unknown.
+
+    Without equations it is a limit on the answers, or the cases, of the whole.
+    """
+
+    equations: tuple[int, ...] = ()
+    unknowns: tuple[str, ...] = ()
+    count: int = 0
+    low: float = 0.0
+    high: float = 0.0
+    cut: bool = False
+
+
 Fact: TypeAlias = (
     NoValue
     | AsksNothing

@@ -7,7 +7,7 @@ import math
 from rulesheets import nodes
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, field, replace
-from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
+from solver.facts import Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
 from solver.path.activity import activity
 from solver.path.cases import EQUAL
 
@@ -143,7 +143,7 @@ class Exploration:
     ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
     undetermined what they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
     floats can tell; ``outcomes`` are what the blocks came to;
-    ``work`` is what it took, counted (see ``kernel/budget.py``).
+    ``work`` is what it took, counted (see ``kernel/budget.py``); ``gaps`` are why they may not be all.
     """
 
     leaves: tuple[Leaf, ...]
@@ -153,3 +153,4 @@ class Exploration:
     delicate: bool = False
     outcomes: Outcomes = field(default_factory=dict, repr=False, compare=False)
     work: int = 0
+    gaps: tuple[Gap, ...] = ()

@@ -92,8 +92,8 @@ class Result:
     ``wanted`` are the names by which the status was judged, ``undetermined`` those that stay unknown.
     Where the status is not ``solved``, ``partial`` holds what the inputs do determine. ``origins`` are
     the steps of the path that the values of the primary answer (or of ``partial``) came from;
-    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order. ``near`` solves the
-    same for other inputs, near to given values.
+    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order. ``gaps`` say why
+    ``solutions`` may not be all. ``near`` solves the same for other inputs, near to given values.
     """
 
     model: Model
@@ -109,6 +109,7 @@ class Result:
     partial: Mapping[str, Value] = field(default_factory=dict)
     origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
     attempts: Mapping[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict, repr=False)
+    gaps: tuple[Diagnosis, ...] = field(default=(), repr=False)
     near: Near | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> Value | None:

@@ -7,7 +7,7 @@ from functools import partial
 
 from rulesheets.model import Model, Value
 from solver.casework import Casework
-from solver.facts import AsksNothing, Conflict, Fact, NoRoot, RankLoss, Truncated
+from solver.facts import AsksNothing, Conflict, Fact, Gap, NoRoot, RankLoss, Truncated
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.step import solve_step
 from solver.leaves import Branch, Exploration, Leaf, blocked, excluded
@@ -84,6 +84,7 @@ class Explorer:
         self.dead: list[Leaf] = []
         self.adrift: list[Leaf] = []
         self.complete = True
+        self.gaps: dict[tuple[int, ...], Gap] = {}
         self.cases = 0
         self.budget = Budget()
         self.delicate = False
@@ -102,6 +103,7 @@ class Explorer:
             self.delicate,
             self.outcomes,
             self.budget.used,
+            tuple(self.gaps.values()),
         )
 
     # --- following a path ---
@@ -119,8 +121,26 @@ class Explorer:
             if not self._follow(branch, path.steps):
                 return
 
+    def _tell(
+        self,
+        complete: bool,
+        equations: tuple[int, ...],
+        unknowns: tuple[str, ...],
+        listed: Sequence[Mapping[str, Value]],
+        cut: bool,
+    ) -> None:
+        """Remember where a step may have more answers than are listed, the first of each step."""
+        self.complete = self.complete and complete
+        if complete or equations in self.gaps:
+            return
+        numbers = [number for values in listed if isinstance(number := values.get(unknowns[0]), float)]
+        low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
+        cut = cut and len(listed) > 1
+        self.gaps[equations] = Gap(equations, unknowns, len(listed), float(low), float(high), cut)
+
     def _truncate(self, branch: Branch, what: str) -> None:
         self.complete = False
+        self.gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
         branch.facts = (*branch.facts, Truncated(what))
 
     def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
@@ -164,7 +184,7 @@ class Explorer:
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
-        self.complete = self.complete and outcome.complete
+        self._tell(outcome.complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], True)
         self.delicate = self.delicate or outcome.delicate
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
@@ -239,7 +259,8 @@ class Explorer:
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch)
-        self.complete = self.complete and outcome.complete
+        listed = [answer.values for answer in outcome.answers]
+        self._tell(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
         self.delicate = self.delicate or outcome.delicate
         branch.attempts[step] = outcome.attempts
         if outcome.free:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
+from rulesheets.record import replace
 from solver.leaves import Leaf, leaf_errors
 from solver.path.steps import Path
 from solver.refinement import explore_refined
@@ -14,9 +15,13 @@ from solver.result import Result, Solution, Status
 from solver.solution import planner
 from solver.verdict import Verdict, judge
 
+CUT = "S593"
+"""The code of a note on a list of answers that was cut off."""
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
+    from solver.facts import Gap
     from solver.one_sided import Near
     from solver.repeats import Repeats
 
@@ -58,9 +63,20 @@ def solve(
     verdict = judge(model, found, judged, given, hints)
     near = partial(_near, model, wanted, judged)
     result = _result(model, verdict, found.complete, given, hints, judged, near, prove)
+    if result.status is Status.SOLVED and not result.complete:
+        result = _with_gaps(result, found.gaps)
     if repeats is not None:
         repeats.meet(given, wanted, hints, result, verdict.leaves)
     return result
+
+
+def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
+    """The result with what it says of answers that are not listed; where a list was cut off, in a note."""
+    from solver.completeness import gap_notes
+
+    gaps = gap_notes(result.model, found)
+    cut = tuple(note for note in gaps if note.code == CUT)
+    return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
 
 
 def _repeats(model: Model) -> Repeats | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +165,25 @@ def test_published_reverse_answers_of_the_loan() -> None:
     assert payment["payment"] == pytest.approx(387.206246, abs=5e-7)
     term = solver.solve(model("loan"), {"term": None, "rate": 0.1 / 12})
     assert term["term"] == pytest.approx(40.5446718, abs=5e-8)
+
+
+def _overpaid(price: float, payment: float, term: int, rate: Any) -> Any:
+    return payment * (1 - (1 + rate) ** -term) - price * rate
+
+
+def test_rate_of_a_loan_is_one_simple_answer() -> None:
+    """At random loans: none next to 0, where rounding alone makes payment and price agree, and none twice."""
+    draw = random.Random(3)
+    for _ in range(12):
+        price, term = draw.uniform(1e3, 1e6), draw.choice([12, 36, 240, 360])
+        with mpmath.workdps(40):
+            rate = mpmath.mpf(10) ** draw.uniform(-4, -1)
+            payment = float(price * rate / (1 - (1 + rate) ** -term))
+            exact = mpmath.findroot(partial(_overpaid, price, payment, term), rate)
+        inputs = {"price": price, "downpay": 0.0, "payment": payment, "term": float(term), "rate": None}
+        result = solver.solve(model("loan"), inputs)
+        assert str(result.status) == "solved", inputs
+        assert [solution["rate"] for solution in result.solutions] == pytest.approx([float(exact)], rel=1e-12)
 
 
 def test_frustum_turned_inside_out_is_excluded_by_its_range() -> None:

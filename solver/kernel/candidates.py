@@ -23,6 +23,8 @@ VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
+SIMPLE = 1e-10
+"""The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
 NEARLY = 1e-9
 """Share of the terms of an equation that it misses by at a point worth a closer look."""
 COVERED = 1e-6
@@ -99,15 +101,12 @@ class Candidates:
             self.outside = OutOfRange(self.question.equations[0], name, point[name])
             return
         blur = self._blur(point)
-        scales = self.question.scale()
-        vague = any(
-            error > VAGUE * max(abs(v), scale)
-            for v, error, scale in zip(point.values(), blur, scales, strict=True)
-        )
+        vague = self._open(point, blur, VAGUE)
         if vague and self._leads_away(point):
             self.strays += 1
             return
-        found = Answer(point, self._double(point) if singular or vague else None)
+        multiple = vague or (singular and self._open(point, blur, SIMPLE))
+        found = Answer(point, self._double(point) if multiple else None)
         for index, answer in enumerate(self.answers):
             here = self.question.beside(point, answer.values)
             if self._same(here, answer.values, blur):
@@ -117,6 +116,11 @@ class Candidates:
                     self.answers[index] = Answer(answer.values, self._double(dict(answer.values)))
                 return
         self.answers.append(found)
+
+    def _open(self, point: Mapping[str, float], blur: Sequence[float], share: float) -> bool:
+        """Whether rounding leaves an unknown open by more than that share of its size."""
+        sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale(), strict=True))
+        return any(error > share * size for error, size in zip(blur, sizes, strict=True))
 
     def _leads_away(self, point: Mapping[str, float]) -> bool:
         from solver.kernel.assay import leads_away

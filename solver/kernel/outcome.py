@@ -35,7 +35,7 @@ class BlockOutcome:
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
     answers; if they were, all would be known where ``whole`` says so. ``blurred`` are where floats converge
     and cannot tell whether the block is satisfied. ``doubtful``: rounding may have decided whether a linear
-    block determines its unknowns, or contradicts itself.
+    block determines its unknowns, or contradicts itself. ``cut``: there are more answers than are listed.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -49,6 +49,7 @@ class BlockOutcome:
     whole: bool = False
     blurred: tuple[Mapping[str, float], ...] = ()
     doubtful: bool = False
+    cut: bool = False
 
     @property
     def delicate(self) -> bool:

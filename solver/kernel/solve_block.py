@@ -209,7 +209,8 @@ def _found(question: Question, candidates: Candidates, complete: bool) -> BlockO
     block = question.kernel.block
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:
-        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), complete and len(answers) <= MAX_ANSWERS)
+        cut = len(answers) > MAX_ANSWERS
+        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), complete and not cut, cut=cut)
     if candidates.outside is not None:
         return BlockOutcome(complete=complete, facts=(candidates.outside,))
     best = candidates.nearest

@@ -73,6 +73,7 @@ def _cells(row: SheetRow) -> tuple[str, ...]:
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
+    from rulesheets.diagnosis import render
     from solver.report.attempts import attempts_text
     from solver.report.conditions import conditions_text
     from solver.report.path import path_text
@@ -83,6 +84,7 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
     yield "Path\n" + path_text(result)
     yield attempts_text(result)
     yield from conditions_text(result)
+    yield from (render(gap) for gap in result.gaps if gap not in result.diagnoses)
     yield _used(result)
 
 

@@ -1,0 +1,75 @@
+"""Why a list of answers may not be whole: how many are listed, where, and how to come by the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath
+import pytest
+
+import rulesheets
+import solver
+from solver.report.text import result_text
+
+
+def solved(text: str, guesses: dict[str, float] | None = None) -> Any:
+    return solver.solve(rulesheets.loads(text), guesses=guesses)
+
+
+def notes(result: Any) -> list[str]:
+    return [diagnosis.code for diagnosis in result.diagnoses]
+
+
+def test_list_that_is_cut_off_says_so_and_where() -> None:
+    result = solved("y = 0\ny = y0(x)")
+    assert str(result.status) == "solved"
+    assert not result.complete
+    assert notes(result) == ["S593"]
+    roots = sorted(solution["x"] for solution in result.solutions)
+    note = result.diagnoses[0]
+    assert note.variables == ("x",)
+    assert f"{len(roots)} are listed, from x = 0.893577 to" in note.message
+    assert f"{roots[-1]:.6g}" in note.message
+    assert any("x in [a, b]" in text for text in note.notes)
+
+
+def test_range_lists_the_answers_there() -> None:
+    """As the note says."""
+    result = solved("variables\nx in [600, 640]\ny = 0\nrules\ny = y0(x)")
+    with mpmath.workdps(20):
+        near = [(k - mpmath.mpf(3) / 4) * mpmath.pi for k in range(190, 207)]
+        exact = [float(mpmath.findroot(lambda x: mpmath.bessely(0, x), start)) for start in near]
+    inside = [root for root in exact if 600 <= root <= 640]
+    assert len(inside) > 10
+    assert notes(result) == []
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(inside, rel=1e-13)
+
+
+def test_guess_lists_those_nearest_to_it() -> None:
+    result = solved("y = 0\ny = y0(x)", {"x": 1000.0})
+    assert abs(result["x"] - 1000.0) < 3.2
+    assert notes(result) == ["S593"]
+
+
+def test_whole_list_has_no_note() -> None:
+    result = solved("x^2 = 4")
+    assert result.complete
+    assert result.gaps == ()
+    assert "S59" not in result_text(result, explain=True)
+
+
+def test_search_without_a_proof_says_what_it_lacks_where_it_is_asked_to_explain() -> None:
+    result = solved("x^3 + sin(x*y) = 1\ny - x*cos(y) = 0.3")
+    assert not result.complete
+    assert result.diagnoses == ()
+    assert [gap.code for gap in result.gaps] == ["S594"]
+    assert "S594" in result_text(result, explain=True)
+    assert "S594" not in result_text(result)
+    assert "give x and y a range" in result.gaps[0].notes[0]
+
+
+def test_more_answers_than_a_result_holds() -> None:
+    result = solved("\n".join(f"x{k}^2 = {k}" for k in range(1, 10)))
+    assert len(result.solutions) == 256
+    assert notes(result) == ["S593"]
+    assert "256 are listed" in result.diagnoses[0].message
