@@ -131,3 +131,89 @@ SYSTEMS = (
     logistic_cycle(),
     freudenstein_roth(),
 )
+
+
+def yamamura(n: int = 8) -> IntervalSystem:
+    names = _numbered(n)
+    total = " + ".join(names)
+    rules = tuple(f"2.5*{x}^3 - 10.5*{x}^2 + 11.8*{x} + {total} = {i}" for i, x in enumerate(names, 1))
+    roots = {4: 3, 5: 5, 6: 5, 7: 7, 8: 7}[n]
+    source = "Yamamura, Kawata & Tokue 1998; counted over s = x1 + … + xn, of which each x_i is a cubic root"
+    return IntervalSystem(f"Yamamura {n}", names, -10.0, 10.0, rules, roots, source)
+
+
+def caprasse() -> IntervalSystem:
+    rules = (
+        "y^2*z + 2*x*y*t - 2*x - z = 0",
+        "-x^3*z + 4*x*y^2*z + 4*x^2*y*t + 2*y^3*t + 4*x^2 - 10*y^2 + 4*x*z - 10*y*t + 2 = 0",
+        "2*y*z*t + x*t^2 - x - 2*z = 0",
+        "-x*z^3 + 4*y*z^2*t + 4*x*z*t^2 + 2*y*t^3 + 4*x*z + 4*z^2 - 10*y*t - 10*t^2 + 2 = 0",
+    )
+    source = "Moritsugu & Kuriyama 1999; 18 real roots: COPRIN"
+    return IntervalSystem("Caprasse", ("x", "y", "z", "t"), -10.0, 10.0, rules, 18, source)
+
+
+def neurophysiology() -> IntervalSystem:
+    rules = (
+        "x1^2 + x3^2 = 1",
+        "x2^2 + x4^2 = 1",
+        "x5*x3^3 + x6*x4^3 = 5",
+        "x5*x1^3 + x6*x2^3 = 4",
+        "x5*x1*x3^2 + x6*x2*x4^2 = 3",
+        "x5*x1^2*x3 + x6*x2^2*x4 = 2",
+    )
+    source = (
+        "Verschelde, Verlinden & Cools 1994; a binary cubic is the sum of two cubes in one way, of either sign "
+        "and order: 2 times 2 times 2 (Sylvester 1851; t^2 - 14 t + 8 has 2 real roots)"
+    )
+    return IntervalSystem("neurophysiology", _numbered(6), -100.0, 100.0, rules, 8, source)
+
+
+def economics(n: int = 8) -> IntervalSystem:
+    names = _numbered(n)
+    last = names[-1]
+    rules = []
+    for k in range(1, n):
+        pairs = "".join(f" + x{i}*x{i + k}" for i in range(1, n - k))
+        rules.append(f"(x{k}{pairs})*{last} = {k}")
+    rules.append(" + ".join(names[:-1]) + " = -1")
+    roots = {4: 2, 5: 4, 6: 4, 7: 8, 8: 8, 9: 16}[n]
+    return IntervalSystem(f"economics {n}", names, -100.0, 100.0, tuple(rules), roots, "Morgan 1987; COPRIN")
+
+
+def kinematics() -> IntervalSystem:
+    names = tuple(f"{letter}{i}" for letter in "sc" for i in range(1, 7))
+    rules = (
+        *(f"s{i}^2 + c{i}^2 = 1" for i in range(1, 7)),
+        "s2*c5*s6 - s3*c5*s6 - s4*c5*s6 + c2*c6 + c3*c6 + c4*c6 = 0.4077",
+        "c1*c2*s5 + c1*c3*s5 + c1*c4*s5 + s1*c5 = 1.9115",
+        "s2*s5 + s3*s5 + s4*s5 = 1.9791",
+        "3*c1*c2 + 2*c1*c3 + c1*c4 = 4.0616",
+        "3*s1*c2 + 2*s1*c3 + s1*c4 = 1.7172",
+        "3*s2 + 2*s3 + s4 = 3.9701",
+    )
+    source = "van Hentenryck, McAllester & Kapur 1997: 16 real roots"
+    return IntervalSystem("kinematics 1", names, -1.0, 1.0, rules, 16, source)
+
+
+def periodic_points() -> IntervalSystem:
+    """Of period 2 of a rotor that is kicked twice a turn; 41 real roots."""
+    pi = 3.141592653589793
+    names = ("p", "q", "u", "v")
+    return IntervalSystem("double pendulum", names, -1.02 * pi, 1.02 * pi, (), 41, "Smiley & Chun 2001")
+
+
+HARD = (
+    broyden_banded(12),
+    broyden_banded(20),
+    more_cosnard(12),
+    brown_almost_linear(6),
+    brown_almost_linear(7),
+    yamamura(5),
+    yamamura(8),
+    caprasse(),
+    neurophysiology(),
+    economics(6),
+    economics(8),
+    kinematics(),
+)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from rulesheets.evaluate.enclosure import enclose
 from rulesheets.nodes import Expression
 from solver.kernel.candidates import Candidates
+from solver.kernel.hull import Hull
+from solver.kernel.interval_code import IntervalEmitter
 from solver.kernel.question import Question
+from solver.numerics.interval_function import Array
+from solver.numerics.interval_newton import BoxFunction
 from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune
 
 LIMITS = SubdivisionLimits(boxes=20_000, alive=2_000)
@@ -22,24 +25,30 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
     ``thorough``: with thirty times the boxes.
     """
     kernel = question.kernel
-    constants = {name: (v, v) for name, v in zip(kernel.known, question.known, strict=True)}
     ranges = [question.domain(name) for name in question.unknowns]
-
-    def bounds(expressions: list[Expression], low: Any, high: Any) -> tuple[Any, Any]:
-        boxes = {n: (low[:, i], high[:, i]) for i, n in enumerate(question.unknowns)}
-        ends = [enclose(expression, {**constants, **boxes}) for expression in expressions]
-        return np.stack([lo for lo, _ in ends], 1), np.stack([hi for _, hi in ends], 1)
-
-    def residual(low: Any, high: Any) -> tuple[Any, Any]:
-        return bounds(kernel.forms, low, high)
-
-    def jacobian(low: Any, high: Any) -> tuple[Any, Any]:
-        flat = [partial for partial in kernel.partials if partial is not None]
-        n = len(question.unknowns)
-        lo, hi = bounds(flat, low, high)
-        return lo.reshape(-1, n, n), hi.reshape(-1, n, n)
-
-    found = branch_and_prune(residual, jacobian, ranges, THOROUGH if thorough else LIMITS)
+    hull = Hull(kernel.forms, question.unknowns, dict(zip(kernel.known, question.known, strict=True)))
+    partials = [partial for partial in kernel.partials if partial is not None]
+    n = len(question.unknowns)
+    residual = _bounds(kernel.forms, question, (n,))
+    jacobian = _bounds(partials, question, (n, n))
+    limits = THOROUGH if thorough else LIMITS
+    found = branch_and_prune(residual, jacobian, ranges, limits, hull.contract)
     for root in found.roots:
         candidates.refine(list(root))
     return found.complete
+
+
+def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> BoxFunction:
+    """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
+    emitter = IntervalEmitter(question.unknowns, question.kernel.known)
+    ends = [end for form in forms for end in emitter.pair(form)]
+    compiled = emitter.function(", ".join(ends))
+    known = [np.float64(number) for number in question.known]
+
+    def bounds(low: Array, high: Array) -> tuple[Array, Array]:
+        corners = [corner[:, i] for i in range(low.shape[1]) for corner in (low, high)]
+        found = [np.broadcast_to(end, len(low)) for end in compiled(*corners, *known)]
+        below, above = np.stack(found[0::2], 1), np.stack(found[1::2], 1)
+        return below.reshape(-1, *shape), above.reshape(-1, *shape)
+
+    return bounds

@@ -6,7 +6,8 @@ silence those once), and cheaper ones where a factor is a number that is known, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -27,6 +28,13 @@ from rulesheets.nodes import (
 )
 
 Pair: TypeAlias = tuple[str, str]
+
+ROUNDED: Mapping[float, tuple[float, float]] = {
+    number: (math.nextafter(number, -math.inf), math.nextafter(number, math.inf))
+    for size in (math.pi / 180.0, 180.0 / math.pi, 2.0 / math.sqrt(math.pi), 1.0 / math.log(10.0))
+    for number in (size, -size)
+}
+"""Floats that derivatives have in place of numbers next to them that no float holds."""
 
 
 class IntervalEmitter:
@@ -55,19 +63,19 @@ class IntervalEmitter:
             case Sum(terms):
                 total = self.pair(terms[0])
                 for term in terms[1:]:
-                    total = self.apply("add", _plain(add), total, self.pair(term))
+                    total = self.apply("add", plain(add), total, self.pair(term))
                 return total
             case Product(left, right):
                 return self._product(self.pair(left), self.pair(right))
             case Quotient(left, right):
-                return self.apply("divide", _plain(divide), self.pair(left), self.pair(right))
+                return self.apply("divide", plain(divide), self.pair(left), self.pair(right))
             case Power(base, Number(2.0)):
                 return self.apply("square", square, self.pair(base))
             case Power(base, exponent):
-                return self.apply("power", _plain(power), self.pair(base), self.pair(exponent))
+                return self.apply("power", plain(power), self.pair(base), self.pair(exponent))
             case Call(function, arguments):
                 pairs = [self.pair(argument) for argument in arguments]
-                return self.apply(f"f_{function}", _plain(INTERVALS[function]), *pairs)
+                return self.apply(f"f_{function}", plain(INTERVALS[function]), *pairs)
             case Symbol(name):
                 raise ValueError(f"the symbol '{name} has no range")
 
@@ -94,6 +102,9 @@ class IntervalEmitter:
 
     def _number(self, value: float) -> Pair:
         token = f"c{value!r}".replace("-", "m").replace(".", "_").replace("+", "")
+        if value in ROUNDED:
+            self.globals |= {f"{token}_{side}": np.float64(end) for side, end in enumerate(ROUNDED[value])}
+            return f"{token}_0", f"{token}_1"
         self.globals[token] = np.float64(value)
         return token, token
 
@@ -103,7 +114,7 @@ class IntervalEmitter:
         for factor, other in ((left, right), (right, left)):
             if factor[0] == factor[1]:
                 return self.apply("scaled", scaled, factor, other)
-        return self.apply("multiply", _plain(multiply), left, right)
+        return self.apply("multiply", plain(multiply), left, right)
 
     def _point(self, text: str) -> Pair:
         return self._assigned(f"{text}, {text}")
@@ -118,7 +129,7 @@ class IntervalEmitter:
         return pair
 
 
-def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
+def plain(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function itself, where it is wrapped in a guard against warnings."""
     plain: Callable[..., Any] = getattr(function, "__wrapped__", function)
     return plain

@@ -8,7 +8,7 @@ boxes is treated at once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -18,6 +18,7 @@ from solver.numerics.interval_function import Array, Mask, split_points
 from solver.numerics.interval_newton import BoxFunction, NewtonImage, interval_newton
 
 Box: TypeAlias = tuple[tuple[float, float], ...]
+Contractor: TypeAlias = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,15 +59,17 @@ def branch_and_prune(
     enclose_jacobian: BoxFunction,
     box: Sequence[tuple[float, float]],
     limits: SubdivisionLimits = STANDARD_LIMITS,
+    contract: Contractor | None = None,
 ) -> Subdivision:
     """Search the roots of F: Rⁿ → Rⁿ in a finite box of n sides, given as (low, high), faces included.
 
     ``enclose(lo, hi)`` takes corners (k, n) and returns bounds (k, n) of F over each box, nan, nan for an
     equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of ∂F_i/∂x_j, infinite
-    or nan on a box on which F may be undefined or discontinuous somewhere.
+    or nan on a box on which F may be undefined or discontinuous somewhere. ``contract(lo, hi)`` narrows
+    boxes without losing a root: corners (k, n), and which of them hold none.
     """
     low, high = (np.array([[side[end] for side in box]], dtype=float) for end in (0, 1))
-    search = _Search(enclose, enclose_jacobian, low, high, limits)
+    search = _Search(enclose, enclose_jacobian, low, high, limits, contract)
     with np.errstate(all="ignore"):
         return search.run()
 
@@ -79,9 +82,10 @@ class _Search:
         low: Array,
         high: Array,
         limits: SubdivisionLimits,
+        contract: Contractor | None,
     ) -> None:
         self.enclose, self.enclose_jacobian = enclose, enclose_jacobian
-        self.low, self.high, self.limits = low, high, limits
+        self.low, self.high, self.limits, self.contract = low, high, limits, contract
         self.proved: list[tuple[Array, Array]] = []
         self.unresolved: list[tuple[Array, Array]] = []
         self.boxes = 0
@@ -99,13 +103,17 @@ class _Search:
 
     def _level(self, lo: Array, hi: Array) -> tuple[Array, Array]:
         """Treat every box once; the boxes of the next level."""
+        whole_lo, whole_hi = lo, hi
+        if self.contract is not None:
+            lo, hi, empty = self.contract(lo, hi)
+            whole_lo, whole_hi, lo, hi = (ends[~empty] for ends in (whole_lo, whole_hi, lo, hi))
         kept = self._may_hold_root(lo, hi)
-        lo, hi = lo[kept], hi[kept]
+        whole_lo, whole_hi, lo, hi = (ends[kept] for ends in (whole_lo, whole_hi, lo, hi))
         image = self._newton(lo, hi)
         self._settle(lo, hi, image.unique)
         covered = self._settle_inflated(lo, hi, image.regular & ~image.unique & ~image.empty)
         rest = ~image.empty & ~image.unique & ~covered
-        return self._divide(lo[rest], hi[rest], image.lo[rest], image.hi[rest])
+        return self._divide(whole_lo[rest], whole_hi[rest], image.lo[rest], image.hi[rest])
 
     def _may_hold_root(self, lo: Array, hi: Array) -> Mask:
         self.boxes += len(lo)
