@@ -16,7 +16,7 @@ from solver.numerics.interval_newton import BoxFunction
 from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune
 
 LIMITS = SubdivisionLimits(boxes=20_000, alive=2_000)
-THOROUGH = SubdivisionLimits(boxes=600_000, alive=40_000)
+THOROUGH = SubdivisionLimits(boxes=600_000, alive=400_000)
 
 
 def search_boxes(question: Question, candidates: Candidates, thorough: bool = False) -> bool:

@@ -3,8 +3,8 @@
 Forward, every part of every rule gets its range over the box; each rule says that its left minus its right is
 0; backward, each part is narrowed to what its whole needs it to be, and so the unknowns are in the end. Parts
 that rules have in common are one node, narrowed by all of them. (HC4-revise: F. Benhamou, F. Goualard,
-L. Granvilliers & J.-F. Puget, ICLP 1999; on the graph: H. Schichl & A. Neumaier, J. Global Optimization 33 (2005)
-541–562.) No root in a box is lost.
+L. Granvilliers & J.-F. Puget, ICLP 1999; on the graph: H. Schichl & A. Neumaier, J. Global Optimization 33
+(2005) 541–562.) No root in a box is lost.
 """
 
 from __future__ import annotations
@@ -48,7 +48,9 @@ class Node:
 class Hull:
     """The parts of the ``forms``, each of which is 0 at a root, in the order in which they are computed."""
 
-    def __init__(self, forms: Sequence[Expression], unknowns: Sequence[str], known: Mapping[str, float]) -> None:
+    def __init__(
+        self, forms: Sequence[Expression], unknowns: Sequence[str], known: Mapping[str, float]
+    ) -> None:
         self.unknowns = tuple(unknowns)
         self.nodes: list[Node] = []
         self._places: dict[Expression, int] = {}
@@ -68,23 +70,29 @@ class Hull:
         """Boxes (k, n) narrowed, and which of them hold no root. Empty ones keep the ends that they had."""
         low, high = low.copy(), high.copy()
         empty = np.zeros(len(low), bool)
-        live = np.arange(len(low))
+        live, values = np.arange(len(low)), None
         for _ in range(PASSES):
             before = low[live], high[live]
-            after = self._narrowed(*before)
+            after, values = self._narrowed(*before, values)
             void = ~(after[0] <= after[1]).all(axis=1)
             empty[live[void]] = True
             low[live[~void]], high[live[~void]] = after[0][~void], after[1][~void]
-            gained = ((after[1] - after[0]) < GAIN * (before[1] - before[0])).any(axis=1)
-            live = live[gained & ~void]
-            if not live.size:
+            shorter = (after[1] - after[0]) < GAIN * (before[1] - before[0])
+            gained: Mask = np.logical_or.reduce(shorter, axis=1) & ~void
+            if not gained.any():
                 break
+            live = live[gained]
+            values = [(_chosen(a, gained), _chosen(b, gained)) for a, b in values]
         return low, high, empty
 
-    def _narrowed(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """One pass forward and one backward; ends of an empty box are crossed or nan."""
-        at = {name: (low[:, i], high[:, i]) for i, name in enumerate(self.unknowns)}
-        values = self._forward(at)
+    def _narrowed(
+        self, low: Array, high: Array, known: Sequence[Interval] | None
+    ) -> tuple[tuple[Array, Array], list[Interval]]:
+        """One pass forward and one backward, and what is ``known`` of every part afterwards.
+
+        Ends of an empty box are crossed or nan.
+        """
+        values = self._forward({n: (low[:, i], high[:, i]) for i, n in enumerate(self.unknowns)}, known)
         zero = np.zeros(len(low))
         for root in self.roots:
             values[root] = _zero(values[root], zero)
@@ -99,21 +107,23 @@ class Hull:
         for below, above in values:
             void |= ~(below <= above)
         low[void] = np.nan
-        return low, high
+        return (low, high), values
 
-    def _forward(self, at: Mapping[str, Interval]) -> list[Interval]:
+    def _forward(self, at: Mapping[str, Interval], known: Sequence[Interval] | None) -> list[Interval]:
         values: list[Interval] = []
-        for node in self.nodes:
-            values.append(self._value(node.form, [values[place] for place in node.operands], at))
+        for place, node in enumerate(self.nodes):
+            value = self._value(node.form, [values[operand] for operand in node.operands], at)
+            values.append(value if known is None else meet(value, known[place]))
         return values
 
     def _value(self, form: Expression, operands: Sequence[Interval], at: Mapping[str, Interval]) -> Interval:
+        result: Interval
         match form:
             case Number(number):
                 ends = ROUNDED.get(number, (number, number))
-                return np.float64(ends[0]), np.float64(ends[1])  # type: ignore[return-value]
+                return np.asarray(ends[0]), np.asarray(ends[1])
             case Name(name):
-                return at[name] if name in at else (np.float64(self.known[name]),) * 2  # type: ignore[return-value]
+                return at[name] if name in at else (np.asarray(self.known[name]),) * 2
             case Negative():
                 return -operands[0][1], -operands[0][0]
             case Sum():
@@ -122,17 +132,18 @@ class Hull:
                     total = plain_add(*total, *term)
                 return total
             case Product(left, right):
-                return square(*operands[0]) if left == right else plain_multiply(*operands[0], *operands[1])
+                result = square(*operands[0]) if left == right else plain_multiply(*operands[0], *operands[1])
             case Quotient():
-                return plain_divide(*operands[0], *operands[1])
+                result = plain_divide(*operands[0], *operands[1])
             case Power(_, Number(2.0)):
-                return square(*operands[0])
+                result = square(*operands[0])
             case Power():
-                return plain(power)(*operands[0], *operands[1])
+                result = plain(power)(*operands[0], *operands[1])
             case Call(function):
-                return plain(INTERVALS[function])(*(end for pair in operands for end in pair))
+                result = plain(INTERVALS[function])(*(end for pair in operands for end in pair))
             case nodes.Symbol(name):
                 raise ValueError(f"the symbol '{name} has no range")
+        return result
 
     def _backward(self, values: list[Interval], place: int) -> None:
         node, z = self.nodes[place], values[place]
@@ -178,6 +189,10 @@ def _parts(form: Expression) -> tuple[Expression, ...]:
             return ()
 
 
+def _chosen(end: Array, chosen: Mask) -> Array:
+    return end[chosen] if np.ndim(end) else end
+
+
 def _zero(value: Interval, zero: Array) -> Interval:
     """0, or an empty interval where the value excludes it."""
     excluded = ~((value[0] <= 0.0) & (value[1] >= 0.0))
@@ -190,7 +205,11 @@ def _terms(terms: Sequence[Interval], total: Interval) -> list[Interval]:
     after = list(accumulate(terms[:0:-1], lambda a, b: plain_add(*a, *b)))[::-1]
     narrowed = []
     for k, term in enumerate(terms):
-        others = [side[place] for side, place, there in ((before, k - 1, k > 0), (after, k, k < len(terms) - 1)) if there]
+        others = [
+            side[place]
+            for side, place, there in ((before, k - 1, k > 0), (after, k, k < len(terms) - 1))
+            if there
+        ]
         rest = others[0] if len(others) == 1 else plain_add(*others[0], *others[1])
         narrowed.append(meet(term, plain_add(*total, -rest[1], -rest[0])))
     return narrowed

@@ -1,7 +1,8 @@
 """What the value of one operation says about its operands: projections of elementary constraints on boxes.
 
 Each function narrows an operand ``x`` to a hull of those of its numbers for which the operation can give a
-number in ``z``; all are intervals as pairs of arrays, rounded outward. An empty hull has its ends crossed or nan.
+number in ``z``; all are intervals as pairs of arrays, rounded outward. An empty hull has its ends crossed or
+nan.
 (F. Benhamou & W. J. Older, J. Logic Programming 32 (1997) 1–24, section 4.)
 """
 
@@ -35,7 +36,7 @@ def outside(x: Interval, low: Array, high: Array) -> Interval:
 
 
 def factor(x: Interval, y: Interval, z: Interval) -> Interval:
-    """x where x·y = z. A ``y`` on both sides of 0 leaves out the middle, one with 0 and ``z`` with 0 nothing."""
+    """x where x·y = z. A ``y`` on both sides of 0 leaves out the middle; if ``z`` has 0 too, nothing."""
     quotient = plain_divide(*z, *y)
     y_zero, z_zero = (y[0] <= 0.0) & (y[1] >= 0.0), (z[0] <= 0.0) & (z[1] >= 0.0)
     inside = meet(x, quotient)

@@ -15,7 +15,7 @@ from solver.attempts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.reduction import reduced
 
-MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 12
+MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
 MAX_CURVED = 40
 """Unknowns of a block up to which curves are followed: a step costs a decomposition of the Jacobian."""

@@ -2,8 +2,8 @@
 
 A box is dropped if an enclosure of some equation excludes 0 or its Hansen–Sengupta image is empty,
 settled if that image proves exactly one root, otherwise contracted and, where that gains little, cut
-across the side along which the equations vary most (R. B. Kearfott's maximal smear). The whole front of
-boxes is treated at once.
+across the side along which the equations vary most (Kearfott's smear, added up). A front of
+boxes is treated at once, the newest first.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ Contractor: TypeAlias = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 @dataclass(frozen=True, slots=True)
 class SubdivisionLimits:
-    """``boxes`` in all, ``alive`` at once; sides below ``resolution`` relative to |x| (or to ``resolution``
-    times the side of the whole box) are not cut further."""
+    """``boxes`` in all, ``alive`` at once, of which the last ``front`` are treated together; sides below
+    ``resolution`` relative to |x| (or to ``resolution`` times the side of the whole box) are not cut."""
 
     boxes: int = 100_000
     alive: int = 8_000
-    levels: int = 400
+    front: int = 2_000
     resolution: float = 1e-12
 
 
@@ -92,10 +92,10 @@ class _Search:
 
     def run(self) -> Subdivision:
         lo, hi = self.low, self.high
-        for _ in range(self.limits.levels):
-            if not len(lo) or len(lo) > self.limits.alive or self.boxes > self.limits.boxes:
-                break
-            lo, hi = self._level(lo, hi)
+        while len(lo) and len(lo) <= self.limits.alive and self.boxes <= self.limits.boxes:
+            next_lo, next_hi = self._level(lo[-self.limits.front :], hi[-self.limits.front :])
+            lo = np.concatenate([lo[: -self.limits.front], next_lo])
+            hi = np.concatenate([hi[: -self.limits.front], next_hi])
         self.unresolved += list(zip(lo, hi, strict=True))
         proved = tuple(_as_box(*pair) for pair in self._distinct())
         unresolved = tuple(_as_box(*pair) for pair in _hulls(self.unresolved))
@@ -167,9 +167,10 @@ class _Search:
 
     def _divide(self, lo: Array, hi: Array, new_lo: Array, new_hi: Array) -> tuple[Array, Array]:
         """Boxes that shrank much go on as they are; others are cut, or left where too narrow to cut."""
-        shrunk = ((new_hi - new_lo) < 0.5 * (hi - lo)).any(axis=1)
         widths = self._relative_widths(new_lo, new_hi)
-        narrow = (widths <= self.limits.resolution).all(axis=1)
+        wide = widths > self.limits.resolution
+        shrunk = (((new_hi - new_lo) < 0.5 * (hi - lo)) & wide).any(axis=1)
+        narrow = ~wide.any(axis=1)
         self.unresolved += list(zip(new_lo[narrow], new_hi[narrow], strict=True))
         kept, cut = shrunk & ~narrow, ~shrunk & ~narrow
         halves = self._halves(new_lo[cut], new_hi[cut], widths[cut])
@@ -188,7 +189,7 @@ class _Search:
         below, above = self.enclose_jacobian(lo, hi)
         slopes = np.maximum(abs(below), abs(above))
         rows = slopes * (hi - lo)[:, None, :]
-        smear = (rows / np.maximum(rows.sum(axis=2, keepdims=True), 1e-300)).max(axis=1)
+        smear = (rows / np.maximum(rows.sum(axis=2, keepdims=True), 1e-300)).sum(axis=1)
         measure = np.where(np.isfinite(smear).all(axis=1)[:, None], smear, (hi - lo) / (self.high - self.low))
         side = np.where(widths > self.limits.resolution, measure, -1.0).argmax(axis=1)
         each = np.arange(len(lo))

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from benchmarks.interval_systems import SYSTEMS, IntervalSystem
+from benchmarks.interval_systems import SYSTEMS, IntervalSystem, economics, more_cosnard, yamamura
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.balls import FUNCTIONS, around, ball, precision, whole_power
@@ -210,9 +210,18 @@ def test_extended_values_agree_with_balls() -> None:
         assert abs(held - ball(extended(equation.right, {"x": 1.7}, 50))) < 1e-45
 
 
-@pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
+@pytest.mark.parametrize(
+    "system", (*SYSTEMS, more_cosnard(12), yamamura(5), economics(6)), ids=lambda system: system.name
+)
 def test_classic_systems_have_their_roots_and_no_others(system: IntervalSystem) -> None:
     assert_proved(proved(system.sheet), system.roots)
+
+
+def test_powers_of_numbers_that_may_be_zero_are_enclosed() -> None:
+    """x = 0 in a cubic and in its slope; the ball around it holds both signs."""
+    assert_proved(
+        proved("variables\n x in [-1, 1]\n y in [0, 9]\nrules\n x^3*y + x = 0\n y^2 + x^2*y = 4"), 1
+    )
 
 
 def test_an_empty_range_is_proved_empty() -> None:
