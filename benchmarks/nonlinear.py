@@ -1,12 +1,12 @@
 """Twenty-three standard nonlinear systems against other solvers, from near starts and far ones.
 
-    python benchmarks/nonlinear.py [-o PICTURE.png] [--only NUMBER,…] [--factors 1,10,100]
+    python benchmarks/nonlinear.py [-o PICTURE.png] [--only NUMBER,…] [--factors 1,10,100] [--write]
 
 solves every system of ``standard.py`` from its standard start and from ten and a hundred times that, and
 prints how many each solver solved. An end counts by its *scaled residual*, computed with 50 digits: the
 largest |F_i| / max(1, Σ_j |∂F_i/∂x_j · x_j|). *Solved* is a root reported with 1e-10 or less, *rough* one up
 to 1e-6, a *false success* one with more. (Backsolve may call an answer singular: it is a multiple root, or
-one of a continuum. It counts as solved if it is one.)
+one of a continuum. It counts as solved if it is one.) ``--write`` puts the counts into ``docs/accuracy.md``.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 
 import rulesheets
 import solver
+from benchmarks.pages import ROOT, markdown_table, place
 from benchmarks.peers import NOT_TRIED, End, Equations, Solve, absent, compiled, digits, peers, run, symbolic
 from benchmarks.standard import PROBLEMS, Problem
 from rulesheets.model import Model
@@ -128,6 +129,24 @@ def table(problems: Sequence[Problem], found: Mapping[str, Sequence[Mark]]) -> s
     return "\n".join(lines)
 
 
+def summary(measured: Mapping[float, Mapping[str, Sequence[Mark]]]) -> str:
+    """Counts by solver and distance of the start: solved, rough, falsely reported; the first median time."""
+    first, *_ = measured
+    rows = []
+    for name in measured[first]:
+        tried = [m.seconds for m in measured[first][name] if m.end != NOT_TRIED]
+        counts = (_counted(found[name]) for found in measured.values())
+        rows.append((name, *counts, f"{1e3 * statistics.median(tried):.3g}"))
+    head = ("", *(f"start × {factor:g}" for factor in measured), f"median ms, start × {first:g}")
+    return markdown_table(head, rows)
+
+
+def _counted(marks: Sequence[Mark]) -> str:
+    count = {end: sum(m.end == end for m in marks) for end in ENDS}
+    told = [f"{count[end]} {end}" for end in ("rough", "false success", NOT_TRIED) if count[end]]
+    return f"{count['solved']} ({', '.join(told)})" if told else str(count["solved"])
+
+
 def picture(path: str, measured: Mapping[float, Mapping[str, Sequence[Mark]]]) -> None:
     """Stacked bars of ends by solver, one group a factor."""
     import matplotlib
@@ -166,6 +185,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", metavar="PICTURE.png", help="also draw the table")
     parser.add_argument("--only", default="", help="numbers of problems, by commas")
     parser.add_argument("--factors", default="1,10,100", help="multiples of the standard start, by commas")
+    parser.add_argument("--write", action="store_true", help="put the counts into docs/accuracy.md")
     arguments = parser.parse_args()
     chosen = [p for p in PROBLEMS if not arguments.only or str(p.number) in arguments.only.split(",")]
     if missing := absent():
@@ -179,6 +199,8 @@ def main() -> None:
         )
     if arguments.output:
         picture(arguments.output, measured)
+    if arguments.write and not place(ROOT / "docs" / "accuracy.md", "standard systems", summary(measured)):
+        sys.exit("docs/accuracy.md has no place for the counts")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,8 @@ import importlib
 import math
 import multiprocessing
 import os
+import resource
+import signal
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -43,6 +45,8 @@ class End:
 Solve: TypeAlias = Callable[[Equations, Vector], "tuple[bool, Sequence[float] | None]"]
 
 NOT_TRIED = "not tried"
+PATIENCE = 10
+"""How many times its processor time a search may take by the clock: the machine may have other work."""
 MOST_FOR_SYMPY = 4
 """Unknowns up to which ``sympy.nsolve`` is tried: it works in multiple precision and takes seconds beyond."""
 
@@ -69,12 +73,15 @@ def absent() -> list[str]:
     return [name for name in ("scipy", "casadi", "gekko", "sympy") if find_spec(name) is None]
 
 
-def run(solve: Solve, equations: Equations, start: Vector, limit: float = 20.0) -> End:
-    """One search in a forked process, ended after ``limit`` seconds."""
+def run(solve: Solve, equations: Equations, start: Vector, limit: int = 20) -> End:
+    """One search in a forked process, ended after ``limit`` seconds of processor time."""
     receiver, sender = multiprocessing.get_context("fork").Pipe(duplex=False)
 
     def child() -> None:
         warnings.simplefilter("ignore")
+        resource.setrlimit(
+            resource.RLIMIT_CPU, (math.ceil(time.process_time()) + limit, resource.RLIM_INFINITY)
+        )
         silent = os.open(os.devnull, os.O_WRONLY)
         os.dup2(silent, 1), os.dup2(silent, 2)
         began = time.process_time()
@@ -91,63 +98,58 @@ def run(solve: Solve, equations: Equations, start: Vector, limit: float = 20.0) 
 
     process = multiprocessing.get_context("fork").Process(target=child, daemon=True)
     process.start()
-    if receiver.poll(limit):
+    sender.close()
+    if receiver.poll(PATIENCE * limit):
         try:
             end: End = receiver.recv()
         except EOFError:
-            end = End(False, None, math.nan, "crashed")
+            process.join()
+            end = End(False, None, limit, "crashed")
     else:
         end = End(False, None, limit, "time limit")
         process.kill()
     process.join()
+    if process.exitcode == -signal.SIGXCPU:
+        return End(False, None, limit, "time limit")
     return end
 
 
 # -- the functions that systems are made of, for each of them ------------------------------------------------
 
 
+_SHARED = ("exp", "sin", "cos", "atan", "sqrt")
+
+
+def _functions(module: Any, pi: Any, where: Callable[..., Any], expm1_over: Callable[..., Any]) -> Any:
+    """The functions of a module under the names that the systems use."""
+    shared = {name: getattr(module, name) for name in _SHARED}
+    return SimpleNamespace(**shared, pi=pi, where=where, expm1_over=expm1_over)
+
+
+def _chosen(v: Any, positive: Any, negative: Any) -> Any:
+    return positive if v > 0 else negative
+
+
 def numbers() -> Any:
     """For Python floats."""
-    return SimpleNamespace(
-        exp=math.exp,
-        sin=math.sin,
-        cos=math.cos,
-        atan=math.atan,
-        sqrt=math.sqrt,
-        pi=math.pi,
-        where=lambda v, positive, negative: positive if v > 0 else negative,
-        expm1_over=lambda v: -math.expm1(-v * v) / v if v else 0.0,
-    )
+    return _functions(math, math.pi, _chosen, lambda v: -math.expm1(-v * v) / v if v else 0.0)
 
 
 def digits() -> Any:
     """For mpmath, at its working precision."""
     import mpmath
 
-    return SimpleNamespace(
-        exp=mpmath.exp,
-        sin=mpmath.sin,
-        cos=mpmath.cos,
-        atan=mpmath.atan,
-        sqrt=mpmath.sqrt,
-        pi=mpmath.pi,
-        where=lambda v, positive, negative: positive if v > 0 else negative,
-        expm1_over=lambda v: -mpmath.expm1(-v * v) / v if v else mpmath.mpf(0),
-    )
+    return _functions(mpmath, mpmath.pi, _chosen, lambda v: -mpmath.expm1(-v * v) / v if v else mpmath.mpf(0))
 
 
 def _symbols() -> Any:
     import sympy
 
-    return SimpleNamespace(
-        exp=sympy.exp,
-        sin=sympy.sin,
-        cos=sympy.cos,
-        atan=sympy.atan,
-        sqrt=sympy.sqrt,
-        pi=sympy.pi,
-        where=lambda v, positive, negative: sympy.Piecewise((positive, v > 0), (negative, True)),
-        expm1_over=lambda v: (1 - sympy.exp(-v * v)) / v,
+    return _functions(
+        sympy,
+        sympy.pi,
+        lambda v, positive, negative: sympy.Piecewise((positive, v > 0), (negative, True)),
+        lambda v: (1 - sympy.exp(-v * v)) / v,
     )
 
 
@@ -206,15 +208,11 @@ def _casadi(equations: Equations, start: Vector, plugin: str) -> tuple[bool, Seq
     import casadi
 
     x = casadi.SX.sym("x", equations.n)
-    functions = SimpleNamespace(
-        exp=casadi.exp,
-        sin=casadi.sin,
-        cos=casadi.cos,
-        atan=casadi.atan,
-        sqrt=casadi.sqrt,
-        pi=math.pi,
-        where=lambda v, positive, negative: casadi.if_else(v > 0, positive, negative),
-        expm1_over=lambda v: casadi.if_else(v == 0, 0, -casadi.expm1(-v * v) / v),
+    functions = _functions(
+        casadi,
+        math.pi,
+        lambda v, positive, negative: casadi.if_else(v > 0, positive, negative),
+        lambda v: casadi.if_else(v == 0, 0, -casadi.expm1(-v * v) / v),
     )
     residuals = casadi.vertcat(*equations.residuals([x[j] for j in range(equations.n)], functions))
     settings = {"error_on_fail": True} if plugin != "fast_newton" else {}
@@ -228,15 +226,11 @@ def _gekko(equations: Equations, start: Vector) -> tuple[bool, Sequence[float]]:
 
     model = GEKKO(remote=False)
     x = [model.Var(value=v) for v in start]
-    functions = SimpleNamespace(
-        exp=model.exp,
-        sin=model.sin,
-        cos=model.cos,
-        atan=model.atan,
-        sqrt=model.sqrt,
-        pi=math.pi,
-        where=lambda v, positive, negative: model.if2(v, negative, positive),
-        expm1_over=lambda v: (1 - model.exp(-v * v)) / v,
+    functions = _functions(
+        model,
+        math.pi,
+        lambda v, positive, negative: model.if2(v, negative, positive),
+        lambda v: (1 - model.exp(-v * v)) / v,
     )
     for residual in equations.residuals(x, functions):
         model.Equation(residual == 0)

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.pages import place
 from benchmarks.speed import closed_forms, many_rows, reference, solvers, symbols, task
 from benchmarks.speed.by_c import CCrank
-from benchmarks.speed.page import Claim, Section, place
+from benchmarks.speed.page import Claim, Section
 from benchmarks.speed.rules_as_equations import system_of
 from benchmarks.speed.stopwatch import Contestant, race
 
@@ -82,7 +83,7 @@ def test_tables_go_where_the_page_has_a_place_for_them(tmp_path: Path) -> None:
     section = Section("one", "One", ("µs", "a"), [("x", "1"), ("longer", "20")], claims=claims)
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- speed: one -->\nold\n<!-- end -->\nafter\n")
-    assert place(page, "one", section.markdown()) and not place(page, "two", "")
+    assert place(page, "speed: one", section.markdown()) and not place(page, "speed: two", "")
     text = page.read_text()
     assert "old" not in text and text.startswith("before\n") and text.endswith("<!-- end -->\nafter\n")
     assert "| longer | 20 |" in text

@@ -16,8 +16,9 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from benchmarks.pages import markdown_table, place
 from benchmarks.speed import compiling, every_model, many_rows, one_solve, solvers, whole_commands
-from benchmarks.speed.page import Section, markdown_table, place
+from benchmarks.speed.page import Section
 from benchmarks.speed.picture import draw
 
 ROOT = Path(__file__).parents[2]
@@ -63,11 +64,11 @@ def machine() -> str:
 
 def write(sections: list[Section]) -> None:
     for section in sections:
-        if not place(PAGES[0], section.name, section.markdown()):
+        if not place(PAGES[0], f"speed: {section.name}", section.markdown()):
             sys.exit(f"docs/speed.md has no place for {section.name}: <!-- speed: {section.name} -->")
-    place(PAGES[0], "machine", machine())
+    place(PAGES[0], "speed: machine", machine())
     if {"one", "rows"} <= {section.name for section in sections}:
-        place(PAGES[1], "summary", summary(sections))
+        place(PAGES[1], "speed: summary", summary(sections))
         draw(sections, PICTURE)
 
 

@@ -1,11 +1,11 @@
-"""What was measured, as Markdown: tables, what is held to what, and the places in pages where they go."""
+"""What was measured, as Markdown: tables, and what is held to what."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+
+from benchmarks.pages import markdown_table
 
 
 @dataclass(frozen=True)
@@ -56,25 +56,3 @@ def figures(number: float) -> str:
     if abs(number) >= 100:
         return f"{float(f'{number:.3g}'):,.0f}"
     return f"{number:.3g}" if abs(number) >= 1 else f"{number:.2g}"
-
-
-def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table with its columns in line; all but the first are flush right."""
-    table = [list(map(str, row)) for row in (head, *rows)]
-    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
-    lines = [
-        " | ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
-        for row in table
-    ]
-    rule = " | ".join(["-" * widths[0], *("-" * (w - 1) + ":" for w in widths[1:])])
-    return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:]))
-
-
-def place(path: Path, name: str, text: str) -> bool:
-    """Put text between ``<!-- speed: NAME -->`` and ``<!-- end -->``; False where there is no such place."""
-    before = path.read_text(encoding="utf-8")
-    pattern = re.compile(rf"(<!-- speed: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
-    after, count = pattern.subn(lambda match: f"{match[1]}\n{text}\n\n{match[2]}", before)
-    if count:
-        path.write_text(after, encoding="utf-8")
-    return bool(count)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.speed.solvers import fsolve_on
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate, holds
 from rulesheets.model import Model, Value
@@ -27,22 +28,10 @@ class System:
 
     def fsolve(self, with_jacobian: bool = True) -> Callable[[float, Any], Any]:
         """``f(number, start)`` gives the unknowns; raises ArithmeticError where fsolve says it has none."""
-        from scipy.optimize import fsolve
-
-        residual, jacobian, n = self.residual, self.jacobian, len(self.unknowns)
-
-        def solve(number: float, start: Any) -> Any:
-            slopes = None
-            if with_jacobian and jacobian is not None:
-                slopes = lambda u: np.array(jacobian(number, *u.tolist())).reshape(n, n)  # noqa: E731
-            found, _, outcome, said = fsolve(
-                lambda u: residual(number, *u.tolist()), start, fprime=slopes, full_output=True
-            )
-            if outcome != 1:
-                raise ArithmeticError(said)
-            return found
-
-        return solve
+        flat, n = self.jacobian, len(self.unknowns)
+        if flat is None or not with_jacobian:
+            return fsolve_on(self.residual, None)
+        return fsolve_on(self.residual, lambda *numbers: np.array(flat(*numbers)).reshape(n, n))
 
     def start(self, values: Mapping[str, Value]) -> Any:
         return np.array([values[name] for name in self.unknowns])

@@ -21,14 +21,21 @@ def absent() -> list[str]:
 
 
 def fsolve(direction: str, with_jacobian: bool) -> Callable[..., Any]:
-    """``f(number, start)`` gives the five unknowns; raises ArithmeticError where fsolve says it has none."""
+    """``f(number)`` gives the five unknowns, from a point nearby or a ``start``."""
+    jacobian = symbols.jacobian(direction) if with_jacobian else None
+    solve, nearby = fsolve_on(symbols.residuals(direction), jacobian), np.array(NEARBY[direction])
+    return lambda number, start=nearby: solve(number, start)
+
+
+def fsolve_on(
+    residual: Callable[..., Any], jacobian: Callable[..., Any] | None
+) -> Callable[[float, Any], Any]:
+    """``f(number, start)`` gives the unknowns of ``residual(number, *unknowns)``, with its ``jacobian`` or
+    without; raises ArithmeticError where fsolve says that it has none."""
     from scipy.optimize import fsolve
 
-    residual, jacobian = symbols.residuals(direction), symbols.jacobian(direction)
-    nearby = np.array(NEARBY[direction])
-
-    def solve(number: float, start: Any = nearby) -> Any:
-        slopes = (lambda u: jacobian(number, *u.tolist())) if with_jacobian else None
+    def solve(number: float, start: Any) -> Any:
+        slopes = None if jacobian is None else lambda u: jacobian(number, *u.tolist())
         found, _, outcome, said = fsolve(
             lambda u: residual(number, *u.tolist()), start, fprime=slopes, full_output=True
         )

@@ -6,12 +6,12 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from solver.cli import BROKEN_PIPE, COMMANDS, INTERRUPTED, main
+from solver.cli import BROKEN_PIPE, COMMANDS, INTERRUPTED
+from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -26,26 +26,12 @@ rules
   c^2 = a^2 + b^2
 """
 
-Run = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
 def sheet(tmp_path: Path) -> str:
     file = tmp_path / "triangle.tk"
     file.write_text(TRIANGLE)
     return str(file)
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run the command in this process: exit code, standard output, standard error."""
-
-    def run(*words: str) -> tuple[int, str, str]:
-        code = main(words)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
 
 
 def value(out: str, name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from pathlib import Path
 
 import mpmath
@@ -10,6 +11,7 @@ import pytest
 
 import rulesheets
 import solver
+from benchmarks.sensitivities import compared, states
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.variables import read_variable_sheet
 from tests.oracles.differences import Differences
@@ -48,6 +50,14 @@ def test_derivatives_of_answers_found_backwards_agree_too(path: Path) -> None:
     result = solved(path)
     inputs = result.sensitivity([]).inputs
     assert_right(result, inputs[-1:])
+
+
+@pytest.mark.parametrize("name", ["planetary_gear", "rachford_rice", "triangle", "two_circles"])
+def test_random_states_and_other_inputs_agree_too(name: str) -> None:
+    draw = random.Random(name)
+    for result in states(name, 1):
+        for one in compared(result, draw, most=1):
+            assert one.difference is not None and one.difference <= 1e-10, one
 
 
 def test_every_answer_has_its_own_sensitivities() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise, product
 from pathlib import Path
@@ -17,12 +16,12 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.cli import main
 from solver.files.columns import Columns
 from solver.files.csv_table import csv_head
 from solver.sweeps.chunks import LARGEST, file_chunks, grid_chunks, size
 from solver.sweeps.following import Follower
 from solver.sweeps.grid import Grid, Stretch, Zipped, listed
+from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -36,26 +35,12 @@ rules
   if kind = 'right then c^2 = a^2 + b^2 else c = a + b
 """
 
-Run = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
 def sheet(tmp_path: Path) -> str:
     file = tmp_path / "triangle.tk"
     file.write_text(TRIANGLE)
     return str(file)
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run the command in this process: exit code, standard output, standard error."""
-
-    def run(*words: str) -> tuple[int, str, str]:
-        code = main(words)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
 
 
 def table(text: str) -> list[dict[str, str]]:
