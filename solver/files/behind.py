@@ -31,8 +31,11 @@ class WriteBehind:
         self._waiting: Queue[list[bytes] | None] = Queue(AHEAD)
         self._failure: BaseException | None = None
         self._thread: Thread | None = None
+        self._ended = False
 
     def write(self, data: bytes) -> None:
+        if self._ended:
+            return
         self._batch.append(data)
         self._size += len(data)
         if self._size >= BATCH:
@@ -45,7 +48,8 @@ class WriteBehind:
         self._raise()
 
     def end(self) -> None:
-        """End the thread; bytes that were not handed over are dropped."""
+        """End the thread; bytes that were not handed over, and any that still come, are dropped."""
+        self._ended = True
         if self._thread is not None:
             self._waiting.put(None)
             self._thread.join()

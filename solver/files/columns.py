@@ -15,12 +15,13 @@ Array: TypeAlias = NDArray[Any]
 class Columns:
     """``values`` (n,) by name: floats with NaN for nothing, integers, or objects (symbols, floats, None).
 
-    ``status`` (n,) are indices into ``words``.
+    ``status`` (n,) are indices into ``words``. ``whole``: every number is known to be there.
     """
 
     values: Mapping[str, Array]
     status: Array
     words: Sequence[str]
+    whole: bool = False
 
     def __len__(self) -> int:
         return len(self.status)
@@ -28,7 +29,7 @@ class Columns:
     def rows(self, first: int, last: int) -> Columns:
         """Rows ``first`` up to, but without, ``last``."""
         kept = {name: column[first:last] for name, column in self.values.items()}
-        return Columns(kept, self.status[first:last], self.words)
+        return Columns(kept, self.status[first:last], self.words, self.whole)
 
 
 def joined(parts: Sequence[Columns]) -> Columns:
@@ -36,7 +37,8 @@ def joined(parts: Sequence[Columns]) -> Columns:
     if len(parts) == 1:
         return parts[0]
     values = {name: stacked([part.values[name] for part in parts]) for name in parts[0].values}
-    return Columns(values, stacked([part.status for part in parts]), parts[0].words)
+    whole = all(part.whole for part in parts)
+    return Columns(values, stacked([part.status for part in parts]), parts[0].words, whole)
 
 
 def stacked(pieces: Sequence[Array]) -> Array:

@@ -14,6 +14,8 @@ from solver.files.messages import missing_extra, unreadable_rows
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
+BUFFER = 2**22 + 2**16
+"""Bytes handed over at once, two pages with their heads: taking them holds up the solver."""
 SAMPLE = 4096
 """Rows by which it is judged whether a column repeats."""
 
@@ -34,6 +36,7 @@ class ParquetTable:
         self._waiting: list[Columns] = []
         self._held = 0
         self._writer: Any = None
+        self._stream: Any = None
 
     def add(self, table: Columns) -> None:
         self._waiting.append(table)
@@ -48,6 +51,7 @@ class ParquetTable:
         if self._held or self._writer is None:
             self._write(self._waiting or [self._empty()])
         self._guarded(self._writer.close)
+        self._guarded(self._stream.close)
 
     def _write(self, pieces: Sequence[Columns]) -> None:
         batch = self._batch(pieces)
@@ -71,8 +75,10 @@ class ParquetTable:
         pages: dict[str, Any] = {"data_page_size": 16 * ROW_GROUP}
         if "max_rows_per_page" in signature(self._parquet.ParquetWriter).parameters:
             pages["max_rows_per_page"] = ROW_GROUP
+        file = self._arrow.PythonFile(_Sink(self._file), mode="w")
+        self._stream = self._arrow.BufferedOutputStream(file, BUFFER)
         return self._parquet.ParquetWriter(
-            _Sink(self._file), schema, use_dictionary=texts, compression="none", **pages
+            self._stream, schema, use_dictionary=texts, compression="none", **pages
         )
 
     def _batch(self, pieces: Sequence[Columns]) -> Any:
@@ -90,12 +96,14 @@ class ParquetTable:
             return self._arrow.array(texts, self._arrow.string()).dictionary_encode()
         if columns[0].dtype.kind == "i":
             return self._arrow.array(stacked(columns), self._arrow.int32())
-        return self._arrow.chunked_array([self._doubles(column) for column in columns])
+        whole = [piece.whole for piece in pieces]
+        return self._arrow.chunked_array(list(map(self._doubles, columns, whole)))
 
-    def _doubles(self, column: Array) -> Any:
+    def _doubles(self, column: Array, whole: bool) -> Any:
+        """Without gaps the column need not be copied."""
         import numpy as np
 
-        gaps = bool(np.isnan(column).any())  # without any, the column need not be copied
+        gaps = not whole and bool(np.isnan(column).any())
         return self._arrow.array(column, self._arrow.float64(), from_pandas=gaps)
 
     def _empty(self) -> Columns:

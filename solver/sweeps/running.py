@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterator
-from time import perf_counter
+from time import thread_time
 
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.work import Solved, Solver, Work
 
 WORTH = 2.0
 """Seconds that workers must save to be started: about twice what starting them takes."""
+RECENT = 5
+"""Pieces that say what a row takes."""
 ENOUGH = 0.02
-"""Seconds below which a piece says more of its own overhead than of its rows."""
-SLOW = 50e-6
-"""Seconds that a row takes which no compiled way settles, and learning them does not explain."""
+"""Seconds below which they say more of their own overhead than of their rows."""
+LEARNING = 1.0
+"""Seconds of the first piece that learning ways and loading what they need can explain."""
 CARRIAGE = 0.15e-6
 """Seconds that a row of six numbers is on its way to a worker and back."""
 
@@ -59,19 +62,24 @@ def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: in
     """Here, until what is left turns out to be worth starting workers for.
 
     Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches
-    the ways that the others take, and is no measure of them, unless its rows were slow by themselves.
+    the ways that the others take, and is no measure of them, unless its rows were slow by themselves; nor
+    is a piece with a row that had to go step by step, so that the typical one of the last pieces counts.
+    Measured is the time of the processor: on a machine that others keep busy workers pay no sooner.
     """
     solve, done = Solver(work), 0
+    recent: deque[tuple[float, float]] = deque(maxlen=RECENT)
     for number, chunk in enumerate(chunks):
-        started = perf_counter()
+        started = thread_time()
         solved = solve(chunk)
-        spent = perf_counter() - started
-        each = spent / len(chunk[0])
+        spent = thread_time() - started
         done += len(chunk[0])
         yield solved
-        if spent < ENOUGH or (number == 0 and each < SLOW):
+        if number or spent >= LEARNING:
+            recent.append((spent / len(chunk[0]), spent))
+        if not recent:
             continue
+        each, typical = sorted(recent)[(len(recent) - 1) // 2]
         left = done if total is None else total - done
-        if left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
+        if typical * len(recent) >= ENOUGH and left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
             yield from solved_by_workers(work, chunks, jobs)
             return

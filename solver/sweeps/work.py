@@ -86,7 +86,8 @@ class Solver:
     def __call__(self, columns: Sequence[Array]) -> Solved:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
         table = self.table(columns)
-        parts = Columns({name: table[name] for name in self.work.names}, table.status, _WORDS)
+        solved = not table.status.any()  # then inputs and answers are all there
+        parts = Columns({name: table[name] for name in self.work.names}, table.status, _WORDS, solved)
         counts = _counts(self._first_answers(table))
         text = csv_rows(parts) if self.work.texted else None
         return Solved(counts, parts if self.work.tabled else None, text)

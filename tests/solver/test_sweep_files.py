@@ -386,6 +386,18 @@ def test_workers_start_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     assert asked == [88]
 
 
+def test_a_row_that_goes_step_by_step_starts_no_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    from solver.sweeps import running
+
+    clock = iter(range(1000))
+    spent = [0.5, 0.001, 0.9, *[0.001] * 60]  # the first piece learns, the third has an odd row
+    monkeypatch.setattr(running, "thread_time", lambda: sum(spent[: (next(clock) + 1) // 2]))
+    monkeypatch.setattr(running, "processors", lambda: 2)
+    monkeypatch.setattr(running, "solved_by_workers", lambda *_: pytest.fail("workers were started"))
+    lens = work(rulesheets.loads(LENS))
+    assert sum(sum(piece.counts) for piece in solved_pieces(lens, pieces_of(9000), 9000)) == 9000
+
+
 # --- progress --------------------------------------------------------------------
 
 
