@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from random import Random
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -348,12 +349,19 @@ def uncertainty(made: Sheet) -> float:
     matrix, noise = np.array([row for row, _ in rows]), np.array([off for _, off in rows])
     if len(rows) < len(unknown) or not (np.isfinite(matrix).all() and np.isfinite(noise).all()):
         return math.inf
+    with np.errstate(all="ignore"):  # what overflows is infinite, or compares as false
+        return _spread(matrix, noise)
+
+
+def _spread(matrix: Any, noise: Any) -> float:
+    """The largest change of the unknowns (n,) that ``noise`` (m,) in rules with slopes (m, n) explains."""
     sizes = abs(matrix).max(axis=1)
     matrix, noise = matrix[sizes > 0] / sizes[sizes > 0, None], noise[sizes > 0] / sizes[sizes > 0]
     singular = np.linalg.svd(matrix, compute_uv=False)
-    if len(matrix) < len(unknown) or singular[-1] < 1e-12:
+    if len(matrix) < matrix.shape[1] or singular[-1] < 1e-12:
         return math.inf
-    return float((abs(np.linalg.pinv(matrix)) @ noise).max())
+    spread = float((abs(np.linalg.pinv(matrix)) @ noise).max())
+    return math.inf if math.isnan(spread) else spread
 
 
 def _row(
