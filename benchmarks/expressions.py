@@ -16,6 +16,7 @@ import mpmath
 from mpmath import mpf
 
 DIGITS = 50
+MOST_BITS = 10_000_000
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)")
 
 
@@ -51,6 +52,8 @@ def _real(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function over the reals: complex and infinite arguments and values are refused."""
 
     def value(*arguments: Any) -> Any:
+        if any(number and abs(mpmath.mag(number)) > MOST_BITS for number in arguments):
+            raise ValueError("too large or too small a number for mpmath's functions")
         return _checked(function(*map(_checked, arguments)))
 
     return value
@@ -59,8 +62,6 @@ def _real(function: Callable[..., Any]) -> Callable[..., Any]:
 def _checked(number: Any) -> Any:
     if isinstance(number, mpmath.mpc) or not mpmath.isfinite(number):
         raise ValueError("no real value")
-    if number and abs(mpmath.mag(number)) > 100_000:
-        raise ValueError("too large or too small a number for mpmath's functions")
     return number
 
 
@@ -72,7 +73,7 @@ def _exact_turn(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A function of degrees by that of half turns, which is exact where the answer is."""
 
     def value(x: Any) -> Any:
-        return function(mpmath.fmod(x, 360) / 180)
+        return function(mpmath.sign(x) * mpmath.fmod(abs(x), 360) / 180)
 
     return value
 

@@ -127,7 +127,11 @@ def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
         return
     if result.status in (Status.INFEASIBLE, Status.INCONSISTENT) and _square(made):
         yield "false refusal", f"{result.status}, but there is {made.planted}"
-    elif result.complete and not any(_is_plant(made, solution) for solution in result.solutions):
+    elif (
+        result.complete
+        and (result.solutions or _square(made))
+        and not any(_is_plant(made, solution) for solution in result.solutions)
+    ):
         yield "false refusal", f"complete without {made.planted}"
 
 

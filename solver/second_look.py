@@ -118,18 +118,21 @@ class _Look:
 
         For where F has no slope, or no value: at the end of a domain.
         """
-        digits = DIGITS[0]
-        for name, number, size in self._numbers(digits):
-            signs = set()
-            for change in (-share, -share / 1e3, 0.0, share / 1e3, share):
-                try:
-                    there = self.miss(digits, {name: number + size * change})
-                except Undefined:
-                    continue
-                signs.add(int(context(digits).sign(there)))
-            if 0 in signs or len(signs) > 1:
-                return True
-        return False
+        moves = ((-share, -share / 1e3, 0.0), (share, share / 1e3, 0.0))  # what lies between them is no pole
+        return any(
+            self._vanishes(one, size, side) for one, _, size in self._numbers(DIGITS[0]) for side in moves
+        )
+
+    def _vanishes(self, name: str, size: Any, changes: tuple[float, ...]) -> bool:
+        """Whether F is 0 at one of these changes of a variable, or changes its sign between them."""
+        mp, signs = context(DIGITS[0]), set()
+        for change in changes:
+            try:
+                there = self.miss(DIGITS[0], {name: mp.mpf(self.values[name]) + size * change})
+            except Undefined:
+                continue
+            signs.add(int(mp.sign(there)))
+        return 0 in signs or len(signs) > 1
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
         """The variables, their values, and the sizes of these."""

@@ -50,7 +50,8 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
         a, slopes, noise = rounded_derivatives(left, values)
         b, others, more = rounded_derivatives(right, values)
     except Undefined as error:
-        if error.overflow:
+        underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
+        if error.overflow or underflow:
             return _look_again(equation, values, math.inf)
         return Testimony(False, None, math.inf)
     miss, noise = a - b, noise + more

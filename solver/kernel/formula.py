@@ -121,7 +121,11 @@ def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
     discriminant = b.value * b.value - 4.0 * a.value * c.value
     if abs(a.value) <= CLEAR * a.size:
         raise Unclear
-    _clear(discriminant, b.value**2 + abs(4.0 * a.value * c.value), b.size**2 + 4.0 * a.size * c.size)
+    _clear(
+        discriminant,
+        b.value * b.value + abs(4.0 * a.value * c.value),
+        b.size * b.size + 4.0 * a.size * c.size,
+    )
     if discriminant < 0.0:
         return ()
     q = -0.5 * (b.value + math.copysign(math.sqrt(discriminant), b.value))
@@ -130,13 +134,13 @@ def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
 
 def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[float, float], ...]:
     """Where ``a x + b y = k`` meets ``x² + y² = square``: two points or none. Raises Unclear between."""
-    length = a.value**2 + b.value**2
-    _clear(length, length, a.size**2 + b.size**2)
-    discriminant = length * square.value - k.value**2
+    length = a.value * a.value + b.value * b.value
+    _clear(length, length, a.size * a.size + b.size * b.size)
+    discriminant = length * square.value - k.value * k.value
     _clear(
         discriminant,
-        length * abs(square.value) + k.value**2,
-        (a.size**2 + b.size**2) * square.size + k.size**2,
+        length * abs(square.value) + k.value * k.value,
+        (a.size * a.size + b.size * b.size) * square.size + k.size * k.size,
     )
     if discriminant < 0.0:
         return ()

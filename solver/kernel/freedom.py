@@ -37,12 +37,13 @@ def _everywhere(question: Question, point: Mapping[str, float]) -> bool:
         return True
     function = _Whole(question)
     try:
-        basis = function.null_space(start)
-        for seed in range(3):
-            mix = np.cos(np.arange(1, basis.shape[1] + 1) * (1.7 + seed))
-            moved = function.returned(start + STEP * function.scale(start) * (basis @ mix))
-            if moved is not None and function.rank(moved) == n:
-                return False
+        with np.errstate(all="ignore"):  # what overflows is refused as not finite
+            basis = function.null_space(start)
+            for seed in range(3):
+                mix = np.cos(np.arange(1, basis.shape[1] + 1) * (1.7 + seed))
+                moved = function.returned(start + STEP * function.scale(start) * (basis @ mix))
+                if moved is not None and function.rank(moved) == n:
+                    return False
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return False
     return True
@@ -100,6 +101,8 @@ class _Whole:
                     for h in np.diag(6e-6 * self.scale(z))
                 ]
             ).T
+            if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
+                return None
             z = z - np.linalg.lstsq(jacobian, residual, rcond=1e-10)[0]
         settled = np.abs(self.residual(z)).max() <= 1e-9 * max(1.0, float(np.abs(z).max()) ** 2)
         return z if settled and np.isfinite(z).all() else None

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from typing import Any
 
 MAX_TURNS = 2_000
+LISTED_TURNS = 128
+"""Turns either way that are listed where there are too many to list all."""
 FEW_TURNS = 20
 AROUND = 3
 PLACES = (0.0, 0.31, 0.69, 1.0)
@@ -167,7 +169,8 @@ class StepSolver:
     def _size(self) -> float:
         """How large the numbers are that the start of the chain was made of."""
         numbers = [abs(v) for n in self.equation.names if isinstance(v := self.values.get(n), float)]
-        return max([1.0, *numbers]) ** 2
+        largest = max([1.0, *numbers])
+        return largest * largest  # a power would raise where it overflows
 
     def _divisible(self, stage: Stage, target: float) -> None:
         if stage.divisor is None:
@@ -179,7 +182,7 @@ class StepSolver:
             return
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
-        if dividend == 0.0:
+        if dividend == 0.0 or self._holds_anyway():
             raise _Refused(AsksNothing(self.index, unknown))
         self.delicate = self.delicate or abs(dividend) <= DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"
@@ -205,6 +208,12 @@ class StepSolver:
         if isinstance(form, Quotient):
             return self._value(form.left, {**self.values, TARGET.name: target})
         return 0.0
+
+    def _holds_anyway(self) -> bool:
+        """Whether the equation holds for different values of the unknown: one that it does not depend on."""
+        known: dict[str, Value] = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+        unknown = self.isolation.unknown
+        return all(testify(self.equation, {**known, unknown: number}).holds for number in SAMPLES)
 
     # --- exponents ---
 
@@ -242,9 +251,9 @@ class StepSolver:
         low, high = window
         ends = sorted(((low - first) / stride, (high - first) / stride))
         counts = range(math.floor(ends[0]) - 1, math.ceil(ends[1]) + 2)
-        if len(counts) > MAX_TURNS:
+        if counts.stop - counts.start > MAX_TURNS:
             self.complete = False
-            counts = range(-MAX_TURNS // 2, MAX_TURNS // 2)
+            counts = range(-LISTED_TURNS, LISTED_TURNS)
         slack = 1e-12 * abs(stride)
         inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
         return [principal + k * period for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
@@ -298,7 +307,9 @@ class StepSolver:
         from rulesheets.evaluate.enclosure import enclose
 
         unknown, part = self.isolation.unknown, self._operand(rest)
-        boxes: dict[str, Any] = {n: (v, v) for n, v in self.values.items() if isinstance(v, float)}
+        boxes: dict[str, Any] = {
+            name: (float(v), float(v)) for name, v in self.values.items() if not isinstance(v, str)
+        }
         boxes[unknown] = np.array([self.variable.low]), np.array([self.variable.high])
         with np.errstate(all="ignore"):
             low, high = enclose(part, boxes)

@@ -50,7 +50,7 @@ class TearSearch:
         from solver.numerics.isolation import IsolationLimits, isolate_roots
 
         every = self.kernel.chains()
-        self.doubts = self.question.remote
+        self.doubts = self.question.remote or self._divides_by_nothing()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
         if len(every) > MOST_CHAINS or not self.budget.affords(work):
             return False
@@ -97,6 +97,24 @@ class TearSearch:
                 for point in points:
                     if point is not None and self.question.holds(point):
                         self.candidates.keep(point)
+
+    def _divides_by_nothing(self) -> bool:
+        """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
+        does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
+        return any(self._only_divides(place) for place in range(len(self.kernel.chains())))
+
+    def _only_divides(self, place: int) -> bool:
+        function, divided = self.kernel.chain_function(place), False
+        for x in self._samples():
+            try:
+                function(x, *self.question.known)
+            except ZeroDivisionError:
+                divided = True
+            except (ArithmeticError, ValueError):
+                continue
+            else:
+                return False
+        return divided
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""

@@ -87,7 +87,8 @@ def _legs(point: Point, rows: Sequence[float]) -> tuple[list[float], list[float]
     slopes = transposed_product(point.jacobian, shares)
     gradient = [w * g for w, g in zip(point.weight, slopes, strict=True)]
     change = row_products(point.jacobian, [w * g for w, g in zip(point.weight, gradient, strict=True)])
-    bend = sum((c / size) ** 2 for c, size in zip(change, rows, strict=True))
+    turned = [c / size for c, size in zip(change, rows, strict=True)]
+    bend = sum(c * c for c in turned)  # a power would raise where it overflows
     slope = sum(g * g for g in gradient)
     share = slope / bend if bend > 0.0 else 0.0
     return newtons, [-share * g for g in gradient]
@@ -104,7 +105,7 @@ def _bent(newtons: list[float], steepest: list[float], radius: float) -> list[fl
     a, b, c = (
         sum(v * v for v in leg),
         sum(d * v for d, v in zip(steepest, leg, strict=True)),
-        length**2 - radius**2,
+        length * length - radius * radius,
     )
     root = math.sqrt(max(b * b - a * c, 0.0))
     share = -c / (b + root) if b > 0.0 else (root - b) / a

@@ -147,14 +147,17 @@ def _eliminate(row: list[float], pivot_row: list[float], k: int, n: int) -> None
 
 
 class DenseFactor:
-    """Singular value decomposition of an m × n matrix of any rank."""
+    """Singular value decomposition of an m × n matrix of any rank: 0 where some number is not finite."""
 
     def __init__(self, matrix: Any, weight: Sequence[float]) -> None:
         import numpy as np
 
         self._weight = np.asarray(weight, dtype=float)
-        scaled = np.asarray(matrix, dtype=float).reshape(len(matrix), len(weight)) * self._weight
-        sizes = np.abs(scaled).sum(axis=1)
+        with np.errstate(all="ignore"):  # overflow is seen to below
+            scaled = np.asarray(matrix, dtype=float).reshape(len(matrix), len(weight)) * self._weight
+            sizes = np.abs(scaled).sum(axis=1)
+        if not np.isfinite(sizes).all():
+            scaled, sizes = np.zeros_like(scaled), np.zeros_like(sizes)
         self._row_scale = np.where(sizes > 0, sizes, 1.0)
         self._u, self._s, self._vt = np.linalg.svd(scaled / self._row_scale[:, None], full_matrices=False)
         largest = self._s[0] if self._s.size else 0.0

@@ -153,7 +153,7 @@ def _scaled(polynomial: Whole, low: float, high: float) -> ScalarFunction:
 
     def value(x: float) -> float:
         found = exact(x) / size
-        return float(found) or math.copysign(TINY, found.numerator) if found else 0.0
+        return float(found) or (TINY if found > 0 else -TINY) if found else 0.0
 
     return value
 

@@ -48,3 +48,39 @@ def test_a_range_with_too_many_turns_to_list_is_not_called_empty() -> None:
 def test_a_pole_that_floats_step_over_is_no_value() -> None:
     """tan(pi/2) has none, although the float next to π/2 has a tangent."""
     assert str(solve("tan(pi/2) = x").status) != "solved"
+
+
+@pytest.mark.parametrize("term", ["0*z", "k*z", "z*0"])
+def test_a_term_that_vanishes_leads_nowhere_and_proves_nothing(term: str) -> None:
+    inputs = {"k": 0.0} if "k" in term else {}
+    result = solve(f"d/z^4 = -0.125\n360*d + {term} = -720", **inputs)
+    found = sorted(float(str(solution["z"])) for solution in result.solutions)
+    assert found == pytest.approx([-2.0, 2.0], rel=1e-14)
+    assert all(solution["d"] == -2.0 for solution in result.solutions)
+
+
+def test_an_exponent_that_vanishes_leads_nowhere_and_proves_nothing() -> None:
+    result = solve("c*exp(0*a) = 4\nc^0.5*a^2 = 18")
+    assert sorted(float(str(solution["a"])) for solution in result.solutions) == pytest.approx([-3.0, 3.0])
+
+
+def test_a_rule_that_does_not_depend_on_its_unknown_holds_to_rounding() -> None:
+    """z comes from one rule; the other holds for it but for the last digit, whatever c is."""
+    result = solve("7*z = 0.1\n0*c - pi*z = -pi*0.1/7\nc^3 = 8")
+    assert str(result.status) == "solved"
+    assert result["c"] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("exponent", [120, 200, 290])
+def test_roots_of_polynomials_of_any_size(exponent: int) -> None:
+    result = solve(f"((d - d) + d*d)^3 = 1e{exponent}")
+    root = 10.0 ** (exponent / 6)
+    assert [solution["d"] for solution in result.solutions] == pytest.approx([root, -root], rel=1e-12)
+
+
+def test_a_window_of_more_turns_than_can_be_counted() -> None:
+    assert str(solve("sin(1e300*x) = 0.5", variables="x in [-10, 10]").status) != "infeasible"
+
+
+def test_known_numbers_whose_square_overflows() -> None:
+    assert str(solve("asin(d/z) = 2", z=1.7e308).status) != "solved"
