@@ -14,6 +14,7 @@ from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Comparison, Condition
 from solver.casework import Casework
+from solver.facts import Conflict
 from solver.forward_error import input_errors, slopes
 from solver.kernel.extended_block import solve_block_extended
 from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
@@ -25,7 +26,7 @@ from solver.path.activity import activity
 from solver.path.isolate import Isolation
 from solver.path.steps import SolveBlock, Step, equations_of
 from solver.solution import Explorer
-from solver.witness import gross
+from solver.witness import gross, testify
 
 if TYPE_CHECKING:
     from solver.kernel.outcome import BlockOutcome
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 AGREEMENT = 1e-18
 """Relative difference of two precisions that no float can show."""
 DIGITS = (50, 100, 200)
+FAINT = (200, 400, 800)
 
 
 def explore_precisely(
@@ -52,10 +54,34 @@ def explore_precisely(
         except Unresolved:
             return None
 
+    agreed: Exploration | None = None
     for rough, fine in pairwise(map(precisely, DIGITS)):
         if rough is not None and fine is not None and _agree(rough, fine, judged):
+            agreed = fine
+            break
+    if agreed is None or not _faint(model, agreed):
+        return agreed
+    for rough, fine in pairwise(map(precisely, FAINT)):
+        if rough is not None and fine is not None and _agree(rough, fine, judged):
             return fine
-    return None
+    return agreed
+
+
+def _faint(model: Model, found: Exploration) -> bool:
+    """Whether rules are contradicted that only more digits still could satisfy: a number next to zero,
+    beside a larger one, may be lost to all of these precisions alike."""
+    contradicted = (
+        (model.equations[index], conflict.values)
+        for leaf in found.dead
+        for conflict in leaf.conflicts
+        if isinstance(conflict, Conflict)
+        for index in conflict.equations
+    )
+    return any(
+        testify(equation, values).delicate
+        for equation, values in contradicted
+        if all(name in values for name in equation.names)
+    )
 
 
 def _known(branch: Branch) -> Mapping[str, Any]:

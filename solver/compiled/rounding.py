@@ -12,7 +12,7 @@ from solver.compiled.schedule import LEAVES, LOGICAL, operands, schedule
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from solver.compiled.flow import Flow
 
@@ -33,12 +33,19 @@ def accurate(flow: Flow, results: Sequence[int], share: float) -> int:
     return every
 
 
-class _Analysis:
-    """The nodes of the error bounds."""
+def quiet(flow: Flow, node: int, known: Iterable[int], share: float) -> int:
+    """The node that is true where the rounding on the way from ``known`` nodes moves a result by no more
+    than that share of itself. Raises NotCompilable as ``accurate`` does."""
+    error = _Analysis(flow, known).error(node)
+    return flow.add("le", error, flow.add("mul", flow.constant(share), flow.add("abs", node)))
 
-    def __init__(self, flow: Flow) -> None:
+
+class _Analysis:
+    """The nodes of the error bounds; what is ``known`` has no errors."""
+
+    def __init__(self, flow: Flow, known: Iterable[int] = ()) -> None:
         self.flow = flow
-        self.errors: dict[int, int] = {}
+        self.errors: dict[int, int] = dict.fromkeys(known, flow.constant(0.0))
 
     def error(self, node: int) -> int:
         """The node of the error bound of a node."""

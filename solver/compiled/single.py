@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from solver.compiled.flow import NotCompilable
 from solver.compiled.preimages import Preimages
+from solver.compiled.rounding import quiet
 from solver.compiled.way import symbol_of
 from solver.path.activity import activity
+from solver.witness import BACKWARD
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,6 +33,8 @@ class Single(Preimages):
             yield way
             return
         found = self._preimages(way, isolation)
+        for node in found:
+            self._quiet(way, node)
         variable = self.model.variables[unknown]
         if len(found) == 1:
             self._within(way, variable, found[0])
@@ -64,6 +68,7 @@ class Single(Preimages):
                 raise NotCompilable
             with flow.only_if(active):
                 (node,) = self._preimages(way, isolation)
+                self._quiet(way, node)
             groups[node] = flow.add("or", groups[node], active) if node in groups else active
             if _certified(isolation):
                 way.settled.add(index)
@@ -83,6 +88,13 @@ class Single(Preimages):
         self._within(way, self.model.variables[unknown], value)
         way.values[unknown] = value
         return way
+
+    def _quiet(self, way: Way, node: int) -> None:
+        """Where every value is to satisfy its rule as written, require that no rounding inside of the rule
+        (of ``x + 90`` at a small x) is worth more than its variables explain."""
+        if self.pattern.as_written:
+            # The bounds take twice of what a rounding is.
+            self.flow.require(quiet(self.flow, node, way.values.values(), 2.0 * BACKWARD))
 
 
 def _certified(isolation: Isolation) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -173,6 +174,16 @@ def test_a_plan_leaves_to_more_digits_what_is_equal_by_a_hair(exponent: int) -> 
     swept = plan.sweep(angles)
     for row, angle in enumerate(angles):
         assert tuple(swept[name][row] for name in QUANTITIES) == plan(angle)
+
+
+@pytest.mark.parametrize("exponent", [20, 122, 274])
+def test_an_angle_next_to_nothing_is_not_lost_beside_a_right_angle(exponent: int) -> None:
+    """The printed rules add 90 degrees to it: 50 digits, and 100, agree on a velocity of 0, which is none."""
+    angle = 10.0**-exponent
+    result = solver.solve(model(AS_PRINTED), {"thetaAO": angle})
+    assert str(result.status) == "solved"
+    across = 45.0 * math.radians(angle)
+    assert result.solutions[0]["velocity.xa"] == pytest.approx(across, rel=1e-14, abs=0.0)
 
 
 def test_rod_past_vertical_is_infeasible() -> None:
