@@ -158,7 +158,7 @@ def _contradictory(
         return False
     part = restricted(model, rules)
     values = {name: inputs[name] for name in given if name in part.variables}
-    found = patience.shown(explore(part, values, None, {}, ()))
+    found = patience.shown(explore(part, values, None, {}, (), brief=True))
     impossible = not any(leaf.solved and not _impossible(leaf) for leaf in found.leaves)
     return impossible and bool(found.dead or found.leaves)
 
@@ -182,7 +182,7 @@ def cures(
         if patience.lost:
             break
         rest = {n: v for n, v in inputs.items() if n != name}
-        tried = patience.shown(explore(model, rest, None, {}, judged))
+        tried = patience.shown(explore(model, rest, None, {}, judged, brief=True))
         leaves = [leaf for leaf in tried.leaves if leaf.solved]
         values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
         if values:
@@ -220,7 +220,7 @@ def bounds(
         def feasible(value: float, name: str = name) -> bool:
             if patience.lost:
                 return False
-            tried = patience.shown(explore(model, {**inputs, name: value}, judged, {}, judged))
+            tried = patience.shown(explore(model, {**inputs, name: value}, judged, {}, judged, brief=True))
             return any(leaf.solved for leaf in tried.leaves)
 
         edge = _edge(feasible, given)

@@ -54,13 +54,17 @@ def explore(
     guesses: Mapping[str, float],
     judged: Sequence[str],
     thorough: bool = False,
+    brief: bool = False,
 ) -> Exploration:
     """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have.
 
-    ``thorough``: what it costs to prove that there are no others does not count.
+    ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
+    of a block are left out.
     """
     explorer = Explorer(model, inputs, want, guesses, judged)
     explorer.budget.thorough = thorough
+    if brief:
+        explorer.budget.last_resorts = 0
     return explorer.run()
 
 

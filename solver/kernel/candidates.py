@@ -65,8 +65,8 @@ class Candidates:
 
     @property
     def fruitless(self) -> bool:
-        """Whether nothing was found, not even what only needs more digits."""
-        return not (self.answers or self.blurred)
+        """Whether nothing was found, not even what only needs more digits, or lies out of range."""
+        return not (self.answers or self.blurred or self.outside)
 
     @property
     def endless(self) -> bool:
