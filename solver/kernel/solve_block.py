@@ -15,6 +15,7 @@ from solver.facts import NoRoot
 from solver.kernel.block import BlockKernel
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
+from solver.kernel.contradiction import contradiction
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
 from solver.kernel.methods import chain, last_resorts
@@ -57,6 +58,8 @@ def solve_block(
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
     search = _Search(question, budget, off)
     for method in chain(kernel, budget.thorough):
+        if method is Method.STARTS and search.candidates.fruitless and (found := contradiction(question)):
+            return BlockOutcome(complete=True, facts=(found,))
         outcome = search.ways[method]()
         if outcome is not None:
             return outcome

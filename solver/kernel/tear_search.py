@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from rulesheets.evaluate import value
@@ -120,7 +120,7 @@ class TearSearch:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
         for place in range(len(self.kernel.chains())):
             points = [point for x in self._samples() if (point := self._along(place, x)) is not None]
-            if len(points) >= MIN_SAMPLES and all(map(self.question.holds, points)):
+            if len(points) >= MIN_SAMPLES and self._satisfied(place, points):
                 return self._free(points[0], points[1])
         return None
 
@@ -129,9 +129,21 @@ class TearSearch:
         for place, low, high in self.flat:
             points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
             first, second = points
-            if first and second and self.question.holds(first) and self.question.holds(second):
+            if first and second and self._satisfied(place, (first, second)):
                 return self._free(first, second)
         return None
+
+    def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
+        """Whether the block holds at all these points of a chain, and does not only seem to."""
+        if not all(map(self.question.holds, points)):
+            return False
+        from solver.kernel.flatness import vanishes
+
+        chain, known = (
+            self.kernel.chains()[place],
+            dict(zip(self.kernel.known, self.question.known, strict=True)),
+        )
+        return all(vanishes(chain, point[self.tear], known) for point in points)
 
     def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
         span = second[self.tear] - first[self.tear]

@@ -65,6 +65,31 @@ def test_pair_that_contradicts_is_named(rules: tuple[str, ...]) -> None:
     assert {line for line in said(result).splitlines() if line in rules} == set(rules[:2])
 
 
+@pytest.mark.parametrize(
+    ("rules", "guilty"),
+    [
+        (("x*y = 6", "x*y = 7"), (0, 1)),
+        (("exp(x)*y = 0.3", "7*y*exp(x) = 2.2"), (0, 1)),
+        (("x*y + z = 1", "x + z = 2", "x*y + x + 2*z = 4"), (0, 1, 2)),
+        (("a*x*y = 6", "w*sin(x) = y", "y*x/2 = 2", "a = 2"), (0, 2, 3)),
+    ],
+)
+def test_rules_that_contradict_each_other_in_products_are_named(
+    rules: tuple[str, ...], guilty: tuple[int, ...]
+) -> None:
+    """Far out, where x is 1e20, floats cannot tell them from rules that say the same thing twice."""
+    result = solve(*rules)
+    assert str(result.status) == "inconsistent"
+    assert {line for line in said(result).splitlines() if line in rules} == {rules[k] for k in guilty}
+
+
+def test_rules_that_say_the_same_in_products_leave_unknowns_free() -> None:
+    for rules in (("x*y = 0.1", "3*x*y = 0.3"), ("x*y + z = 1", "x + z = 2", "x*y + x + 2*z = 3")):
+        result = solve(*rules)
+        assert str(result.status) == "partial"
+        assert {"x", "y"} <= set(result.undetermined)
+
+
 def test_ohms_law_asks_for_one_of_three() -> None:
     result = solve("V = I*R", "P = V*I", V=12.0)
     assert str(result.status) == "partial"
