@@ -13,7 +13,7 @@ from importlib import import_module
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
     from types import SimpleNamespace
 
     from rulesheets.diagnosis import RuleSheetError
@@ -123,7 +123,23 @@ def _parsed(command: str, syntax: Syntax, words: list[str]) -> SimpleNamespace:
     about = f"{COMMANDS[command].capitalize()}."
     parser = ArgumentParser(prog=f"backsolve {command}", description=about, allow_abbrev=False)
     syntax.declare(parser)
+    options = {option for action in parser._actions for option in action.option_strings}
+    for word in words:
+        if word == "--":
+            break
+        if word.startswith("--") and word.partition("=")[0] not in options:
+            raise SystemExit(_unknown_option(command, word.partition("=")[0], options))
     return SimpleNamespace(**vars(parser.parse_intermixed_args(words)))
+
+
+def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
+    from rulesheets.spelling import suggestion
+
+    print(f"backsolve {command}: there is no option {word}", file=sys.stderr)
+    for note in suggestion(word, sorted(options)):
+        print(f"  {note}", file=sys.stderr)
+    print(f"  `backsolve {command} --help` lists the options", file=sys.stderr)
+    return WRONG
 
 
 def _report(wrong: RuleSheetError, arguments: SimpleNamespace) -> int:

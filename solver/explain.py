@@ -227,7 +227,7 @@ class _Explanation:
         own = {name: variable.value for name, variable in self.model.variables.items()}
         changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
         found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns)
-        sides = [f"{b.name} {'≤' if b.upper else '≥'} {number_text(_rounded(b.value))}" for b in found]
+        sides = [f"{b.name} {b.relation} {number_text(_rounded(b.value))}" for b in found]
         return (
             (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
         )

@@ -16,6 +16,8 @@ MAX_CANDIDATES = 200
 MAX_SETS = 400
 MAX_FILTER = 60
 MAX_TRIALS = 26
+ROUGH = 1e-6
+"""How near to a number, relative to the given value, an edge is taken for that number."""
 PATIENCE = 400_000
 """Work that the search for one remedy may take: it is advice, and the verdict stands without it."""
 
@@ -199,11 +201,11 @@ def _nearest(given: Value, values: Sequence[Value]) -> Value:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """The input ``name`` admits a solution up to ``value``; ``upper`` if it is given above that."""
+    """The input ``name`` admits a solution where it is in ``relation`` (``≤``, ``>``, ``≠``) to ``value``."""
 
     name: str
+    relation: str
     value: float
-    upper: bool
 
 
 def bounds(
@@ -225,8 +227,19 @@ def bounds(
 
         edge = _edge(feasible, given)
         if edge is not None and not patience.lost:
-            found.append(Bound(name, edge, upper=edge < given))
+            found.append(_bound(name, given, edge, feasible))
     return tuple(found)
+
+
+def _bound(name: str, given: float, edge: float, feasible: Callable[[float], bool]) -> Bound:
+    """What an edge says: next to 0 whether 0 is in, and next to the given value that nothing else is out."""
+    size = abs(given) or 1.0
+    if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
+        return Bound(name, "≠", given)
+    if abs(edge) <= ROUGH * size and given != 0.0:
+        strict = not feasible(0.0)
+        return Bound(name, ("<" if edge < given else ">") if strict else ("≤" if edge < given else "≥"), 0.0)
+    return Bound(name, "≤" if edge < given else "≥", edge)
 
 
 def _edge(feasible: Callable[[float], bool], given: float) -> float | None:

@@ -233,6 +233,24 @@ def test_a_file_that_cannot_be_written(run: Run, sheet: str, tmp_path: Path) -> 
     assert "E416" in err
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("solve", "--wnat", "c"), "there is no option --wnat\n  did you mean --want?"),
+        (("sweep", "--ovr=a=1:2:1"), "there is no option --ovr\n  did you mean --over?"),
+        (("solve", "--set", "a=6cm"), "6cm is not a value: a unit stands in brackets"),
+        (("solve", "--set", "a=-2.5e3 rad/s"), "write -2.5e3[rad/s]"),
+        (("solve", "--set", "a=2b*3"), "2b*3 is not a value: a product needs a `*`"),
+    ],
+)
+def test_a_slip_of_the_pen_comes_with_its_cure(
+    run: Run, sheet: str, words: tuple[str, ...], said: str
+) -> None:
+    code, out, err = run(words[0], sheet, *words[1:])
+    assert (code, out) == (2, "")
+    assert said in err
+
+
 def test_unknown_commands_and_options(run: Run, sheet: str) -> None:
     assert run("solv", sheet)[0] == 2
     assert "did you mean solve?" in run("solv", sheet)[2]

@@ -114,6 +114,28 @@ def test_slider_out_of_reach() -> None:
     assert float(bound[1]) == pytest.approx(math.sqrt(11.0**2 - 2.0**2), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("rule", "given", "bound"),
+    [
+        ("y = ln(x)", {"x": -2.0}, "x > 0"),
+        ("y = sqrt(x)", {"x": -2.0}, "x ≥ 0"),
+        ("y = sqrt(x - 5)", {"x": 1.8}, "x ≥ 5"),
+        ("y = sqrt(-x)", {"x": 1.8}, "x ≤ 0"),
+        ("y = ln(-x)", {"x": 1.8}, "x < 0"),
+        ("y = 1/x", {"x": 0.0}, "x ≠ 0"),
+        ("y = 1/(x - 3)", {"x": 3.0}, "x ≠ 3"),
+        ("a*y = 5", {"a": 0.0}, "a ≠ 0"),
+        ("a = 3*cosd(y)", {"a": 3.24}, "a ≤ 3"),
+    ],
+)
+def test_a_bound_says_whether_it_belongs_to_what_is_feasible(
+    rule: str, given: dict[str, float], bound: str
+) -> None:
+    result = solve(rule, **given)
+    assert str(result.status) == "infeasible"
+    assert f"a solution needs {bound}" in said(result)
+
+
 def test_rates_at_dead_centre_are_not_determined() -> None:
     """Stretched out along the x-axis: whatever the crank's rate, the slider stands."""
     given = {"offset": 0.0, "thetaAO": 0.0, "omegaAO": None, "vB": 0.0}
