@@ -25,10 +25,10 @@ class Undefined(Exception):
 
 
 def evaluated(text: str, values: Mapping[str, Any], digits: int = DIGITS) -> Any:
-    """The value with 50 digits (more where numbers are large, for whole turns and cancellation); floats are
-    the exact numbers that they are. Raises Undefined."""
-    largest = max((abs(float(value)) for value in values.values()), default=1.0)
-    with mpmath.workdps(digits + (4 * round(math.log10(largest)) if largest > 1e12 else 0)):
+    """The value with 50 digits (more where numbers are large or small, for whole turns and cancellation);
+    floats are the exact numbers that they are. Raises Undefined."""
+    decades = max([_decades(text), *(abs(math.log10(abs(v))) for v in map(float, values.values()) if v)])
+    with mpmath.workdps(digits + (4 * round(decades) if decades > 12 else 0)):
         numbers = {name: mpf(value) for name, value in values.items()}
         try:
             found = eval(_code(text), dict(FUNCTIONS), numbers)
@@ -39,6 +39,13 @@ def evaluated(text: str, values: Mapping[str, Any], digits: int = DIGITS) -> Any
         if isinstance(found, mpmath.mpc) or not mpmath.isfinite(found):
             raise Undefined(text)
         return found
+
+
+@cache
+def _decades(text: str) -> float:
+    """How far the numbers in a text are from 1, in decades."""
+    numbers = (float(digits) for digits in _NUMBER.findall(text))
+    return max((abs(math.log10(number)) for number in numbers if number), default=0.0)
 
 
 @cache
@@ -124,7 +131,7 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "j0": mpmath.j0,
     "min": min,
     "max": max,
-    "mod": lambda x, y: mpmath.sign(x) * mpmath.fmod(abs(x), abs(y)),
+    "mod": lambda x, y: x - y * _truncated(x / y),
     "acosd": lambda x: mpmath.acos(x) * 180 / mpmath.pi,
 }
 

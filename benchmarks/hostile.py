@@ -1,6 +1,6 @@
 """Random, ill-scaled, degenerate and hostile sheets: no crash, no hang, no false claim.
 
-    python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 10] [--jobs 1] [-o FILE] [--show SEED]
+    python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 60] [--jobs 1] [-o FILE] [--show SEED]
 
 solves the sheets of ``hostile_kinds.py`` from a seed on, in so many processes, and prints how they ended, by
 kind and status, and every one that is
@@ -213,7 +213,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="the first of as many seeds")
     parser.add_argument("--most", type=int, default=5, help="unknowns of a sheet, at most")
-    parser.add_argument("--limit", type=float, default=10.0, help="seconds of the processor for each")
+    parser.add_argument("--limit", type=float, default=60.0, help="seconds of the processor for each")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="CSV of the outcomes, to go on with"

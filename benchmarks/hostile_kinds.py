@@ -191,7 +191,7 @@ def _condition(random: Dice, made: Sheet) -> str:
     one = f"{name} {random.choice(('<', '>', '<=', '>='))} {edge!r}"
     if random.random() < 0.7:
         return one
-    return f"{one} {random.choice(('and', 'or'))} {name} {random.choice('<>')} {2 * edge!r}"
+    return f"{one} {random.choice(('and', 'or'))} {name} {random.choice('<>')} {3 * edge!r}"
 
 
 def called(random: Dice) -> Sheet:

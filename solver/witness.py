@@ -95,6 +95,8 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
 def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> Testimony:
     from solver.second_look import look_again
 
+    if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
+        return Testimony(False, None, math.inf)
     sight = look_again(equation, values, BACKWARD, STEEP, noise)
     return Testimony(sight.reaches, sight.miss if math.isfinite(sight.miss) else None, sight.scaled, True)
 

@@ -151,15 +151,21 @@ class _Angles:
 def _turns(equations: Iterable[Equation]) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
     angles = _Angles()
+    sums: list[Equation] = []
     for equation in equations:
-        if not _angle_relation(equation, angles):
+        if is_angle_sum(equation.left) and is_angle_sum(equation.right):
+            sums.append(equation)
+        elif not _direction(equation, angles):
             angles.read(equation.left)
             angles.read(equation.right)
+    while tied := [e for e in sums if not angles.plain.isdisjoint(e.names)]:
+        angles.plain.update(name for equation in tied for name in equation.names)
+        sums = [equation for equation in sums if equation not in tied]
     return {name: angle for name, angle in angles.found.items() if name not in angles.plain}
 
 
-def _angle_relation(equation: Equation, angles: _Angles) -> bool:
-    """``thetaAB = atan2d(…)`` and ``beta = alpha + 90`` relate angles as such."""
+def _direction(equation: Equation, angles: _Angles) -> bool:
+    """Whether an equation gives an angle as such: ``thetaAB = atan2d(…)``."""
     left, right = equation.left, equation.right
     for one, other in ((left, right), (right, left)):
         if isinstance(one, Name) and isinstance(other, Call) and other.function in _DIRECTIONS:
@@ -167,11 +173,11 @@ def _angle_relation(equation: Equation, angles: _Angles) -> bool:
             for argument in other.arguments:
                 angles.read(argument)
             return True
-    return is_angle_sum(left) and is_angle_sum(right)
+    return False
 
 
 def is_angle_sum(side: nodes.Expression) -> bool:
-    """Names and numbers added up: harmless for angles, and no evidence that they are any."""
+    """Names and numbers added up: no evidence of angles, and harmless to them unless one of them is none."""
     match side:
         case Name() | Number():
             return True

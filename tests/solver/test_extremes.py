@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -84,3 +85,10 @@ def test_a_window_of_more_turns_than_can_be_counted() -> None:
 
 def test_known_numbers_whose_square_overflows() -> None:
     assert str(solve("asin(d/z) = 2", z=1.7e308).status) != "solved"
+
+
+def test_an_angle_tied_to_a_number_by_a_sum_is_no_mere_angle() -> None:
+    """Whole turns of x make a difference to b, so that x is not looked for within one turn."""
+    result = solve("b + x = 10\nsin(x) + b = 2")
+    assert [solution["x"] for solution in result.solutions] == pytest.approx([8.678736792814396], rel=1e-12)
+    assert result["b"] == pytest.approx(2 - math.sin(8.678736792814396), rel=1e-12)
