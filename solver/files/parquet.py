@@ -14,8 +14,10 @@ from solver.files.messages import missing_extra, unreadable_rows
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
-BUFFER = 2**22 + 2**16
-"""Bytes handed over at once, two pages with their heads: taking them holds up the solver."""
+BATCH = 65_536
+"""Rows that the encoder takes at once."""
+BUFFER = 2**20
+"""Bytes below which parts (the heads of pages) are handed over together: each holds up the solver."""
 SAMPLE = 4096
 """Rows by which it is judged whether a column repeats."""
 
@@ -72,7 +74,7 @@ class ParquetTable:
         rows came leave no trace in it.
         """
         texts = [*repeating, free_name("status", self._names)]
-        pages: dict[str, Any] = {"data_page_size": 16 * ROW_GROUP}
+        pages: dict[str, Any] = {"data_page_size": 16 * ROW_GROUP, "write_batch_size": BATCH}
         if "max_rows_per_page" in signature(self._parquet.ParquetWriter).parameters:
             pages["max_rows_per_page"] = ROW_GROUP
         file = self._arrow.PythonFile(_Sink(self._file), mode="w")
