@@ -58,8 +58,8 @@ def look_again(
             clear = abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - rough)
             if clear and abs(some - more) <= AGREEMENT * abs(more):
                 return _seen(look, more, fine, share, steep)
-    except Undefined:
-        reaches = look.reaches(share)
+    except Undefined as error:
+        reaches = error.operation != "/" and look.reaches(share)  # 0/0 may be anything beside 0
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
     vanishes = abs(more) <= abs(first) * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
     return Sight(0.0, 0.0, True) if vanishes else Sight(math.nan, math.inf, False)
