@@ -61,9 +61,11 @@ class Brackets:
 
     def around(self, lows: Sequence[float], highs: Sequence[float]) -> tuple[Bracket, ...] | None:
         """The brackets of a box that was proven before and holds these numbers."""
-        for (least, most), brackets in self._proven:
+        for place, ((least, most), brackets) in enumerate(self._proven):
             within = zip(least, lows, highs, most, strict=True)
             if all(a <= b and c <= d for a, b, c, d in within):
+                if place:  # the next row is likely to be near
+                    self._proven.insert(0, self._proven.pop(place))
                 return brackets
         return None
 
