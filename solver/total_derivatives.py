@@ -48,7 +48,7 @@ class Total:
             return None
         if any(name in self.loose for name in row):
             return None
-        return _chain(row, self.by, parameter)[0]
+        return sum(_chain(row, self.by, parameter))
 
 
 def totals(
@@ -103,8 +103,9 @@ def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Exte
             {place[n]: slope for n, slope in sharp.rows[e].items() if n in place} for e in block.equations
         ]
         read = {name for e in block.equations for name in sharp.rows[e]}
-        moving = [p for p in parameters if any(p in by.get(name, {}) for name in read)]
-        columns = [[-_chain(sharp.rows[e], by, p)[0] for e in block.equations] for p in moving]
+        known = {p for name in read for p in by.get(name, ())}
+        moving = [p for p in parameters if p in known]
+        columns = [[-sum(_chain(sharp.rows[e], by, p)) for e in block.equations] for p in moving]
         solved = solve_exactly(rows, columns) if columns else []
         for name, j in place.items():
             by[name] = {p: column[j] for p, column in zip(moving, solved, strict=True)}
@@ -113,10 +114,9 @@ def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Exte
 
 def _chain(
     row: Mapping[str, Extended], by: Mapping[str, Mapping[str, Extended]], parameter: str
-) -> tuple[Extended, Extended]:
-    """Σ ∂F/∂v · dv/dp, and the same of absolute values."""
-    terms = [slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, {})]
-    return sum(terms), sum(map(abs, terms))
+) -> list[Extended]:
+    """The terms ∂F/∂v · dv/dp of a total derivative."""
+    return [slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, ())]
 
 
 def _ties(
@@ -132,7 +132,7 @@ def _ties(
         if sharp.lost.intersection(row):
             continue
         for parameter in parameters:
-            total, size = _chain(row, by, parameter)
-            if abs(total) > AGREE * size:
+            terms = _chain(row, by, parameter)
+            if abs(sum(terms)) > AGREE * sum(map(abs, terms)):
                 tied.setdefault(parameter, equation)
     return tied
