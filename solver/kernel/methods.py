@@ -1,4 +1,4 @@
-"""The chain of methods of a block: those that its structure admits, in the order in which they are tried.
+"""The methods of a block: those that its structure admits, in the order in which they are tried.
 
 Each is tried where those before it have left answers open; the last ones, which can go where damped Newton
 can't, only where nothing was found at all.
@@ -29,7 +29,7 @@ _FROM_STARTS = {
 }
 
 
-def chain(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
+def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
     """The methods in order, up to those of :func:`last_resorts`; ``thorough`` where a proof is asked for.
 
     What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.

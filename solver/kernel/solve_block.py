@@ -18,7 +18,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.contradiction import contradiction
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
-from solver.kernel.methods import chain, last_resorts
+from solver.kernel.methods import first_methods, last_resorts
 from solver.kernel.near_rank import Blur
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
@@ -57,7 +57,7 @@ def solve_block(
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
     search = _Search(question, budget, off)
-    for method in chain(kernel, budget.thorough):
+    for method in first_methods(kernel, budget.thorough):
         if method is Method.STARTS and search.candidates.fruitless and (found := contradiction(question)):
             return BlockOutcome(complete=True, facts=(found,))
         outcome = search.ways[method]()

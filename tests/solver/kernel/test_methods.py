@@ -10,7 +10,7 @@ from benchmarks.hard_blocks import hard_block
 from rulesheets.evaluate import extended
 from solver.attempts import Method
 from solver.kernel.block import BlockKernel
-from solver.kernel.methods import chain, last_resorts
+from solver.kernel.methods import first_methods, last_resorts
 from solver.path.steps import SolveBlock
 from solver.solution import planner
 
@@ -46,7 +46,7 @@ def kernel(text: str) -> BlockKernel:
     ],
 )
 def test_the_structure_of_a_block_tells_its_chain(text: str, methods: list[Method]) -> None:
-    assert list(chain(kernel(text))) == methods
+    assert list(first_methods(kernel(text))) == methods
 
 
 def test_the_last_resorts_fit_the_size_of_the_block() -> None:

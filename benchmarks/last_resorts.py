@@ -1,6 +1,6 @@
-"""What each method of the chain brings: hard random blocks, and every last resort on its own.
+"""What each last resort of the chain of methods brings, on hard random blocks.
 
-    python benchmarks/chain.py [--unknowns 24] [--blocks 60] [--seed 0]
+    python benchmarks/last_resorts.py [--unknowns 24] [--blocks 60] [--seed 0]
 
 draws blocks (``hard_blocks.py``) and searches each by the chain up to damped Newton from hundreds of starts.
 On those that it leaves without an answer every last resort is tried alone, from the guess and from many
