@@ -18,7 +18,7 @@ from solver.facts import Conflict
 from solver.forward_error import input_errors, slopes
 from solver.kernel.extended_block import solve_block_extended
 from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
-from solver.kernel.extended_system import ExtendedSystem, Unresolved, Work
+from solver.kernel.extended_system import Exhausted, ExtendedSystem, Unresolved, Work
 from solver.kernel.question import Question
 from solver.last_places import half_unit
 from solver.leaves import Branch, Exploration, Leaf
@@ -54,17 +54,17 @@ def explore_precisely(
         except Unresolved:
             return None
 
-    agreed: Exploration | None = None
-    for rough, fine in pairwise(map(precisely, DIGITS)):
-        if rough is not None and fine is not None and _agree(rough, fine, judged):
-            agreed = fine
-            break
-    if agreed is None or not _faint(model, agreed):
-        return agreed
-    for rough, fine in pairwise(map(precisely, FAINT)):
-        if rough is not None and fine is not None and _agree(rough, fine, judged):
-            return fine
-    return agreed
+    def agreed(digits: Sequence[int]) -> Exploration | None:
+        try:
+            for rough, fine in pairwise(map(precisely, digits)):
+                if rough is not None and fine is not None and _agree(rough, fine, judged):
+                    return fine
+        except Exhausted:
+            pass
+        return None
+
+    found = agreed(DIGITS)
+    return found if found is None or not _faint(model, found) else agreed(FAINT) or found
 
 
 def _faint(model: Model, found: Exploration) -> bool:

@@ -160,15 +160,14 @@ def _contradictory(
         return False
     part = restricted(model, rules)
     values = {name: inputs[name] for name in given if name in part.variables}
-    found = patience.shown(explore(part, values, None, {}, (), brief=True))
-    impossible = not any(leaf.solved and not _impossible(leaf) for leaf in found.leaves)
-    return impossible and bool(found.dead or found.leaves)
+    found = patience.shown(explore(part, values, None, {}, (), brief=True, enough=_possible))
+    return not any(map(_possible, found.leaves)) and bool(found.dead or found.leaves)
 
 
-def _impossible(leaf: Leaf) -> bool:
+def _possible(leaf: Leaf) -> bool:
     from solver.facts import Conflict
 
-    return any(isinstance(fact, Conflict) for fact in leaf.branch.void.values())
+    return leaf.solved and not any(isinstance(fact, Conflict) for fact in leaf.branch.void.values())
 
 
 # --- what an input could be ---------------------------------------------------------------------

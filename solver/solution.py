@@ -55,16 +55,18 @@ def explore(
     judged: Sequence[str],
     thorough: bool = False,
     brief: bool = False,
+    enough: Callable[[Leaf], bool] | None = None,
 ) -> Exploration:
     """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have.
 
     ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
-    of a block are left out.
+    of a block are left out. ``enough``: the search ends at the first such answer.
     """
     explorer = Explorer(model, inputs, want, guesses, judged)
     explorer.budget.thorough = thorough
     if brief:
         explorer.budget.last_resorts = 0
+    explorer.enough = enough
     return explorer.run()
 
 
@@ -94,6 +96,7 @@ class Explorer:
         self.delicate = False
         self.outcomes: Outcomes = {}
         self.searched: set[SolveBlock] = set()
+        self.enough: Callable[[Leaf], bool] | None = None
 
     def run(self) -> Exploration:
         start = Branch(dict(self.inputs), {})
@@ -227,6 +230,8 @@ class Explorer:
         return False
 
     def _full(self) -> bool:
+        if self.enough is not None and any(map(self.enough, self.leaves)):
+            return True
         return len(self.leaves) + len(self.dead) + len(self.adrift) >= MAX_LEAVES
 
     def _select(self, branch: Branch, step: Select, rest: Rest) -> bool | None:

@@ -130,7 +130,8 @@ class Candidates:
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there."""
         self.refine(list(point.values()))
-        if any(_near(point, answer.values, COVERED, self.question.scale()) for answer in self.answers):
+        scales = self.question.scale()
+        if any(_near(point, answer.values, COVERED, scales) for answer in self.answers):
             return
         if self.question.outside(point) is None and self._nearly(point):
             self.refused.append(point)
@@ -165,10 +166,10 @@ class Candidates:
 
     def _same(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
         """Equal to nine digits; or nearer than what rounding leaves open; or joined by points that hold."""
-        if _equal(one, other):
-            return True
         if not _near(one, other, BLUR, self.question.scale()):
             return False
+        if _equal(one, other):
+            return True
         if all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True)):
             return True
         return all(
@@ -239,7 +240,8 @@ def _zeroed(x: Sequence[float], sizes: Sequence[float], share: float) -> tuple[f
 def _near(
     one: Mapping[str, float], other: Mapping[str, float], tolerance: float, scales: Sequence[float]
 ) -> bool:
-    return all(
-        abs(v - other[n]) <= tolerance * max(abs(v), abs(other[n]), 0.01 * scale)
-        for (n, v), scale in zip(one.items(), scales, strict=True)
-    )
+    for (name, v), scale in zip(one.items(), scales, strict=True):  # asked of every pair: most part at once
+        w = other[name]
+        if not abs(v - w) <= tolerance * max(abs(v), abs(w), 0.01 * scale):
+            return False
+    return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.nodes import Expression
 from rulesheets.program import walk
@@ -23,6 +23,10 @@ class Unresolved(Exception):
     """More digits do not settle the block."""
 
 
+class Exhausted(Exception):
+    """The work that may be done is; still more digits would take more."""
+
+
 class Work:
     """How many operations may still be done to many digits; for all blocks of a path together."""
 
@@ -30,10 +34,10 @@ class Work:
         self.left = left
 
     def spend(self, count: int) -> None:
-        """Raises Unresolved where there is nothing left."""
+        """Raises Exhausted where there is nothing left."""
         self.left -= count
         if self.left < 0:
-            raise Unresolved
+            raise Exhausted
 
 
 class ExtendedSystem:
@@ -68,12 +72,27 @@ class ExtendedSystem:
         flat = [extended(p, values, self.digits) for p in self.kernel.partials if p is not None]
         return [flat[i : i + n] for i in range(0, n * n, n)]
 
+    def linearised(self, x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
+        """Jacobian and residual, by one sweep of each equation where that has a value.
+
+        Raises Undefined outside the domain, and where a slope has no value.
+        """
+        values = {**self.known, **self.point(x)}
+        try:
+            swept = [extended_derivatives(form, values, self.digits) for form in self.kernel.forms]
+        except Undefined:  # a factor of a slope has no value: its formula may have
+            return self.jacobian(x), self.residual(x)
+        self.work.spend(3 * self.size + len(x) ** 3)
+        zero = self.mp.zero
+        rows = [[slopes.get(name, zero) for name in self.kernel.unknowns] for _, slopes in swept]
+        return rows, [miss for miss, _ in swept]
+
     def newton(self, start: Sequence[Any]) -> list[Any] | None:
         """The root that Newton's method reaches from ``start``; None where it reaches none."""
         x = [self.mp.mpf(v) for v in start]
         try:
             for _ in range(MAX_ITERATIONS):
-                step = eliminate(self.jacobian(x), self.residual(x), self.tiny)
+                step = eliminate(*self.linearised(x), self.tiny)
                 if step is None:
                     return None
                 x = [v - d for v, d in zip(x, step, strict=True)]

@@ -109,10 +109,11 @@ class _Reduction:
         """μ and its slope at t; leaves the point on the curve in ``x``."""
         n = len(self.start)
         for _ in range(MAX_ITERATIONS):
-            matrix = [[*row, u] for row, u in zip(self.system.jacobian(self.x), self.across, strict=True)]
+            jacobian, residual = self.system.linearised(self.x)
+            matrix = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
             matrix.append([*self.along, self.mp.zero])
             offset = sum(v * (x - s) for v, x, s in zip(self.along, self.x, self.start, strict=True))
-            miss = [f + self.mu * u for f, u in zip(self.system.residual(self.x), self.across, strict=True)]
+            miss = [f + self.mu * u for f, u in zip(residual, self.across, strict=True)]
             step = eliminate(matrix, [*miss, offset - t], self.tiny)
             if step is None:
                 raise ZeroDivisionError

@@ -88,12 +88,15 @@ class Question:
 
     def beside(self, point: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
         """The point with its angles, without a declared range, moved by whole turns next to another's."""
-        return {
-            name: number
-            if (turn := self._free_turn(name)) is None
-            else number + turn * round((other[name] - number) / turn)
-            for name, number in point.items()
-        }
+        moved = dict(point)
+        for name, turn in self._free_turns:
+            moved[name] += turn * round((other[name] - moved[name]) / turn)
+        return moved
+
+    @cached_property
+    def _free_turns(self) -> tuple[tuple[str, float], ...]:
+        turns = ((name, self._free_turn(name)) for name in self.unknowns)
+        return tuple((name, turn) for name, turn in turns if turn is not None)
 
     def _free_turn(self, name: str) -> float | None:
         """The whole turn of an angle that has no declared range."""
