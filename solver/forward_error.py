@@ -190,10 +190,18 @@ class _Propagation:
     # --- at a double root ---
 
     def _spread(self, double: DoubleRoot, unknowns: Sequence[str]) -> None:
-        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go."""
+        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go,
+        or as far as the rules hold."""
         numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
         along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
         reach = HALF * max(1.0, *along)
+        moving = {n: d for n, d in double.direction.items() if d and n in numbers}
+        if moving:
+            from solver.flat_roots import flat_reach
+
+            equations = [self.model.equations[index] for index in double.equations]
+            if all(name in self.values for equation in equations for name in equation.names):
+                reach = flat_reach(equations, self.values, moving, reach)
         for name in unknowns:
             far = reach * double.direction.get(name, 0.0)
             self.errors[name] = [far * sign for sign in _signs(double.equations[0])]

@@ -9,7 +9,8 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from rulesheets.evaluate import Undefined, derivatives, extended, holds
+from rulesheets.construct import subtract
+from rulesheets.evaluate import Undefined, derivatives, extended, holds, value
 from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Comparison, Condition
@@ -20,7 +21,7 @@ from solver.kernel.extended_block import solve_block_extended
 from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
 from solver.kernel.extended_system import Exhausted, ExtendedSystem, Unresolved, Work
 from solver.kernel.question import Question
-from solver.last_places import half_unit
+from solver.last_places import blur, half_unit
 from solver.leaves import Branch, Exploration, Leaf
 from solver.path.activity import activity
 from solver.path.isolate import Isolation
@@ -154,7 +155,27 @@ class _PreciseExplorer(Explorer):
         return solve_block_extended(asked, system, floats, partial(self._off, branch))
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
-        return self.casework.last_places(branch)
+        """How far each number may be off, to first order. Of one that may pass through a pole (a slope near
+        infinity) that says nothing: it is as large as it will, but never 0, and not off here."""
+        moved = self.casework.last_places(branch)
+        poles = {name for name, far in moved.items() if self._unbounded(branch, name, far, moved)}
+        return {name: 0.0 if name in poles else far for name, far in moved.items()} if poles else moved
+
+    def _unbounded(self, branch: Branch, name: str, far: float, moved: Mapping[str, float]) -> bool:
+        """Whether a number may be off by more than itself, though its equation does not admit 0 for it."""
+        number, step = branch.values.get(name), branch.origins.get(name)
+        if isinstance(number, str) or not number or step is None or far < abs(number):
+            return False
+        at = {**branch.values, name: 0.0}
+        for equation in (self.model.equations[index] for index in equations_of(step)):
+            if name not in equation.names or any(n not in at for n in equation.names):
+                continue
+            form = subtract(equation.left, equation.right)
+            try:
+                return abs(value(form, at)) > blur(form, at, {**moved, name: 0.0})
+            except Undefined:
+                return False
+        return False
 
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Any]) -> None:
         numbers = {

@@ -31,7 +31,10 @@ Point: TypeAlias = Mapping[str, float]
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
-    """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one."""
+    """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
+
+    Multiple roots are what they are in exact numbers.
+    """
     tears = question.kernel.block.tears
     forms = None if len(tears) != 1 or question.turn(tears[0]) is not None else _forms(question)
     if forms is None:
@@ -40,13 +43,20 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         polynomial = closing(question, forms)
     except (NotPolynomial, OverflowError):
         return False
-    roots = real_roots(polynomial, *_widened(*question.domain(tears[0])))
-    if roots is None or _touches(polynomial):
+    domain = _widened(*question.domain(tears[0]))
+    simple, roots = polynomial, real_roots(polynomial, *domain)
+    if roots is None:
+        simple = simple_part(polynomial)
+        roots = real_roots(simple, *domain)
+    if roots is None or _touches(simple):
         return False
-    trial = Candidates(question)
+    trial, several = Candidates(question), len(simple) < len(polynomial)
     for root in roots:
         point = _point(question, forms, root)
-        if point is None or not (_plainly(question, trial, point) or _tried(question, trial, point, False)):
+        if point is None:
+            return False
+        plain = not several and _plainly(question, trial, point)
+        if not plain and not _tried(question, trial, point, several):
             return False
     candidates.answers += trial.answers
     candidates.outside = candidates.outside or trial.outside

@@ -11,6 +11,7 @@ import pytest
 
 import rulesheets
 import solver
+from solver.flat_roots import flat_reach
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 
@@ -103,3 +104,34 @@ def test_a_large_block_has_bars() -> None:
     solution = solver.solve(rulesheets.loads("\n".join(lines))).solutions[0]
     for i in range(size):
         assert abs(solution[f"x{i}"] - 1.0) <= solution.error[f"x{i}"] <= 1e-14
+
+
+def test_bars_of_roots_of_higher_multiplicity_hold_them() -> None:
+    """At (1, -1) three answers coincide: floats know a third of their digits."""
+    result = solver.solve(rulesheets.loads("y = x^3 - 2*x\nx = y^3 - 2*y"))
+    exact = [(0.0, 0.0), (3**0.5, 3**0.5), (-(3**0.5), -(3**0.5)), (1.0, -1.0), (-1.0, 1.0)]
+    assert len(result.solutions) == len(exact)
+    for solution in result.solutions:
+        assert any(
+            abs(solution["x"] - x) <= solution.error["x"] + 1e-15
+            and abs(solution["y"] - y) <= solution.error["y"] + 1e-15
+            for x, y in exact
+        )
+
+
+def test_how_far_rules_hold_along_a_flat_root() -> None:
+    """x is next to the cube of z: within 64 last places of 8 it moves z by the cube root of them."""
+    equations = rulesheets.loads("x = 8 + z^3\nx = 8").equations
+    reach = flat_reach(equations, {"x": 8.0, "z": 0.0}, {"z": 1.0}, 2.0**-26)
+    assert 2.0**-18 < reach < 2.0**-12
+    plain = rulesheets.loads("x = 8 + z^2\nx = 8").equations
+    assert flat_reach(plain, {"x": 8.0, "z": 0.0}, {"z": 1.0}, 2.0**-26) <= 2.0**-18
+
+
+@pytest.mark.parametrize(
+    ("rule", "root"), [("x^3 - 3*x^2 + 3*x = 1", 1.0), ("x^4 - 8*x^3 + 24*x^2 - 32*x + 16 = 0", 2.0)]
+)
+def test_a_multiple_root_of_a_polynomial_is_what_it_is_in_exact_numbers(rule: str, root: float) -> None:
+    result = solver.solve(rulesheets.loads(rule))
+    assert str(result.status) == "singular"
+    assert result["x"] == root

@@ -176,6 +176,16 @@ def test_a_plan_leaves_to_more_digits_what_is_equal_by_a_hair(exponent: int) -> 
         assert tuple(swept[name][row] for name in QUANTITIES) == plan(angle)
 
 
+@pytest.mark.parametrize("angle", [41.810314895778596, 138.1896851042214, 41.81031489577862])
+def test_a_slope_near_infinity_is_no_slope_that_may_vanish(angle: float) -> None:
+    """The rod is horizontal to the last place of the angle, which leaves open the sign of its slope."""
+    exact = oracle.forward(Crank(3.0, 8.0, 2.0, -15.0, -10.0, angle, open=False))
+    result = solver.solve(model(AS_PRINTED), {"thetaAO": angle, "branch": "crossed"}, want=QUANTITIES)
+    assert str(result.status) == "solved"
+    for quantity in QUANTITIES:
+        assert result[quantity] == pytest.approx(float(exact[quantity]), rel=1e-13), quantity
+
+
 @pytest.mark.parametrize("exponent", [20, 122, 274])
 def test_an_angle_next_to_nothing_is_not_lost_beside_a_right_angle(exponent: int) -> None:
     """The printed rules add 90 degrees to it: 50 digits, and 100, agree on a velocity of 0, which is none."""
