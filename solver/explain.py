@@ -23,7 +23,7 @@ from solver.facts import (
     Unfixed,
 )
 from solver.leaves import Leaf
-from solver.remedy import bounds, clash, cures, derivation, givings
+from solver.remedy import Patience, bounds, clash, cures, derivation, givings
 from solver.result import Status
 from solver.verdict import Verdict
 
@@ -51,6 +51,7 @@ class _Explanation:
     ) -> None:
         self.model, self.verdict, self.inputs, self.judged = model, verdict, inputs, judged
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
+        self.patience = Patience()
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
@@ -204,7 +205,7 @@ class _Explanation:
         assert self.leaf is not None
         facts = [f for f in self.verdict.facts if isinstance(f, Conflict)]
         fact = facts[0]
-        found = clash(self.model, self.inputs, self.leaf, fact.equations)
+        found = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
         given = [f"{name} = {_text(self.inputs[name])}" for name in found.inputs]
         message = "these rules contradict each other"
         if given:
@@ -214,7 +215,8 @@ class _Explanation:
             if fact.miss is None
             else [f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"]
         )
-        for name, value in cures(self.model, self.inputs, found.inputs[:MAX_INPUTS], self.judged):
+        tried = found.inputs[:MAX_INPUTS]
+        for name, value in cures(self.model, self.inputs, tried, self.judged, self.patience):
             notes.append(f"leave out {name}: the other inputs make it {_text(value)}")
         return self._error("S520", message, found.equations, found.inputs, tuple(notes))
 
@@ -226,7 +228,7 @@ class _Explanation:
             _, numeric = derivation(self.model, self.inputs, self.leaf, equations)
         own = {name: variable.value for name, variable in self.model.variables.items()}
         changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
-        found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns)
+        found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns, self.patience)
         sides = [f"{b.name} {b.relation} {number_text(_rounded(b.value))}" for b in found]
         return (
             (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()

@@ -18,12 +18,15 @@ MAX_FILTER = 60
 MAX_TRIALS = 26
 ROUGH = 1e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
-PATIENCE = 400_000
-"""Work that the search for one remedy may take: it is advice, and the verdict stands without it."""
+PATIENCE = 50_000
+"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
 
 
 class Patience:
-    """Runs out with the work of the explorations it is shown: counted, so the same anywhere."""
+    """Runs out with the work of the explorations it is shown: counted, so the same anywhere.
+
+    One for all that is said of a solve.
+    """
 
     def __init__(self) -> None:
         self._left = PATIENCE
@@ -96,12 +99,13 @@ class Clash:
     inputs: tuple[str, ...]
 
 
-def clash(model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]) -> Clash:
+def clash(
+    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int], patience: Patience
+) -> Clash:
     """From the derivation of a contradiction, what is left when nothing more can be taken away."""
     rules, given = derivation(model, inputs, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return Clash(tuple(rules), tuple(given))
-    patience = Patience()
     for item in (*reversed(rules), *reversed(given)):
         if patience.lost:
             break
@@ -174,11 +178,14 @@ def _possible(leaf: Leaf) -> bool:
 
 
 def cures(
-    model: Model, inputs: Mapping[str, Value], names: Sequence[str], judged: Sequence[str]
+    model: Model,
+    inputs: Mapping[str, Value],
+    names: Sequence[str],
+    judged: Sequence[str],
+    patience: Patience,
 ) -> tuple[tuple[str, Value], ...]:
     """Inputs that make the rest solvable when left out, each with the value that it would take then."""
     found: list[tuple[str, Value]] = []
-    patience = Patience()
     for name in names:
         if patience.lost:
             break
@@ -208,18 +215,21 @@ class Bound:
 
 
 def bounds(
-    model: Model, inputs: Mapping[str, Value], names: Sequence[str], judged: Sequence[str]
+    model: Model,
+    inputs: Mapping[str, Value],
+    names: Sequence[str],
+    judged: Sequence[str],
+    patience: Patience,
 ) -> tuple[Bound, ...]:
-    """How far each single input would have to move for a solution to exist, found by bisection."""
+    """How far each single input would have to move within its range for a solution to exist, by bisection."""
     found = []
-    patience = Patience()
     for name in names:
         given = inputs[name]
         if not isinstance(given, float) or patience.lost:
             continue
 
         def feasible(value: float, name: str = name) -> bool:
-            if patience.lost:
+            if patience.lost or not model.variables[name].admits(value):
                 return False
             tried = patience.shown(explore(model, {**inputs, name: value}, judged, {}, judged, brief=True))
             return any(leaf.solved for leaf in tried.leaves)

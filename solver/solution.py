@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from functools import cached_property, partial
 
 from rulesheets.model import Model, Value
 from solver.casework import Casework
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from solver.kernel.step import StepOutcome
     from solver.leaves import Outcomes
     from solver.path.isolate import Isolation
+    from solver.twins import Twins
 
 MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
@@ -95,6 +96,7 @@ class Explorer:
         self.budget = Budget()
         self.delicate = False
         self.outcomes: Outcomes = {}
+        self.senses: dict[Hashable, tuple[SolveBlock, tuple[Value, ...]]] = {}
         self.searched: set[SolveBlock] = set()
         self.enough: Callable[[Leaf], bool] | None = None
 
@@ -289,7 +291,10 @@ class Explorer:
         from solver.kernel.solve_block import solve_block
 
         kernel, values, assumed = self._kernel(step), branch.values, bool(branch.signs)
-        key = (step, tuple(values[name] for name in kernel.known))
+        numbers = tuple(values[name] for name in kernel.known)
+        key = step, numbers
+        if key not in self.outcomes and (told := self._told(step, kernel.known, numbers)) is not None:
+            self.outcomes[key] = told
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self.searched)
             if step in self.searched and again >= MAX_SEARCHES and not kernel.linear:
@@ -299,7 +304,25 @@ class Explorer:
             self.budget.begin_block(self.complete, shared)
             off = partial(self._off, branch)
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off)
+            if assumed:
+                self.senses.setdefault(self._sense(step, kernel.known, numbers), key)
         return self.outcomes[key]
+
+    def _told(
+        self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]
+    ) -> BlockOutcome | None:
+        """What a block came to that says the same by other rules, in another case."""
+        met = self.senses.get(self._sense(step, known, numbers)) if self.senses else None
+        return None if met is None else self.twins.told(self.outcomes[met], met[0], step)
+
+    def _sense(self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]) -> Hashable:
+        return self.twins.sense(step), frozenset(zip(known, numbers, strict=True))
+
+    @cached_property
+    def twins(self) -> Twins:
+        from solver.twins import Twins
+
+        return Twins(self.model)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""

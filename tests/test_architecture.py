@@ -35,7 +35,7 @@ FLOORS = (
     ("solver.kernel", "solver.turns", "solver.agreement", "solver.linearization", "solver.sharpening"),
     ("solver.edges", "solver.corners", "solver.missing_slopes"),
     ("solver.total_derivatives", "solver.one_sided", "solver.sensitivities", "solver.tolerances"),
-    ("solver.result", "solver.table", "solver.leaves", "solver.casework", "solver.solution"),
+    ("solver.result", "solver.table", "solver.leaves", "solver.casework", "solver.twins", "solver.solution"),
     ("solver.compiled",),
     ("solver.refinement", "solver.precise_explorer", "solver.proof"),
     ("solver.verdict", "solver.remedy"),

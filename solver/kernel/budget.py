@@ -12,7 +12,7 @@ GLANCE = 1_500
 """For a block whose proof would be in vain, because it is known already that something was left out."""
 ROUNDS = 40
 LAST_RESORTS = 2
-STEP, PLAN, ROUND, LAST_RESORT = 10, 50, 8_000, 100_000
+STEP, PLAN, SEARCH, ROUND, LAST_RESORT = 10, 50, 100, 8_000, 100_000
 """What else costs time, in the same unit."""
 
 
@@ -36,6 +36,7 @@ class Budget:
         ``shared``: whether the block is one of many cases or values, which share what a solve may spend;
         others have their own.
         """
+        self.used += SEARCH
         self.shared = shared
         self.of_block = min(self.left if shared else BLOCK, BLOCK if proving else GLANCE)
 
