@@ -87,6 +87,7 @@ class _Writer:
         self.free: dict[str, list[str]] = {"b": [], "m": []}
         self.taken = {"b": 0, "m": 0}
         self.namespace: dict[str, Any] = {f"{name}_": f for name, f in _UFUNCS.items()}
+        self.namespace.update(inf=np.inf, nan=np.nan)  # constants that have overflowed
         self.namespace.update(copy_=np.copyto, near_=_near, atan2_=np.arctan2)
         self.lines: list[str] = []
         for at, node in enumerate(plan.order):

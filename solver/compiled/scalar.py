@@ -60,6 +60,7 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
     source = scalar_source(program, all_answers)
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
+    namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
     namespace.update({f"f_{place}": finder.scalar for place, finder in enumerate(program.flow.finders)})
     exec(compile(source, "<compiled path>", "exec"), namespace)

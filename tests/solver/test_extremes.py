@@ -92,3 +92,11 @@ def test_an_angle_tied_to_a_number_by_a_sum_is_no_mere_angle() -> None:
     result = solve("b + x = 10\nsin(x) + b = 2")
     assert [solution["x"] for solution in result.solutions] == pytest.approx([8.678736792814396], rel=1e-12)
     assert result["b"] == pytest.approx(2 - math.sin(8.678736792814396), rel=1e-12)
+
+
+def test_constants_of_a_compiled_path_that_overflow() -> None:
+    sheet = "variables\nc = -2.2531715901509086e-69\nx ~ -6.76e+254\nd\nw\nrules\nw + d = -8.59e-93\n"
+    rules = "((c + w)*x) + ((d/1e-3)*(c/x)) = 2.9741864989991993e+186\nd^-1 = -1.1641443538998836e+92\n"
+    plan = solver.prepare(rulesheets.loads(sheet + rules), inputs=["c"], want=["d", "w", "x"])
+    for c in (-2.2531715901509086e-69, -2.253e-69, -2.3e-69):
+        assert plan(c)[0] == pytest.approx(1 / -1.1641443538998836e92, rel=1e-14)
