@@ -23,6 +23,8 @@ DIGITS = (50, 100, 400, 800)
 AGREEMENT = 1e-6
 """Relative difference of two precisions that have some digits in common."""
 UNIT = 2.0**-52
+HALVINGS = 24
+"""Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
 SPARE = 8
 """Digits of the working precision that rounding may take."""
 SMALLEST = 2.0**-1022
@@ -124,15 +126,35 @@ class _Look:
         )
 
     def _vanishes(self, name: str, size: Any, changes: tuple[float, ...]) -> bool:
-        """Whether F is 0 at one of these changes of a variable, or changes its sign between them."""
-        mp, signs = context(DIGITS[0]), set()
+        """Whether F is 0 at one of these changes of a variable, or between two of them."""
+        mp, found = context(DIGITS[0]), []
         for change in changes:
+            at = mp.mpf(self.values[name]) + size * change
             try:
-                there = self.miss(DIGITS[0], {name: mp.mpf(self.values[name]) + size * change})
+                found.append((at, self.miss(DIGITS[0], {name: at})))
             except Undefined:
                 continue
-            signs.add(int(mp.sign(there)))
-        return 0 in signs or len(signs) > 1
+        return any(miss == 0 for _, miss in found) or any(
+            self._meet(name, one, other) for one, other in pairwise(found)
+        )
+
+    def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any]) -> bool:
+        """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
+        (start, first), (end, last) = one, other
+        if first * last > 0:
+            return False
+        largest = max(abs(first), abs(last))
+        for _ in range(HALVINGS):
+            middle = (start + end) / 2
+            try:
+                there = self.miss(DIGITS[0], {name: middle})
+            except Undefined:
+                return False
+            if there * first > 0:
+                start, first = middle, there
+            else:
+                end, last = middle, there
+        return bool(max(abs(first), abs(last)) * 2 ** (HALVINGS // 4) < largest)
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
         """The variables, their values, and the sizes of these."""
