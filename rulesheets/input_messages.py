@@ -41,6 +41,16 @@ def outside_range(number: float, variable: Variable, place: Span | None) -> Diag
     )
 
 
+def symbol_for_number(symbol: str, variable: Variable, place: Span | None) -> Diagnosis:
+    kind = f"in [{variable.unit}]" if variable.unit else f"that is {range_text(variable)}"
+    return error(
+        "E406",
+        f"{variable.name} is a number {kind}, and '{symbol} is a symbol",
+        *labels((place, "")),
+        notes=("give a number, or clear the input to have it solved",),
+    )
+
+
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
     return error(
         "E404",

@@ -15,6 +15,7 @@ from rulesheets.input_messages import (
     not_finite_number,
     outside_range,
     symbol_as_guess,
+    symbol_for_number,
     unknown_variable,
 )
 from rulesheets.model import Model, Tolerance, Value, Variable
@@ -180,11 +181,18 @@ def is_symbol(text: str) -> bool:
     return _symbol(text) is not None
 
 
+def is_quantity(variable: Variable) -> bool:
+    """Whether a variable can be nothing but a number: it has a unit, or ends of its range."""
+    return bool(variable.unit) or math.isfinite(variable.low) or math.isfinite(variable.high)
+
+
 def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | None = None) -> Value:
     if isinstance(given, str):
         symbol = _symbol(given)
         if symbol is None:
             raise RuleSheetError(not_a_symbol(given, variable))
+        if is_quantity(variable):
+            raise RuleSheetError(symbol_for_number(symbol, variable, place))
         return symbol
     number = _number(given, variable)
     if not variable.admits(number):

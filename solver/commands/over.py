@@ -13,7 +13,7 @@ from solver.commands.option import Option
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rulesheets.model import Model
+    from rulesheets.model import Model, Variable
     from solver.sweeps.grid import Axis, Rows
 
 LIMIT = 10**12
@@ -55,20 +55,20 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
         name, equals, stretch = (part.strip() for part in text.partition("="))
         if not name or not equals or not stretch:
             raise RuleSheetError(_no_range(option))
-        variable_named(name, model, option.place(name))
+        variable = variable_named(name, model, option.place(name))
         if name in axes:
             raise RuleSheetError(option.repeated(name))
-        axes[name] = _axis(option, name, stretch)
+        axes[name] = _axis(option, variable, stretch)
     return axes
 
 
-def _axis(option: Option, name: str, stretch: str) -> Axis:
+def _axis(option: Option, variable: Variable, stretch: str) -> Axis:
     """A range, or a list; one value is a list of one."""
     from rulesheets.input_messages import not_finite
     from solver.sweeps.grid import Stretch, listed
 
     if ":" not in stretch:
-        return listed([_value(option, part.strip()) for part in stretch.split(",")], name)
+        return listed([_listed(option, variable, part.strip()) for part in stretch.split(",")], variable.name)
     parts = stretch.split(":")
     if len(parts) != 3:
         raise RuleSheetError(_no_range(option))
@@ -81,6 +81,17 @@ def _axis(option: Option, name: str, stretch: str) -> Axis:
     if max(abs(start), abs(start + step * (count - 1))) > Fraction(sys.float_info.max):
         raise RuleSheetError(not_finite("it is too large for a float", option.place(stretch)))
     return Stretch(start, step, count)
+
+
+def _listed(option: Option, variable: Variable, text: str) -> float | str:
+    """A value of a list. Raises RuleSheetError for a symbol where only a number can be."""
+    from rulesheets.input_messages import symbol_for_number
+    from rulesheets.inputs import is_quantity
+
+    value = _value(option, text)
+    if isinstance(value, str) and is_quantity(variable):
+        raise RuleSheetError(symbol_for_number(value, variable, option.place(text)))
+    return value
 
 
 def _value(option: Option, text: str) -> float | str:

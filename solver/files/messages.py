@@ -22,13 +22,14 @@ def uneven_row(path: str, line: int, cells: int, columns: int) -> Diagnosis:
     )
 
 
-def wrong_cell(path: str, line: int, text: str, name: str) -> Diagnosis:
+def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:
+    kinds = "a number" if number else "a number, a symbol ('open)"
     place = Span(Source(f"{path}, line {line}", text), 0, len(text))
     return error(
         "E440",
         f"line {line} of {path}: this is no value for {name}",
         Label(place, ""),
-        notes=("a cell is a number, a symbol ('open), or blank where the row has no value",),
+        notes=(f"a cell is {kinds}, or blank where the row has no value",),
     )
 
 

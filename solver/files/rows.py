@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
@@ -33,19 +33,27 @@ def heading(path: str) -> tuple[tuple[str, ...], int | None]:
     raise RuleSheetError(unreadable_rows(path, "it is empty"))
 
 
-def pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Array, ...]]:
+def pieces(
+    path: str, names: Sequence[str], numbers: Collection[str] = frozenset()
+) -> Iterator[tuple[Array, ...]]:
     """Some columns of the file in the order of ``names``: floats, NaN for nothing; or objects with symbols.
 
-    Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol.
+    Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol, or is a symbol in a
+    column of ``numbers``.
     """
     if is_parquet(path):
-        for batch in parquet_pieces(path, names):
-            yield tuple(_column(batch[name], path, name) for name in names)
+        found: Iterable[tuple[Sequence[int] | None, Sequence[Any]]] = (
+            (None, [batch[name] for name in names]) for batch in parquet_pieces(path, names)
+        )
     else:
-        yield from _csv_pieces(path, names)
+        found = _csv_pieces(path, names)
+    for lines, columns in found:
+        cells = zip(names, columns, strict=True)
+        yield tuple(_column(column, path, name, lines, name in numbers) for name, column in cells)
 
 
-def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Array, ...]]:
+def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int], Sequence[Any]]]:
+    """The lines of some rows, and their cells by columns."""
     lines = _lines(path)
     head = [cell.strip() for cell in next(lines)[1]]
     places = [head.index(name) for name in names]
@@ -53,11 +61,7 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Array, ...]]:
         for number, cells in piece:
             if len(cells) != len(head):
                 raise RuleSheetError(uneven_row(path, number, len(cells), len(head)))
-        numbers = [number for number, _ in piece]
-        yield tuple(
-            _column([cells[place] for _, cells in piece], path, name, numbers)
-            for place, name in zip(places, names, strict=True)
-        )
+        yield [number for number, _ in piece], [[cells[place] for _, cells in piece] for place in places]
 
 
 def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
@@ -75,7 +79,7 @@ def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
         raise RuleSheetError(unreadable_rows(path, reason)) from None
 
 
-def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | None = None) -> Array:
+def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | None, number: bool) -> Array:
     import numpy as np
 
     if isinstance(cells, np.ndarray):
@@ -84,7 +88,12 @@ def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | N
         return np.array([float(cell) if cell not in ("", None) else np.nan for cell in cells])
     except (TypeError, ValueError):
         values = [_value(cell, path, name, lines[row] if lines else row) for row, cell in enumerate(cells)]
-        if not any(isinstance(value, str) for value in values):
+        symbols = [row for row, value in enumerate(values) if isinstance(value, str)]
+        if symbols and number:
+            row = symbols[0]
+            line = lines[row] if lines else row
+            raise RuleSheetError(wrong_cell(path, line, str(cells[row]), name, number=True)) from None
+        if not symbols:
             return np.array([np.nan if value is None else value for value in values])
         return np.array(values, dtype=object)
 

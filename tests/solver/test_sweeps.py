@@ -329,3 +329,17 @@ def test_columns_of_ours_give_way_to_variables() -> None:
     assert [*found] == ["x", "answer_", "status", "answer"]
     assert found["answer"].tolist() in ([2.0, -2.0], [-2.0, 2.0])
     assert csv_head([*found]) == b"x,answer_,status,answer,status_\n"
+
+
+def test_a_symbol_is_no_value_of_what_is_measured(run: Run, tmp_path: Path) -> None:
+    rows = tmp_path / "rows.csv"
+    rows.write_text("thetaAO,branch\n30,open\nabc,crossed\n")
+    code, out, err = run("sweep", "offset_slider_crank", "--rows", str(rows), "--want", "xB")
+    assert (code, out) == (2, "")
+    assert "error[E440]" in err and "line 3 of" in err and "no value for thetaAO" in err
+    code, out, err = run("sweep", "offset_slider_crank", "--over", "thetaAO=30,abc", "--want", "xB")
+    assert (code, out) == (2, "")
+    assert "error[E406]" in err and "thetaAO is a number in [deg], and 'abc is a symbol" in err
+    code, out, err = run("solve", "offset_slider_crank", "--set", "omegaAO=abc")
+    assert (code, out) == (2, "")
+    assert "error[E406]" in err
