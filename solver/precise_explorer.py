@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, derivatives, extended, holds, value
 from rulesheets.evaluate.conditions import equal
+from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Comparison, Condition
 from solver.casework import Casework
@@ -138,7 +139,7 @@ class _PreciseExplorer(Explorer):
         digits: int,
     ) -> None:
         super().__init__(model, inputs, want, guesses, judged)
-        self.digits = digits
+        self.digits, self.mp = digits, context(digits)
         self.outcomes, self.work = floats.outcomes, Work()
         self.casework: _PreciseCasework = _PreciseCasework(model, self.inputs, digits)
 
@@ -209,8 +210,8 @@ class _PreciseExplorer(Explorer):
             turn = self.graph.turn(name)
             if turn is None or name not in branch.precise:
                 continue
-            exact = branch.precise[name]
-            branch.precise[name] = exact + round((number - before) / turn) * exact_turn(turn, exact.context)
+            exact = self.mp.mpf(branch.precise[name])  # at a double root it is a float
+            branch.precise[name] = exact + round((number - before) / turn) * exact_turn(turn, self.mp)
             settled[name] = float(branch.precise[name])
         return settled
 

@@ -17,9 +17,14 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
+from solver.facts import DoubleRoot
 from solver.leaves import Leaf
 from solver.path.activity import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from solver.kernel.krawczyk import Square
 
 BITS = 400
 EXTRA = "python-flint"
@@ -30,12 +35,15 @@ class Proof:
     """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
 
     ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
+    ``double``: unknowns at a double root that is exactly there: in rational numbers the rules hold, and their
+    Jacobian is singular. (Such an answer is not ``proved``: no change of an input, however small, leaves it.)
     """
 
     proved: bool
     radius: Mapping[str, float] = field(default_factory=dict)
     nearest: bool = False
     obstacle: str = ""
+    double: tuple[str, ...] = ()
 
 
 def can_prove() -> bool:
@@ -66,6 +74,16 @@ def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
             return proving.proof()
         except _Obstacle as obstacle:
             return Proof(False, obstacle=str(obstacle))
+        except _Double as double:
+            names = ", ".join(double.unknowns)
+            return Proof(False, obstacle=f"{names}: a double root, exactly", double=double.unknowns)
+
+
+class _Double(Exception):
+    """A double root is exactly there."""
+
+    def __init__(self, unknowns: tuple[str, ...]) -> None:
+        self.unknowns = unknowns
 
 
 class _Proving:
@@ -82,7 +100,7 @@ class _Proving:
         }
 
     def run(self) -> None:
-        """Raises _Obstacle."""
+        """Raises _Obstacle or _Double."""
         used: set[int] = set()
         for step in dict.fromkeys(self.leaf.branch.steps):
             match step:
@@ -116,10 +134,23 @@ class _Proving:
             raise _Obstacle(str(missing)) from None
         precise = self.leaf.branch.precise
         middle = [ball(precise.get(name, self.values[name])) for name in unknowns]
-        root = proved_root(Square(forms, partials, tuple(unknowns)), self.balls, middle)
+        square = Square(forms, partials, tuple(unknowns))
+        root = proved_root(square, self.balls, middle)
         if root is None:
+            self._double(square, indices)
             raise _Obstacle(f"no proof for {', '.join(unknowns)}: the rules are not regular there")
         self.balls.update(root)
+
+    def _double(self, square: Square, indices: Sequence[int]) -> None:
+        """Raises _Double where the block has a double root that is exactly there."""
+        folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
+        if not any(set(indices) & set(equations) for equations in folds):
+            return
+        from solver.kernel.exact_double import exact_double_root
+
+        near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
+        if exact_double_root(square, self.balls, near) is not None:
+            raise _Double(tuple(square.unknowns))
 
     def _uncontradicted(self, equation: Equation) -> None:
         """Left and right of a rule that checks must overlap."""

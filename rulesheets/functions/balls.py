@@ -7,6 +7,7 @@ A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE T
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from functools import reduce
 from typing import Any, TypeAlias
 
@@ -27,6 +28,19 @@ def ball(number: Any) -> Ball:
         sign, mantissa, exponent, _ = number._mpf_
         return (arb(-int(mantissa)) if sign else arb(int(mantissa))) * arb(2) ** exponent
     return arb(number)
+
+
+def exact_ball(number: Fraction) -> Ball:
+    """A ball around a rational number; without a radius where it has a short binary form."""
+    return arb(number.numerator) / arb(number.denominator)
+
+
+def exact_fraction(number: Ball) -> Fraction | None:
+    """The number that a ball without a radius is; None of any other."""
+    if not (number.is_exact() and number.is_finite()):
+        return None
+    mantissa, exponent = number.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 def around(middle: Ball, radius: float) -> Ball:

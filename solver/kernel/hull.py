@@ -61,7 +61,7 @@ class Hull:
     def _place(self, form: Expression) -> int:
         found = self._places.get(form)
         if found is None:
-            operands = tuple(self._place(part) for part in _parts(form))
+            operands = tuple(self._place(part) for part in parts(form))
             found = self._places[form] = len(self.nodes)
             self.nodes.append(Node(form, operands))
         return found
@@ -173,7 +173,8 @@ class Hull:
             values[source] = interval
 
 
-def _parts(form: Expression) -> tuple[Expression, ...]:
+def parts(form: Expression) -> tuple[Expression, ...]:
+    """The operands of an expression."""
     match form:
         case Negative(operand):
             return (operand,)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rulesheets.spelling import plural
+from solver.proof import Proof
 from solver.result import Result, Status
 
 
 def proof_lines(result: Result) -> Iterator[str]:
     """Whether each answer is proved, how far the numbers may be off at most, and whether these are all."""
     proofs = [solution.proof for solution in result.solutions if solution.proof is not None]
+    if proofs and result.status is Status.SINGULAR:
+        yield from _singular(proofs)
     if not proofs or result.status is not Status.SOLVED:
         return
     proved = [proof for proof in proofs if proof.proved]
@@ -23,3 +26,12 @@ def proof_lines(result: Result) -> Iterator[str]:
         yield f"proved: {plural(len(proved), 'answer')}, {radius}"
     if result.complete and len(proved) == len(proofs):
         yield "proved: there is no other answer" if len(proofs) == 1 else "proved: there are no others"
+
+
+def _singular(proofs: list[Proof]) -> Iterator[str]:
+    """Whether a double root is exactly there, or a hair decides."""
+    exact = [", ".join(proof.double) for proof in proofs if proof.double]
+    for names in exact:
+        yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
+    if not exact:
+        yield "not proved: a hair decides whether there are two answers, one or none"
