@@ -150,8 +150,8 @@ def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
         miss = evaluated(text, values)
     except Undefined:
         return any(_reaches(text, values, name) for name in values)
-    if miss == 0:
-        return True
+    if miss == 0 or abs(evaluated(text, values, 2 * DIGITS)) <= abs(miss) * mpmath.mpf(10) ** (10 - DIGITS):
+        return True  # as sin(pi), which is 0 but for the digits of pi
     with mpmath.workdps(DIGITS):
         total = mpmath.mpf(0)
         for name, value in values.items():

@@ -44,6 +44,7 @@ def test_the_witness_sees_what_is_wrong() -> None:
     assert satisfied(("x < 0", "x^2 + y", "7"), {"x": 2.0, "y": 30.0})
     assert satisfied(("", "sind(x)", "z"), {"x": 180.0})
     assert not satisfied(("", "ln(x)", "1"), {"x": -2.0})
+    assert satisfied(("", "(x - 2)^2", "tan(pi)"), {"x": 2.0})
 
 
 def test_the_witness_refuses_what_is_not_real() -> None:
