@@ -41,6 +41,7 @@ _ULPS = {
 """Functions that floats compute to fewer digits than the last, and by how many units of it."""
 _VANISHING = frozenset({"exp", "erfc", "gamma", "k0", "bessel_k1", "beta"})
 """Functions that are never 0 but where floats lose them."""
+_CHOOSING = frozenset({"min", "max"})
 _SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
 
@@ -190,7 +191,18 @@ def _call(expression: Call, values: Values) -> _Trace:
     size = abs(result)
     if size < _SMALLEST and (size or expression.function in _VANISHING):
         size = _SMALLEST
+    if expression.function in _CHOOSING and _tied(parts):
+        size = math.inf
     return _Trace(result, "", below, size * _ULPS.get(expression.function, 1.0))
+
+
+def _tied(parts: tuple[_Trace, ...]) -> bool:
+    """Whether rounding decides which of these is the least or the greatest (``max(x, pi)`` at 3.14159…)."""
+    return any(
+        one.value == other.value and (one.rounded or other.rounded)
+        for place, one in enumerate(parts)
+        for other in parts[:place]
+    )
 
 
 @cache
