@@ -199,7 +199,10 @@ def _conclusive(found: Exploration) -> bool:
     They do if every way was followed to its end; or if there was one way only, of direct steps.
     """
     ends = (*found.leaves, *found.dead, *found.adrift)
-    direct = not any(isinstance(step, SolveBlock) for leaf in ends for step in leaf.branch.steps)
+    direct = not any(
+        leaf.branch.attempts or any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
+        for leaf in ends
+    )
     return found.complete or (len(ends) == 1 and not ends[0].branch.signs and direct)
 
 
