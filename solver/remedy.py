@@ -198,6 +198,10 @@ def cures(
     return tuple(found)
 
 
+def _solved(leaf: Leaf) -> bool:
+    return leaf.solved
+
+
 def _nearest(given: Value, values: Sequence[Value]) -> Value:
     numbers = [v for v in values if isinstance(v, float)]
     if isinstance(given, str) or not numbers:
@@ -231,8 +235,9 @@ def bounds(
         def feasible(value: float, name: str = name) -> bool:
             if patience.lost or not model.variables[name].admits(value):
                 return False
-            tried = patience.shown(explore(model, {**inputs, name: value}, judged, {}, judged, brief=True))
-            return any(leaf.solved for leaf in tried.leaves)
+            moved = {**inputs, name: value}
+            tried = explore(model, moved, judged, {}, judged, brief=True, enough=_solved)
+            return any(map(_solved, patience.shown(tried).leaves))
 
         edge = _edge(feasible, given)
         if edge is not None and not patience.lost:
