@@ -217,7 +217,7 @@ class _Explanation:
         )
         tried = found.inputs[:MAX_INPUTS]
         for name, value in cures(self.model, self.inputs, tried, self.judged, self.patience):
-            notes.append(f"leave out {name}: the other inputs make it {_text(value)}")
+            notes.append(f"leave out {name}: the other inputs make it {_output(value)}")
         return self._error("S520", message, found.equations, found.inputs, tuple(notes))
 
     def _bounds(self, equations: Sequence[int], unknowns: Sequence[str]) -> tuple[str, ...]:
@@ -284,3 +284,8 @@ def _rounded(value: float, digits: int = 6) -> float:
 
 def _text(value: Value) -> str:
     return f"'{value}" if isinstance(value, str) else number_text(value)
+
+
+def _output(value: Value) -> str:
+    """As the sheet prints a value that it has computed."""
+    return f"'{value}" if isinstance(value, str) else f"{value:.10g}"

@@ -55,11 +55,14 @@ def test_no_real_root_is_proven() -> None:
     assert str(result.status) == "infeasible"
 
 
-def test_a_double_root_is_no_matter_of_counting() -> None:
-    """At k = 4 an extremum touches: what rounding leaves of that is for the general search to say."""
+def test_a_double_root_is_found_in_exact_numbers() -> None:
+    """At k = 4 an extremum touches: x^3 - 3x - 2 = (x + 1)^2 (x - 2), and a hair to either side it does not."""
     result = solved("y = x^3 - 3*x\ny + 2 = k", k=4.0)
-    assert Method.POLYNOMIAL not in methods(result)
-    assert any(s["x"] == pytest.approx(2.0) for s in result.solutions)
+    assert methods(result) == [Method.POLYNOMIAL]
+    assert [s["x"] for s in result.solutions] == [2.0, -1.0]
+    assert result.complete
+    above, below = (solved("y = x^3 - 3*x\ny + 2 = k", k=k) for k in (4.001, 3.999))
+    assert [len(r.solutions) for r in (above, below)] == [1, 3]
 
 
 def test_a_range_leaves_out_roots() -> None:
