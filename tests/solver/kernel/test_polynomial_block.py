@@ -56,7 +56,7 @@ def test_no_real_root_is_proven() -> None:
 
 
 def test_a_double_root_is_found_in_exact_numbers() -> None:
-    """At k = 4 an extremum touches: x^3 - 3x - 2 = (x + 1)^2 (x - 2), and a hair to either side it does not."""
+    """At k = 4 an extremum touches: x^3 - 3x - 2 = (x + 1)^2 (x - 2)."""
     result = solved("y = x^3 - 3*x\ny + 2 = k", k=4.0)
     assert methods(result) == [Method.POLYNOMIAL]
     assert [s["x"] for s in result.solutions] == [2.0, -1.0]
