@@ -27,7 +27,8 @@ class Undefined(Exception):
 def evaluated(text: str, values: Mapping[str, Any], digits: int = DIGITS) -> Any:
     """The value with 50 digits (more where numbers are large or small, for whole turns and cancellation);
     floats are the exact numbers that they are. Raises Undefined."""
-    decades = max([_decades(text), *(abs(math.log10(abs(v))) for v in map(float, values.values()) if v)])
+    sizes = (mpmath.log10(abs(v)) for v in values.values() if v)
+    decades = max([_decades(text), *map(abs, map(float, sizes))])
     with mpmath.workdps(digits + (4 * round(decades) if decades > 12 else 0)):
         numbers = {name: mpf(value) for name, value in values.items()}
         try:

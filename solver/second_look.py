@@ -63,7 +63,8 @@ def look_again(
     except Undefined as error:
         reaches = error.operation != "/" and look.reaches(share)  # 0/0 may be anything beside 0
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
-    vanishes = abs(more) <= abs(first) * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
+    seen = max(abs(first), look.gross(DIGITS[0]))  # fifty digits may see exactly nothing already
+    vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
     return Sight(0.0, 0.0, True) if vanishes else Sight(math.nan, math.inf, False)
 
 

@@ -74,6 +74,7 @@ TRUE: list[tuple[str, dict[str, Any]]] = [
     ("tan(x) = y", {"x": math.pi / 2, "y": 1.633123935319537e16}),
     ("cosd(x) + y = 7", {"x": 1e18, "y": 6.6}),
     ("y = m*(x - z)", {"y": 3.0, "m": -1e28, "x": 2.5, "z": 2.5}),
+    ("((90 - w)^0.5)^2 = 90.30382", {"w": 90 - 90.30382}),
 ]
 
 
@@ -85,6 +86,12 @@ def test_what_holds_in_floats_alone_does_not_hold(rule: str, values: dict[str, A
 @pytest.mark.parametrize(("rule", "values"), TRUE)
 def test_what_floats_cannot_see_may_hold(rule: str, values: dict[str, Any]) -> None:
     assert holds(rule, **values)
+
+
+@given(st.floats(1.0, 1e3), st.floats(1.0, 1e3))
+def test_a_root_taken_and_undone_is_the_number_itself(a: float, b: float) -> None:
+    (solution,) = solver.solve(rulesheets.loads(f"(sqrt({a!r} - w))^2 = {b!r}")).solutions
+    assert solution["w"] == pytest.approx(a - b, rel=witness.BACKWARD, abs=0.0)
 
 
 @given(st.floats(1e-90, 1e90), st.floats(1e-90, 1e90), st.sampled_from((-4.0, -1.0, 0.0, 1.0, 4.0)))
