@@ -97,7 +97,10 @@ def _contradiction(a: Any, b: Any, rank: int) -> LinearOutcome:
     u, _ = _svd(a)
     left = u[:, rank:]
     direction = left @ (left.T @ b)
-    direction = direction / np.abs(direction).max()
+    size = np.abs(direction).max(initial=0.0)
+    if not 0.0 < size < np.inf:  # it sticks out by no more than rounding: no row more than another
+        direction, size = np.ones(len(b)), 1.0
+    direction = direction / size
     rows = np.flatnonzero(np.abs(direction) > 1e-8)
     return LinearOutcome(
         Outcome.NO_ROOT,
