@@ -11,9 +11,9 @@ from threading import Thread
 
 from solver.files.replacing import Replacement
 
-BATCH = 2**21
-"""Bytes that are handed over at once: the system takes large ones in larger pages."""
-AHEAD = 4
+BATCH = 2**25
+"""Bytes that are handed over at once: each time the two threads wait for the interpreter."""
+AHEAD = 2
 """Batches that may wait: what bounds the memory."""
 
 
