@@ -151,16 +151,19 @@ class _Angles:
 def _turns(equations: Iterable[Equation]) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
     angles = _Angles()
-    sums: list[Equation] = []
+    sums: dict[str, list[Equation]] = {}
     for equation in equations:
         if is_angle_sum(equation.left) and is_angle_sum(equation.right):
-            sums.append(equation)
+            for name in equation.names:
+                sums.setdefault(name, []).append(equation)
         elif not _direction(equation, angles):
             angles.read(equation.left)
             angles.read(equation.right)
-    while tied := [e for e in sums if not angles.plain.isdisjoint(e.names)]:
-        angles.plain.update(name for equation in tied for name in equation.names)
-        sums = [equation for equation in sums if equation not in tied]
+    plain = list(angles.plain)
+    while plain:  # what a sum ties to a number that is no angle is none either
+        for equation in sums.pop(plain.pop(), ()):
+            plain.extend(name for name in equation.names if name not in angles.plain)
+            angles.plain.update(equation.names)
     return {name: angle for name, angle in angles.found.items() if name not in angles.plain}
 
 
