@@ -16,7 +16,7 @@ import mpmath
 from mpmath import mpf
 
 DIGITS = 50
-MOST_BITS = 10_000_000
+MOST_BITS = 100_000
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)")
 
 
