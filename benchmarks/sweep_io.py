@@ -7,7 +7,7 @@ For each number of rows (1e6 and 1e7; 1e8 takes 4.5 GB of disk), by numpy and by
 
 - ``memory``: 1e6 rows that stay in memory, in pieces as large as those of a file;
 - ``file``: the sweep to a Parquet file (with --csv to CSV), from its first lesson to the file in its place;
-- ``disk``: a plain write of as many bytes, 2 MB at a time;
+- ``disk``: a write of as many bytes, through the memory of the system or past it, whichever is the quicker;
 - ``of memory``, ``of disk``: the rate to the file over each of these; 80 % of either is asked for;
 - ``synced``: ``of disk`` once more, where both wait until the bytes are on the disk (fsync);
 - ``CPU``: time of the processors, which other work on the machine does not stretch: that of the sweep
@@ -30,6 +30,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from importlib.util import find_spec
+from mmap import mmap
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -43,8 +44,9 @@ IN_MEMORY = 1_000_000
 PATIENCE = 300.0
 """Seconds that one measurement may take, judged by its first rows."""
 
-BLOCK = 2**21
-"""Bytes of a plain write: larger ones are no faster."""
+BLOCK = 2**24
+"""Bytes of a write: larger ones are no faster."""
+DISKS = ("through memory", "past memory") if hasattr(os, "O_DIRECT") else ("through memory",)
 ROW = 48
 """Bytes of a row in a Parquet file, nearly."""
 TIMES = 3
@@ -165,13 +167,16 @@ def to_file(path: str, count: int, way: str) -> dict[str, float]:
     return {**asdict(took), "MB": os.path.getsize(path) / 1e6, "memory": memory}
 
 
-def plain_write(path: str, size: int) -> Took:
-    """So many bytes written to a new file."""
-    block = os.urandom(BLOCK)
+def plain_write(path: str, size: int, way: str) -> Took:
+    """So many bytes, rounded up to whole blocks, written to a new file."""
+    block = mmap(-1, BLOCK)
+    block.write(os.urandom(BLOCK))
     timer = Timer()
-    with open(path, "wb", buffering=0) as file:
-        for start in range(0, size, BLOCK):
-            file.write(block[: size - start])
+    past = os.O_DIRECT if way == "past memory" else 0
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | past, 0o600)
+    for _ in range(0, size, BLOCK):
+        assert os.write(file, block) == BLOCK
+    os.close(file)
     return timer.took(path)
 
 
@@ -195,27 +200,28 @@ def of_memory(memory: dict[str, float], file: dict[str, float], count: int) -> f
 
 
 def of_disk(disk: dict[str, float], file: dict[str, float]) -> float:
-    """The rate of a sweep to a file over that of a plain write of as many bytes."""
+    """The rate of a sweep to a file over that of writing as many bytes."""
     return disk["wall"] / file["wall"]
 
 
 def measured(count: int, ending: str, ways: list[str], times: int) -> dict[str, dict[str, float]]:
-    """The best of each way to the file, and of the plain write (``disk``), taken in turns.
+    """The best of each way to the file, and of plain writes (``disk``), taken in turns.
 
     A write before them that is not counted lets all find the memory of the system in the same state: where
     the machine is a guest of another, memory not used for a while has to be had back from its host.
     """
     tries: dict[str, list[dict[str, float]]] = {}
     with tempfile.TemporaryDirectory(dir=".") as folder:
-        in_its_own_process("disk", os.path.join(folder, "plain"), ROW * count)
+        in_its_own_process("disk", os.path.join(folder, "plain"), ROW * count, DISKS[0])
     for _ in range(times):
         for way in ways:
             with tempfile.TemporaryDirectory(dir=".") as folder:
                 path = os.path.join(folder, f"table{ending}")
                 tries.setdefault(way, []).append(in_its_own_process("file", path, count, way))
             size = int(tries[way][-1]["MB"] * 1e6)
-            with tempfile.TemporaryDirectory(dir=".") as folder:
-                plain = in_its_own_process("disk", os.path.join(folder, "plain"), size)
+            for disk in DISKS:
+                with tempfile.TemporaryDirectory(dir=".") as folder:
+                    plain = in_its_own_process("disk", os.path.join(folder, "plain"), size, disk)
                 tries.setdefault("disk", []).append(plain)
     return {way: {key: min(one[key] for one in found) for key in found[0]} for way, found in tries.items()}
 
@@ -246,7 +252,7 @@ def one(kind: str, *words: str) -> dict[str, float]:
         case "file":
             return to_file(words[0], int(words[1]), words[2])
         case _:
-            return asdict(plain_write(words[0], int(words[1])))
+            return asdict(plain_write(words[0], int(words[1]), words[2]))
 
 
 def main(arguments: list[str]) -> None:

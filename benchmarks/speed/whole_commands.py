@@ -37,7 +37,7 @@ def to_disk(rows: int) -> Section:
         (f"in memory, {sweep_io.IN_MEMORY:,} rows, {way}", alone[way], sweep_io.IN_MEMORY) for way in ways
     ]
     runs += [(f"to a file of {found[way]['MB']:,.0f} MB, {way}", found[way], rows) for way in ways]
-    runs.append(("plain write of as many bytes", disk, rows))
+    runs.append(("writing as many bytes, the quicker way", disk, rows))
     claims: list[Claim] = []
     for way in ways:
         share = max(sweep_io.of_memory(alone[way], found[way], rows), sweep_io.of_disk(disk, found[way]))

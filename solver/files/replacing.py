@@ -10,6 +10,7 @@ from typing import BinaryIO, Self
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
 from rulesheets.writing import open_beside
+from solver.files.growing import GrowingFile
 
 
 class Replacement:
@@ -69,7 +70,7 @@ class Replacement:
         else:
             self.discard()
 
-    def _opened(self) -> BinaryIO:
+    def _opened(self) -> BinaryIO | GrowingFile:
         try:
             there: os.stat_result | None = os.stat(self._target)
         except FileNotFoundError:
@@ -79,4 +80,4 @@ class Replacement:
         self._beside, handle = open_beside(self._target, 0o666)
         if there is not None:
             os.chmod(self._beside, stat.S_IMODE(there.st_mode))
-        return os.fdopen(handle, "wb")
+        return GrowingFile(handle)
