@@ -26,8 +26,8 @@ from solver.kernel.fallback import fall_back
 from solver.kernel.methods import last_resorts
 from solver.kernel.question import Question
 from solver.kernel.solve_block import solve_block
+from solver.path.planner import planner
 from solver.path.steps import SolveBlock
-from solver.solution import planner
 
 
 def kernels(unknowns: int, seed: int) -> tuple[list[BlockKernel], dict[str, float]]:

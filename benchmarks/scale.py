@@ -34,7 +34,7 @@ def measure(shape: str, rules: int) -> dict[str, float]:
     started = time.perf_counter()
     import rulesheets
     import solver
-    from solver.solution import planner
+    from solver.path.planner import planner
 
     model = rulesheets.loads(text)
     loaded = time.perf_counter()

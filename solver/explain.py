@@ -186,7 +186,7 @@ class _Explanation:
         ways = givings(
             self.model,
             tuple(self.inputs),
-            {**branch.decided, **branch.assumed},
+            branch.conditions,
             frozenset(),
             missing,
         )

@@ -42,6 +42,11 @@ class Branch:
     attempts: dict[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict)
     precise: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def conditions(self) -> dict[int, bool]:
+        """How each condition came out, or is assumed to."""
+        return {**self.decided, **self.assumed}
+
     def fork(self) -> Branch:
         return replace(
             self,
@@ -91,7 +96,7 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     from solver.forward_error import ForwardErrors, forward_errors
 
     branch = leaf.branch
-    decided = {**branch.decided, **branch.assumed}
+    decided = branch.conditions
     doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
     found = forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided), doubles)
     if not branch.precise or doubles:

@@ -16,9 +16,9 @@ from solver.compiled.way import Pattern
 from solver.explain import explain
 from solver.leaves import Exploration
 from solver.path.activity import activity
+from solver.path.planner import planner
 from solver.refinement import explore_refined
 from solver.result import Status
-from solver.solution import planner
 from solver.verdict import Verdict, judge
 
 if TYPE_CHECKING:

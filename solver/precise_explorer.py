@@ -18,6 +18,7 @@ from rulesheets.nodes import Comparison, Condition
 from solver.casework import Casework
 from solver.facts import Conflict
 from solver.forward_error import input_errors, slopes
+from solver.kernel.block import kernel_of
 from solver.kernel.extended_block import solve_block_extended
 from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
 from solver.kernel.extended_system import Exhausted, ExtendedSystem, Unresolved, Work
@@ -119,7 +120,7 @@ class _PreciseCasework(Casework):
 
     def last_places(self, branch: Branch) -> Mapping[str, float]:
         """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
-        decided = {**branch.decided, **branch.assumed}
+        decided = branch.conditions
         given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
         steps, values = branch.steps, branch.values
         return input_errors(self.model, values, steps, lambda e: activity(e, decided), given)
@@ -149,7 +150,7 @@ class _PreciseExplorer(Explorer):
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         floats = super()._solved(step, branch)
-        kernel, known = self._kernel(step), _known(branch)
+        kernel, known = kernel_of(self.graph, step), _known(branch)
         here = {name: known[name] for name in kernel.known}
         asked = Question(kernel, branch.values, self.guesses)
         system = ExtendedSystem(kernel, here, self.digits, self.work)

@@ -92,7 +92,7 @@ class _Proving:
 
         self.model, self.leaf, self.inputs = model, leaf, inputs
         self.values = leaf.branch.values
-        self.decided = {**leaf.branch.decided, **leaf.branch.assumed}
+        self.decided = leaf.branch.conditions
         self.balls: dict[str, Any] = {
             name: ball(number)
             for name, number in self.values.items()

@@ -9,8 +9,9 @@ from rulesheets import nodes
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, replace
 from solver.leaves import Exploration, Leaf
+from solver.path.planner import planner
 from solver.path.steps import equations_of
-from solver.solution import explore, planner
+from solver.solution import explore
 
 MAX_CANDIDATES = 200
 MAX_SETS = 400

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 
 from rulesheets.model import Model, Value
 from solver.casework import Casework
-from solver.facts import AsksNothing, Conflict, Fact, Gap, NoRoot, RankLoss, Truncated
+from solver.facts import AsksNothing, Fact, RankLoss
+from solver.findings import Findings
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.step import solve_step
-from solver.leaves import Branch, Exploration, Leaf, blocked, excluded
+from solver.leaves import Branch, Exploration, Leaf
 from solver.path.activity import activity
 from solver.path.cases import EQUAL, Pair, possible, value_of_equality
-from solver.path.planner import Planner
+from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.turns import settled
 from solver.witness import testify
@@ -22,30 +23,17 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-    from solver.kernel.block import BlockKernel
+    from solver.block_outcomes import BlockOutcomes
     from solver.kernel.outcome import BlockOutcome
     from solver.kernel.step import StepOutcome
     from solver.leaves import Outcomes
     from solver.path.isolate import Isolation
-    from solver.twins import Twins
 
-MAX_LEAVES = 256
 MAX_ASSUMPTIONS = 16
 MAX_CASES = 100
-MAX_SEARCHES = 150
-"""Searches of nonlinear blocks at other values, after the first search of each block."""
 
 Rest: TypeAlias = Callable[[Branch], bool]
 """The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
-
-
-def planner(model: Model) -> Planner:
-    """The planner of a model, with every path that it has found so far."""
-    found = model.__dict__.get("_planner")
-    if found is None:
-        found = Planner(model)
-        model.__dict__["_planner"] = found
-    return found
 
 
 def explore(
@@ -63,11 +51,10 @@ def explore(
     ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
     of a block are left out. ``enough``: the search ends at the first such answer.
     """
-    explorer = Explorer(model, inputs, want, guesses, judged)
+    explorer = Explorer(model, inputs, want, guesses, judged, enough)
     explorer.budget.thorough = thorough
     if brief:
         explorer.budget.last_resorts = 0
-    explorer.enough = enough
     return explorer.run()
 
 
@@ -81,76 +68,37 @@ class Explorer:
         want: Sequence[str] | None,
         guesses: Mapping[str, float],
         judged: Sequence[str],
+        enough: Callable[[Leaf], bool] | None = None,
     ) -> None:
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
         self.planner = planner(model)
         self.graph = self.planner.graph
         self.casework = Casework(model, self.inputs)
-        self.leaves: list[Leaf] = []
-        self.dead: list[Leaf] = []
-        self.adrift: list[Leaf] = []
-        self.complete = True
-        self.gaps: dict[tuple[int, ...], Gap] = {}
-        self.cases = 0
+        self.findings = Findings(model, judged, enough)
         self.budget = Budget()
-        self.delicate = False
         self.outcomes: Outcomes = {}
-        self.senses: dict[Hashable, tuple[SolveBlock, tuple[Value, ...]]] = {}
-        self.searched: set[SolveBlock] = set()
-        self.enough: Callable[[Leaf], bool] | None = None
+        self.cases = 0
 
     def run(self) -> Exploration:
         start = Branch(dict(self.inputs), {})
         start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
         self._explore(start)
-        return Exploration(
-            tuple(self.leaves),
-            self.complete and all(map(excluded, self.adrift)),
-            tuple(self.dead),
-            tuple(self.adrift),
-            self.delicate,
-            self.outcomes,
-            self.budget.used,
-            tuple(self.gaps.values()),
-        )
+        return self.findings.exploration(self.outcomes, self.budget.used)
 
     # --- following a path ---
 
     def _explore(self, branch: Branch) -> None:
         """Plan from what is known, follow, and plan again where an outcome asks for it."""
         while True:
-            if self._full():
-                self._truncate(branch, "answers")
+            if self.findings.full:
+                self.findings.truncate(branch, "answers")
                 return
             self.budget.used += PLAN
             known = frozenset(branch.values)
-            decided = {**branch.decided, **branch.assumed}
-            path = self.planner.path(known, decided, frozenset(branch.void), self.want)
+            path = self.planner.path(known, branch.conditions, frozenset(branch.void), self.want)
             if not self._follow(branch, path.steps):
                 return
-
-    def _tell(
-        self,
-        complete: bool,
-        equations: tuple[int, ...],
-        unknowns: tuple[str, ...],
-        listed: Sequence[Mapping[str, Value]],
-        cut: bool,
-    ) -> None:
-        """Remember where a step may have more answers than are listed, the first of each step."""
-        self.complete = self.complete and complete
-        if complete or equations in self.gaps:
-            return
-        numbers = [number for values in listed if isinstance(number := values.get(unknowns[0]), float)]
-        low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
-        cut = cut and len(listed) > 1
-        self.gaps[equations] = Gap(equations, unknowns, len(listed), float(low), float(high), cut)
-
-    def _truncate(self, branch: Branch, what: str) -> None:
-        self.complete = False
-        self.gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
-        branch.facts = (*branch.facts, Truncated(what))
 
     def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
@@ -193,8 +141,10 @@ class Explorer:
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
-        self._tell(outcome.complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], True)
-        self.delicate = self.delicate or outcome.delicate
+        self.findings.note(
+            outcome.complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], True
+        )
+        self.findings.delicate |= outcome.delicate
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
                 branch.void[equation] = outcome.fact
@@ -221,8 +171,8 @@ class Explorer:
             self._learn(branch, step, found[0])
             return None
         for values, known in zip(found, facts, strict=True):
-            if self._full():
-                self._truncate(branch, "answers")
+            if self.findings.full:
+                self.findings.truncate(branch, "answers")
                 break
             fork = branch.fork()
             fork.facts = (*fork.facts, *known)
@@ -231,17 +181,12 @@ class Explorer:
                 self._explore(fork)
         return False
 
-    def _full(self) -> bool:
-        if self.enough is not None and any(map(self.enough, self.leaves)):
-            return True
-        return len(self.leaves) + len(self.dead) + len(self.adrift) >= MAX_LEAVES
-
     def _select(self, branch: Branch, step: Select, rest: Rest) -> bool | None:
         equations = self.model.equations
         for equation in step.equations:
             conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
             branch.decided.update(self.casework.outcomes(conditions, branch))
-            if activity(equations[equation], {**branch.decided, **branch.assumed}):
+            if activity(equations[equation], branch.conditions):
                 return self._evaluate(branch, step, equation, step.unknown, rest)
         return True
 
@@ -253,7 +198,7 @@ class Explorer:
         testimony = testify(self.model.equations[equation], branch.values)
         if testimony.holds or self._agreed(branch, equation):
             return None
-        self.delicate = self.delicate or testimony.delicate
+        self.findings.delicate |= testimony.delicate
         self._finish(branch)
         return False
 
@@ -261,8 +206,7 @@ class Explorer:
         """Whether another value, as good for all other rules, satisfies one that fails; then it is taken."""
         from solver.agreement import agreed
 
-        decided = {**branch.decided, **branch.assumed}
-        found = agreed(self.graph, equation, branch.values, self.inputs, decided)
+        found = agreed(self.graph, equation, branch.values, self.inputs, branch.conditions)
         if found is not None:
             branch.values.update([found])
             branch.precise.pop(found[0], None)
@@ -271,8 +215,8 @@ class Explorer:
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch)
         listed = [answer.values for answer in outcome.answers]
-        self._tell(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
-        self.delicate = self.delicate or outcome.delicate
+        self.findings.note(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
+        self.findings.delicate |= outcome.delicate
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
@@ -286,50 +230,20 @@ class Explorer:
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
-        """The outcome of a block; cases that meet it again at the same values share it."""
-        from solver.kernel.outcome import BlockOutcome
-        from solver.kernel.solve_block import solve_block
-
-        kernel, values, assumed = self._kernel(step), branch.values, bool(branch.signs)
-        numbers = tuple(values[name] for name in kernel.known)
-        key = step, numbers
-        if key not in self.outcomes and (told := self._told(step, kernel.known, numbers)) is not None:
-            self.outcomes[key] = told
-        if key not in self.outcomes:
-            again = len(self.outcomes) - len(self.searched)
-            if step in self.searched and again >= MAX_SEARCHES and not kernel.linear:
-                return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
-            shared = assumed or step in self.searched
-            self.searched.add(step)
-            self.budget.begin_block(self.complete, shared)
-            off = partial(self._off, branch)
-            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off)
-            if assumed:
-                self.senses.setdefault(self._sense(step, kernel.known, numbers), key)
-        return self.outcomes[key]
-
-    def _told(
-        self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]
-    ) -> BlockOutcome | None:
-        """What a block came to that says the same by other rules, in another case."""
-        met = self.senses.get(self._sense(step, known, numbers)) if self.senses else None
-        return None if met is None else self.twins.told(self.outcomes[met], met[0], step)
-
-    def _sense(self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]) -> Hashable:
-        return self.twins.sense(step), frozenset(zip(known, numbers, strict=True))
+        return self.blocks.outcome(step, branch, self.findings.complete, partial(self._off, branch))
 
     @cached_property
-    def twins(self) -> Twins:
-        from solver.twins import Twins
+    def blocks(self) -> BlockOutcomes:
+        from solver.block_outcomes import BlockOutcomes
 
-        return Twins(self.model)
+        return BlockOutcomes(self.graph, self.guesses, self.budget, self.outcomes)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""
         from solver.forward_error import forward_errors
         from solver.last_places import half_unit
 
-        decided = {**branch.decided, **branch.assumed}
+        decided = branch.conditions
         found = forward_errors(self.model, branch.values, branch.steps, lambda e: activity(e, decided))
         numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
         return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
@@ -340,14 +254,6 @@ class Explorer:
         for name in unknowns:
             for equation in self.graph.users(name):
                 branch.void.setdefault(equation, fact)
-
-    def _kernel(self, step: SolveBlock) -> BlockKernel:
-        kernels: dict[SolveBlock, BlockKernel] = self.graph.kernels
-        if step not in kernels:
-            from solver.kernel.block import BlockKernel
-
-            kernels[step] = BlockKernel(self.graph, step)
-        return kernels[step]
 
     # --- case by case ---
 
@@ -362,25 +268,18 @@ class Explorer:
             return False
         self.cases += 1
         if len(branch.signs) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
-            self._truncate(branch, "cases")
+            self.findings.truncate(branch, "cases")
             self._finish(branch)
             return False
-        adrift = len(self.adrift)
+        adrift = len(self.findings.adrift)
         for sign in self.casework.cases(pair):
-            if sign == EQUAL and self._loose(adrift):
-                self.complete = False
+            if sign == EQUAL and self.findings.loose_since(adrift):
+                self.findings.complete = False
             else:
                 self._case(branch, step, pair, sign)
-        if self._loose(adrift):
+        if self.findings.loose_since(adrift):
             self._finish(branch, loose=True)
         return False
-
-    def _loose(self, adrift: int) -> bool:
-        """Whether the cases since then leave a continuum that nothing contradicts.
-
-        Answers of other cases do not make it a solved one; a case of equality is but its edge.
-        """
-        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
 
     def _case(self, branch: Branch, step: Assume, pair: Pair, sign: int) -> None:
         case = branch.fork()
@@ -401,23 +300,6 @@ class Explorer:
     def _finish(self, branch: Branch, loose: bool = False) -> None:
         if self.casework.contradicted(branch):
             return
-        branch.values = values = self._settled(branch)
-        conflicts: list[Fact] = []
-        worst, checked = 0.0, 0
+        branch.values = self._settled(branch)
         decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
-        for equation in self.model.equations:
-            if not activity(equation, decided) or not all(name in values for name in equation.names):
-                continue
-            testimony = testify(equation, values)
-            checked += 1
-            if testimony.holds:
-                worst = max(worst, testimony.scaled)
-            else:
-                self.delicate = self.delicate or testimony.delicate
-                conflicts.append(Conflict((equation.index,), testimony.miss, values))
-        missing = tuple(name for name in self.judged if name not in values)
-        leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)
-        if conflicts:
-            self.dead.append(leaf)
-        else:
-            (self.adrift if missing and self.casework.unverified(branch) else self.leaves).append(leaf)
+        self.findings.add(branch, decided, loose, self.casework.unverified(branch))

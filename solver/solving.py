@@ -9,10 +9,10 @@ from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
 from rulesheets.record import replace
 from solver.leaves import Leaf, leaf_errors
+from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.refinement import explore_refined
 from solver.result import Result, Solution, Status
-from solver.solution import planner
 from solver.verdict import Verdict, judge
 
 CUT = "S593"

@@ -11,8 +11,8 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Model, Value
 from solver.files.columns import joined
 from solver.files.messages import missing_extra
+from solver.path.planner import planner
 from solver.plan import Plan, prepare
-from solver.solution import planner
 from solver.sweeps.chunks import Chunk, grid_chunks, grid_lessons
 from solver.sweeps.following import Follower
 from solver.sweeps.grid import Grid, Zipped, listed, one_length

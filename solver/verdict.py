@@ -21,9 +21,9 @@ from solver.facts import (
     Unfixed,
 )
 from solver.leaves import Exploration, Leaf, leaf_errors
+from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
-from solver.solution import planner
 from solver.turns import within_one_turn
 
 ROUNDED = 2.0**-51
@@ -133,8 +133,7 @@ def _unfinished(
 def _relevant(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> tuple[Fact, ...]:
     """What stands in the way of the missing names; all there is, where none of it is on their path."""
     facts = {id(fact): fact for fact in leaf.branch.void.values()}
-    decided = {**leaf.branch.decided, **leaf.branch.assumed}
-    way = planner(model).path(frozenset(inputs), decided, want=frozenset(leaf.missing))
+    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
     used = {equation for step in way.steps for equation in equations_of(step)}
     met = [fact for fact in facts.values() if used.intersection(_about(fact))]
     return tuple(met or facts.values())
@@ -154,9 +153,7 @@ def _about(fact: Fact) -> tuple[int, ...]:
 
 def _structurally_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> frozenset[str]:
     """Wanted names that no path reaches from these inputs, however the values come out."""
-    decided = {**leaf.branch.decided, **leaf.branch.assumed}
-    known = frozenset(inputs)
-    path = planner(model).path(known, decided)
+    path = planner(model).path(frozenset(inputs), leaf.branch.conditions)
     return frozenset(path.undetermined).intersection(leaf.missing)
 
 

@@ -12,9 +12,9 @@ from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, replace
 from solver.chart.methods import TOLERANCES, Case, End, Method, methods
 from solver.chart.reference import ActiveRules, State, active_rules, applies, exact_state
+from solver.path.planner import planner
 from solver.plan import Plan, prepare
 from solver.result import Status
-from solver.solution import planner
 from solver.solving import solve
 
 FALSE = 1e-6

@@ -11,10 +11,10 @@ from solver.chart.reference import ActiveRules, State, solve_extended
 from solver.kernel.block import BlockKernel
 from solver.numerics.plain_newton import PlainEnd, plain_newton
 from solver.numerics.scipy_roots import METHODS, scipy_root
+from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.proof import can_prove
 from solver.result import Status
-from solver.solution import planner
 from solver.solving import solve
 
 if TYPE_CHECKING:

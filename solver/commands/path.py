@@ -17,8 +17,8 @@ def run(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
     from rulesheets.inputs import override
     from solver.path.outlook import outlook
+    from solver.path.planner import planner
     from solver.report.outlook import outlook_text, reaches
-    from solver.solution import planner
     from solver.solving import posted
 
     request = read_request(arguments)

@@ -20,9 +20,9 @@ from solver.files.columns import free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import End
 from solver.numerics.curve import CurvePoint, Vector
+from solver.path.planner import planner
 from solver.plan import Plan, prepare
 from solver.result import Status
-from solver.solution import planner
 from solver.table import CODES
 
 SAME = 1e-6

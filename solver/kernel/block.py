@@ -176,3 +176,11 @@ def _differences(
         return [list(row) for row in zip(*columns, strict=True)]
 
     return rows
+
+
+def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
+    """The kernel of a block, the same each time it is met."""
+    kernels: dict[SolveBlock, BlockKernel] = graph.kernels
+    if block not in kernels:
+        kernels[block] = BlockKernel(graph, block)
+    return kernels[block]

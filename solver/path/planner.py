@@ -69,3 +69,12 @@ class Planner:
         if not asked <= before and len(before | asked) <= MAX_KEPT:
             self._recalled[self._start] = before | asked
             keep_paths(self.graph.model, self._start, {key: self._paths[key] for key in before | asked})
+
+
+def planner(model: Model) -> Planner:
+    """The planner of a model, with every path that it has found so far."""
+    found = model.__dict__.get("_planner")
+    if found is None:
+        found = Planner(model)
+        model.__dict__["_planner"] = found
+    return found

@@ -9,11 +9,11 @@ from rulesheets.model import Equation, Model
 from solver.attempts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.methods import first_methods, last_resorts
+from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
 from solver.report.places import Places
 from solver.report.table import table
 from solver.result import Result
-from solver.solution import planner
 
 Row = tuple[str, str, str, str, str]
 

@@ -19,7 +19,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.fallback import fall_back
 from solver.kernel.methods import last_resorts
 from solver.kernel.question import Question
-from solver.solution import planner
+from solver.path.planner import planner
 
 MULTIPLE = (2, 18, 19)
 """Problems whose only roots are multiple ones, or not isolated."""

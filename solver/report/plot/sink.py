@@ -8,10 +8,10 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.model import Model
 from rulesheets.writing import replace_bytes
 from solver.files.columns import Columns, joined
+from solver.path.planner import planner
 from solver.report.drawing.picture import require_matplotlib
 from solver.report.plot.curves import Lattice, arranged
 from solver.report.plot.page import plotted
-from solver.solution import planner
 from solver.sweeps.work import Solved
 
 LIMIT = 1_000_000

@@ -11,8 +11,8 @@ from rulesheets.evaluate import extended
 from solver.attempts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.methods import first_methods, last_resorts
+from solver.path.planner import planner
 from solver.path.steps import SolveBlock
-from solver.solution import planner
 
 NEAR = [Method.FULL, Method.DOGLEG, Method.RELEASE, Method.HOMOTOPY]
 FAR = [Method.FULL_STARTS, Method.DOGLEG_STARTS, Method.RELEASE_STARTS, Method.HOMOTOPY_STARTS]

@@ -10,8 +10,8 @@ import rulesheets
 from rulesheets.model import Value
 from solver.cli import main
 from solver.path.outlook import MAX_ENDS, Outlook, outlook
+from solver.path.planner import planner
 from solver.report.outlook import outlook_text, reaches
-from solver.solution import planner
 from solver.solving import posted
 
 
