@@ -18,7 +18,8 @@ from rulesheets.model import Value
 from rulesheets.nodes import Expression, Number
 from solver.facts import AsksNothing, DoubleRoot
 from solver.kernel.near_rank import Blur
-from solver.kernel.step import SAMPLES, StepOutcome, StepSolver
+from solver.kernel.preimages import SAMPLES
+from solver.kernel.step import StepOutcome, StepSolver
 from solver.last_places import half_unit, with_named_numbers
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
@@ -63,7 +64,7 @@ class _ExtendedStep(StepSolver):
         super().__init__(graph, equation, isolation, values)
         self.digits, self.mp = digits, context(digits)
 
-    def _value(self, expression: Expression, values: Mapping[str, Value]) -> Any:
+    def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
         return extended(expression, values, self.digits)
 
     def _root(self, number: Any) -> Any:
@@ -113,7 +114,7 @@ class _ExtendedStep(StepSolver):
     def _miss(self, number: Any) -> Any:
         at = {**self.values, self.isolation.unknown: number}
         try:
-            return self._value(self.equation.left, at) - self._value(self.equation.right, at)
+            return self.evaluate(self.equation.left, at) - self.evaluate(self.equation.right, at)
         except Undefined:
             return None
 
