@@ -5,7 +5,7 @@
 solves the sheets of ``hostile_kinds.py`` from a seed on, in so many processes, and prints how they ended, by
 kind and status, and every one that is
 
-- a *crash*: any exception but the refusal of a broken sheet;
+- a *crash*: any exception but the refusal of a broken sheet, and any warning of Python;
 - a *hang*: longer than the limit, in seconds of the processor;
 - a *false success*: an answer with a rule that no change of 1e-9 of its values would satisfy, judged with 50
   digits by a witness that shares no code with the solver;
@@ -25,6 +25,7 @@ import signal
 import sys
 import time
 import traceback
+import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -53,6 +54,8 @@ SHARES = (0.0, *(sign * 10.0**-k for sign in (1, -1) for k in range(7)), *(k / 1
 CERTAIN = 1e-9
 """Planted states are looked for if rounding explains no larger change of them."""
 NEAR = 1e-6
+LONGEST = 350
+"""Digits in which a difference of floats leaves some beyond the point: each is below 1e309."""
 SMALLEST = 2.0**-1022
 """The floats next to 0 are as far apart as those next to this number."""
 
@@ -85,6 +88,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
     """Solve the sheet of a seed (``most`` unknowns) within so many seconds of the processor, and judge it."""
     made = sheet(seed, most)
     began = time.process_time()
+    warnings.simplefilter("error")
     signal.signal(signal.SIGPROF, _alarm)
     signal.setitimer(signal.ITIMER_PROF, limit)
     try:
@@ -93,7 +97,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
         return _refused(seed, made, error, time.process_time() - began)
     except TooLong:
         return Outcome(seed, made.kind, "hang", limit, Finding(seed, "hang", f"over {limit:g} s"))
-    except Exception:
+    except Exception:  # warnings among them
         said = traceback.format_exc().strip().splitlines()
         return Outcome(seed, made.kind, "crash", 0.0, Finding(seed, "crash", " | ".join(said[-3:])))
     finally:
@@ -195,18 +199,20 @@ def _is_plant(made: Sheet, solution: Mapping[str, Any]) -> bool:
     assert made.planted is not None
     used = {name for rule in made.rules for name in solution if name in "".join(rule)}
     return all(
-        abs(solution[name] - value) <= NEAR * abs(value) or _turns(solution[name] - value)
+        abs(solution[name] - value) <= NEAR * abs(value) or _turns(value, solution[name])
         for name, value in made.planted.items()
         if name in used
     )
 
 
-def _turns(difference: float) -> bool:
-    """Angles are reported within one turn."""
-    return any(
-        abs(difference) > turn / 2 and abs(difference - turn * round(difference / turn)) < 1e-6 * turn
-        for turn in (360.0, 6.283185307179586)
-    )
+def _turns(planted: float, found: float) -> bool:
+    """Angles are reported within one turn: as many whole ones apart, of degrees or of radians, exactly."""
+    with mpmath.workdps(LONGEST):
+        apart = mpmath.mpf(planted) - mpmath.mpf(found)
+        return any(
+            abs(apart) > turn / 2 and abs(apart - turn * mpmath.nint(apart / turn)) < NEAR * turn
+            for turn in (mpmath.mpf(360), 2 * mpmath.pi)
+        )
 
 
 def main() -> None:

@@ -42,7 +42,7 @@ def eliminate_rows(
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(left[i].get(k, 0)))
         left[k], left[pivot] = left[pivot], left[k]
-        if abs(left[k].get(k, 0)) <= (tiny * sizes[k] if tiny else 0):
+        if not abs(left[k].get(k, 0)) > (tiny * sizes[k] if tiny else 0):  # nor where either is no number
             raise Singular("a pivot vanishes")
         for i in range(k + 1, n):
             if left[i].get(k, 0):
