@@ -16,6 +16,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from rulesheets.circular import with_round_values
+from rulesheets.decimals import with_decimals_done
 from rulesheets.model import Equation, Premise
 from rulesheets.nodes import (
     And,
@@ -188,6 +190,7 @@ class _Expander:
                 yield formal, prefix + formal
 
     def equate(self, left: Expression, right: Expression, context: Context) -> None:
+        left, right = _exact(left, context.rule), _exact(right, context.rule)
         equation = Equation(
             index=len(self.equations),
             left=left,
@@ -221,7 +224,8 @@ class _Expander:
     def bind_condition(self, node: Condition, context: Context) -> Condition:
         match node:
             case Comparison(operator, left, right, span):
-                return Comparison(operator, self.bind(left, context), self.bind(right, context), span)
+                left, right = (_exact(self.bind(side, context), context.rule) for side in (left, right))
+                return Comparison(operator, left, right, span)
             case And(terms, span):
                 return And(tuple(self.bind_condition(term, context) for term in terms), span)
             case Or(terms, span):
@@ -236,3 +240,11 @@ def _bodies(owner: RuleSheet | Function, scope: Scope, guard: Guard) -> Iterator
     """The rules of a sheet or a function with where each stands."""
     for rule in rules_of(owner):
         yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
+
+
+def _exact(side: Expression, rule: Span) -> Expression:
+    """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
+    text = (rule.text or "sin pi 0.1").lower()
+    if "pi" in text and ("sin" in text or "cos" in text or "tan" in text):
+        side = with_round_values(side)
+    return with_decimals_done(side) if "." in text or "e-" in text else side

@@ -90,7 +90,22 @@ class Candidates:
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
         if result.outcome.found and len(self.blurred) < MOST_BLURRED:
-            self._blurred(question.named(result.x))
+            self._sharpen(result.x, sizes)
+
+    def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
+        """Keep the float next to a root that floats converge to, if every equation holds there."""
+        from solver.kernel.sharp_root import sharp_root
+
+        point = self.question.named(x)
+        if not self._nearly(point):
+            return
+        sharp = sharp_root(self.question, x, sizes)
+        if sharp is not None:
+            found = self.question.named(sharp)
+            if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
+                self.keep(found)
+                return
+        self._blurred(point)
 
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
         if len(self.answers) >= MOST_ANSWERS:
@@ -144,7 +159,7 @@ class Candidates:
     def _blurred(self, point: dict[str, float]) -> None:
         """Remember where floats converge, but have not the digits that satisfy the rules, or to see it."""
         known = (*self.blurred, *(answer.values for answer in self.answers))
-        if self._nearly(point) and not any(_near(point, one, BLUR, self.question.scale()) for one in known):
+        if not any(_near(point, one, BLUR, self.question.scale()) for one in known):
             self.blurred.append(point)
 
     def _nearly(self, point: dict[str, float]) -> bool:

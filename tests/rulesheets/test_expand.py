@@ -1,12 +1,17 @@
 """Calls expanded into the calling sheet: names, guards, places, order."""
 
 import time
+from decimal import Decimal
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rulesheets import RuleSheetError, loads
+from rulesheets.evaluate import value
 from rulesheets.format import format_condition, format_expression
 from rulesheets.model import Model, Premise
+from rulesheets.nodes import Call, Number, Product
 
 
 def equations(model: Model) -> list[str]:
@@ -238,3 +243,58 @@ def test_a_long_product_is_read_and_an_endless_one_refused():
     with pytest.raises(RuleSheetError) as caught:
         loads("y = " + "*".join(["x"] * 5000))
     assert [item.code for item in caught.value.diagnoses] == ["E217"]
+
+
+@pytest.mark.parametrize(
+    ("written", "number"),
+    [
+        ("sin(pi)", 0.0),
+        ("sin(-2*pi())", 0.0),
+        ("cos(pi/2)", 0.0),
+        ("cos(2*pi/3)", -0.5),
+        ("sin(pi - pi/6)", 0.5),
+        ("cos(1/3*pi)", 0.5),
+        ("tan(pi/4 + pi)", 1.0),
+        ("SIN(7*pi/6)", -0.5),
+    ],
+)
+def test_what_is_exactly_a_float_at_a_part_of_pi_is_put_in(written: str, number: float) -> None:
+    (equation,) = loads(f"x = 3*{written}").equations
+    assert equation.right == Product(Number(3.0), Number(number))
+    assert loads(f"if x > {written} then y = 1").conditions[0].right == Number(number)
+
+
+@pytest.mark.parametrize(
+    "written", ["tan(pi/2)", "sin(pi/4)", "sin(3.14159)", "sin(pi*y)", "sin(pi + 1)", "sin(0*pi/0)"]
+)
+def test_what_no_float_is_stays_as_it_is_written(written: str) -> None:
+    (equation,) = loads(f"x = {written}").equations
+    assert isinstance(equation.right, Call)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("0.1 + 0.2 - 0.3", "0"),
+        ("0.1*3", "0.3"),
+        ("-(0.7/7)", "-0.1"),
+        ("x + 0.1 + y + 0.2", "x + 0.3 + y"),
+        ("x*(0.1 + 0.2)^2", "x*0.3^2"),
+        ("sqrt(1.1 - 1)", "sqrt(0.1)"),
+        ("1/2*x + 3/8", "1/2*x + 3/8"),
+        ("0.1/3", "0.1/3"),
+        ("0.1 + 1e-20", "0.1 + 1e-20"),
+        ("1e300*1.1e300", "1e300*1.1e300"),
+        ("0.1/0", "0.1/0"),
+        ("1e-200*1.1e-200", "1e-200*1.1e-200"),
+    ],
+)
+def test_arithmetic_with_decimals_is_done_where_its_result_is_one(written: str, meant: str) -> None:
+    (equation,) = loads(f"{written} = z").equations
+    assert format_expression(equation.left) == meant
+
+
+@given(st.lists(st.decimals(-100, 100, places=3), min_size=2, max_size=6))
+def test_sums_of_decimals_are_decimals(numbers: list[Decimal]) -> None:
+    (equation,) = loads(f"z = {' + '.join(f'({number})' for number in numbers)}").equations
+    assert value(equation.right, {}) == pytest.approx(float(sum(numbers)), rel=0, abs=0)

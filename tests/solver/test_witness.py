@@ -109,3 +109,17 @@ def test_a_rate_that_floats_make_up_is_no_answer() -> None:
     assert str(result.status) == "solved"
     assert result["rate"] == pytest.approx(0.00266144471, rel=1e-8)
     assert all(abs(solution["rate"]) > 1e-3 for solution in result.solutions)
+
+
+@pytest.mark.parametrize(
+    "rules", ["x = 0.1 + 0.2 - 0.3\nx = 0", "x = sin(pi)\nx = 0", "x*cos(pi/2) = y\ny = 0\nx = 3"]
+)
+def test_rules_agree_that_say_the_same_of_decimals_and_of_pi(rules: str) -> None:
+    assert solver.solve(rulesheets.loads(rules)).status is solver.Status.SOLVED
+
+
+def test_no_digit_of_pi_makes_a_coefficient() -> None:
+    """``sin(pi)`` is 0 at all digits of π, so that no value of the others makes 3e-51 of the product."""
+    result = solver.solve(rulesheets.loads("cos(y*z)*((b - z)*sin(pi)) = 3e-51\ny = 0.6\nb = 2"))
+    assert result.status in (solver.Status.INFEASIBLE, solver.Status.INCONSISTENT)
+    assert not result.solutions
