@@ -126,9 +126,10 @@ def _term(coefficient: Fraction, monomial: Monomial, meaning: Mapping[str, Expre
 
 
 def _accumulate(total: Polynomial, monomial: Monomial, coefficient: Fraction) -> None:
-    found = total.get(monomial, 0) + coefficient
+    before = total.get(monomial)
+    found = coefficient if before is None else before + coefficient
     if found:
-        total[monomial] = Fraction(found)
+        total[monomial] = found
     else:
         total.pop(monomial, None)
 
