@@ -29,10 +29,11 @@ COMMANDS = {
     "check": "read a sheet and say what is wrong with it",
     "format": "print a sheet in its canonical form",
     "models": "list the sheets that come with Backsolve",
+    "codes": "say what the code of a message means",
     "cache": "show what is kept between runs, or clear it",
 }
 
-UNKEPT = frozenset({"format", "models", "cache"})
+UNKEPT = frozenset({"format", "models", "codes", "cache"})
 """Commands that neither find nor keep anything."""
 
 WRONG = 2

@@ -20,6 +20,7 @@ FLOORS = (
         "solver.structure",
         "solver.numerics",
         "solver.facts",
+        "solver.catalogue",
         "solver.attempts",
         "solver.files",
         "solver.column",

@@ -1,0 +1,14 @@
+"""What is known of a code, wherever it is said."""
+
+from __future__ import annotations
+
+from rulesheets.record import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """``title``: what is wrong, without a full stop; ``cause`` and ``fix`` are sentences."""
+
+    title: str
+    cause: str
+    fix: str

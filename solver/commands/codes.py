@@ -1,0 +1,42 @@
+"""``backsolve codes``: what the code of a message means, and what to do about it."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from rulesheets.catalogue.entry import Entry
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "code", nargs="?", metavar="CODE", help="such as E105 or S530; without it, all of them are listed"
+    )
+
+
+def run(arguments: Namespace) -> int:
+    """One code with its cause and its cure, or a line for each."""
+    from rulesheets.diagnosis import RuleSheetError, error
+    from rulesheets.spelling import suggestion
+    from solver.report.table import columns
+
+    entries = catalogue()
+    if arguments.code is None:
+        print(columns((code, entry.title) for code, entry in entries.items()))
+        return 0
+    code = arguments.code.strip("[]").upper()
+    if code not in entries:
+        notes = (*suggestion(code, entries), "`backsolve codes` lists them")
+        raise RuleSheetError(error("E426", f"no message has the code {arguments.code}", notes=notes))
+    entry = entries[code]
+    print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
+    return 0
+
+
+def catalogue() -> dict[str, Entry]:
+    """Every code, those of the language first."""
+    from rulesheets.catalogue import CATALOGUE
+    from solver.catalogue import OUTCOMES
+
+    return {**CATALOGUE, **OUTCOMES}
