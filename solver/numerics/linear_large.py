@@ -28,7 +28,9 @@ def solve_large(matrix: Any, rhs: Any) -> LinearOutcome:
     factor = factorise(a, [1.0] * n)
     x, residual = _refined(a, b, factor)
     if not _is_consistent(a, x, b, residual):
-        return _contradiction(a, b, factor.rank)
+        contradiction = _contradiction(a, b, factor.rank)
+        if contradiction is not None:
+            return contradiction
     condition = factor.condition()
     if factor.rank == n:
         return LinearOutcome(Outcome.CONVERGED, n, tuple(map(float, x)), exact=False, condition=condition)
@@ -90,25 +92,33 @@ def _svd(a: Any) -> tuple[Any, Any]:
     return u, vt
 
 
-def _contradiction(a: Any, b: Any, rank: int) -> LinearOutcome:
-    """Rows in the left null direction along which b sticks out most. Small, but not proven smallest."""
+def _contradiction(a: Any, b: Any, rank: int) -> LinearOutcome | None:
+    """Rows in the left null direction along which b sticks out most. Small, but not proven smallest.
+
+    None where b sticks out by no more than rounding, as it always does where the rows are independent: what
+    residual there is comes of elimination.
+    """
     import numpy as np
 
-    u, _ = _svd(a)
-    left = u[:, rank:]
-    direction = left @ (left.T @ b)
-    size = np.abs(direction).max(initial=0.0)
-    if not 0.0 < size < np.inf:  # it sticks out by no more than rounding: no row more than another
-        direction, size = np.ones(len(b)), 1.0
-    direction = direction / size
-    rows = np.flatnonzero(np.abs(direction) > 1e-8)
+    if rank == len(b):
+        return None
+    dense = a.toarray() if hasattr(a, "toarray") else a
+    rows = np.abs(dense).max(axis=1, initial=0.0)
+    rows = np.where(rows > 0.0, rows, 1.0)
+    left = _svd(dense / rows[:, None])[0][:, rank:]
+    out = left.T @ (b / rows)
+    if not (np.abs(out) > CONSISTENT * (np.abs(left).T @ np.abs(b / rows))).any():
+        return None
+    direction = (left @ out) / rows
+    direction = direction / np.abs(direction).max()
+    named = np.flatnonzero(np.abs(direction) * rows > 1e-8 * np.abs(direction * rows).max())
     return LinearOutcome(
         Outcome.NO_ROOT,
         rank,
         None,
         (),
-        tuple(map(int, rows)),
-        tuple(map(float, direction[rows])),
+        tuple(map(int, named)),
+        tuple(map(float, direction[named])),
         float(direction @ b),
         exact=False,
     )

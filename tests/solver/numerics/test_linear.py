@@ -137,3 +137,30 @@ def test_large_contradiction_names_its_rows() -> None:
     outcome = solve_linear(rows.tolist(), rhs)
     assert outcome.outcome is Outcome.NO_ROOT
     assert outcome.conflict == (3, 7)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_independent_rows_of_a_wide_system_never_contradict_each_other(seed: int) -> None:
+    """Most of them homogeneous, so that a residual is large beside what it is made of."""
+    random = numpy.random.default_rng(seed)
+    m, n = 35, 48
+    sizes = random.choice([1.0, -1.0, 2.0, -0.3], (m, n)) * 10.0 ** random.integers(-3, 4, (m, n))
+    matrix = numpy.where(random.random((m, n)) < 0.06, sizes, 0.0)
+    numpy.fill_diagonal(matrix, 1.0)
+    rhs = numpy.where(random.random(m) < 0.1, random.normal(size=m), 0.0)
+    outcome = solve_linear(matrix.tolist(), rhs.tolist())
+    assert outcome.rank == m
+    assert outcome.consistent
+
+
+def test_large_contradiction_is_found_in_rows_of_any_size() -> None:
+    n = 40
+    rows = numpy.diag(10.0 ** numpy.linspace(-150, 150, n))
+    rows[7] = 0
+    rows[7, 3] = 3 * rows[3, 3]
+    rhs = rows.sum(axis=1)
+    assert solve_linear(rows.tolist(), rhs.tolist()).consistent
+    rhs[7] *= 1.0 + 1e-9
+    outcome = solve_linear(rows.tolist(), rhs.tolist())
+    assert outcome.conflict == (3, 7)
+    assert outcome.miss == pytest.approx(rhs[7] * 1e-9 * outcome.multipliers[1])
