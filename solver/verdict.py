@@ -68,8 +68,9 @@ def judge(
         facts = (*_doubles(solved[0]), *unfixed[0])
         return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
     if found.leaves:
-        fewest = min(len(leaf.missing) for leaf in found.leaves)
-        leaves = [leaf for leaf in found.leaves if len(leaf.missing) == fewest]
+        leaves = _open(model, found.leaves, judged, inputs)
+        fewest = min(len(leaf.missing) for leaf in leaves)
+        leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
         verdict = _unfinished(model, _ordered(model, leaves, guesses), judged, inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
@@ -80,6 +81,22 @@ def judge(
         return _contradicted(found)
     status = Status.INFEASIBLE if found.complete else Status.FAILED
     return Verdict(status, ())
+
+
+def _open(
+    model: Model, leaves: Sequence[Leaf], judged: Sequence[str], inputs: Mapping[str, Value]
+) -> Sequence[Leaf]:
+    """The leaves at which something is free, and nothing refused; all, where there are none of these.
+
+    One of two roots may lead to a contradiction: that says nothing of the other.
+    """
+    if len(leaves) == 1:
+        return leaves
+    told = [_unfinished(model, [leaf], judged, inputs).status for leaf in leaves]
+    free = [
+        leaf for leaf, status in zip(leaves, told, strict=True) if status in (Status.PARTIAL, Status.SINGULAR)
+    ]
+    return free or leaves
 
 
 def _doubles(leaf: Leaf) -> tuple[DoubleRoot, ...]:

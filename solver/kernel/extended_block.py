@@ -17,7 +17,7 @@ from solver.kernel.candidates import Answer
 from solver.kernel.extended_step import exact_turn
 from solver.kernel.extended_system import ExtendedSystem, Unresolved
 from solver.kernel.fold import null_vectors, resolve_fold
-from solver.kernel.near_rank import Blur, undetermined
+from solver.kernel.near_rank import Blur, free_to_witness, undetermined
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
@@ -67,6 +67,13 @@ class _Refinement:
             free = undetermined(self.question, matrix, rhs, self.system.mp.mpf, off, singular=x is None)
             if free is not None:
                 return free
+        found = self._eliminated(x)
+        if self.floats.doubtful:
+            return free_to_witness(self.question, matrix, rhs, self.system.mp.mpf, off, found)
+        return found
+
+    def _eliminated(self, x: list[Any] | None) -> BlockOutcome:
+        """What elimination came to; where it found the matrix singular, what floats did."""
         if x is None:
             if any(not answer.double for answer in self.floats.answers) and not self.floats.free:
                 raise Unresolved

@@ -11,7 +11,7 @@ from rulesheets.record import replace
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
-from solver.kernel.near_rank import Blur, nearly_singular, undetermined
+from solver.kernel.near_rank import Blur, free_to_witness, nearly_singular, undetermined
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
 from solver.numerics.linear import EXACT_LIMIT, solve_linear
@@ -40,7 +40,9 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
             facts=(Conflict(rows, facts.miss, dict(question.values)),),
             doubtful=_rounded(question, facts),
         )
-        return _dependent(question, matrix, rhs) or conflict
+        found = _dependent(question, matrix, rhs) or conflict
+        small = len(matrix) <= EXACT_LIMIT
+        return free_to_witness(question, matrix, rhs, Fraction, off, found) if small else found
     assert facts.solution is not None
     point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
     if facts.free:
@@ -51,8 +53,9 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         return None
     if len(matrix) <= EXACT_LIMIT and nearly_singular(matrix):
         lost = undetermined(question, matrix, rhs, Fraction, off)
-        found = lost or _regular(question, point) or _dependent(question, matrix, rhs)
-        return found and replace(found, doubtful=True)
+        near = lost or _regular(question, point) or _dependent(question, matrix, rhs)
+        near = near and free_to_witness(question, matrix, rhs, Fraction, off, near)
+        return near and replace(near, doubtful=True)
     return _regular(question, point) or _dependent(question, matrix, rhs)
 
 

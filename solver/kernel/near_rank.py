@@ -32,6 +32,10 @@ SECOND_ORDER = 2.0**-90
 """What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
 places, where it is 0."""
 
+WITNESSED = 128.0
+"""Half units of a last place by which the witness lets numbers differ: how far those may be that say the same
+where it would be refused, or nothing of an unknown be left, for less."""
+
 Blur = Callable[[], Mapping[str, float]]
 """How far each known number may be off, worked out when it is asked for."""
 
@@ -70,17 +74,18 @@ def undetermined(
     exact: Callable[[float], Any],
     off: Blur,
     singular: bool = False,
+    slack: float = 1.0,
 ) -> BlockOutcome | None:
     """What a block with this matrix (n, n), which is nearly singular, leaves free, or how it contradicts
     itself; None where it determines its unknowns.
 
     ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
-    is known to be, to all the digits at hand.
+    is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
     """
     near = _Nearly(matrix, rhs)
     if not near.left:
         return None
-    moved = _Moved(question, off())
+    moved = _Moved(question, off(), slack)
     lost = near.lost(matrix, exact, moved, SECOND_ORDER if singular else 0.0)
     if not lost:
         return None
@@ -95,6 +100,30 @@ def undetermined(
     return BlockOutcome(
         (Answer({n: v for n, v in point.items() if n not in free}),), complete=True, facts=(fact,), free=free
     )
+
+
+def free_to_witness(
+    question: Question,
+    matrix: Sequence[Sequence[Any]],
+    rhs: Sequence[Any],
+    exact: Callable[[float], Any],
+    off: Blur,
+    instead: BlockOutcome,
+) -> BlockOutcome:
+    """What a nearly singular block leaves free within the backward error of the witness, where the outcome
+    that its digits at hand have ``instead`` is worth nothing: refused, or 0 for all, as any scale times 0 is.
+
+    Numbers that were read off one answer agree to their last places, not to half of one.
+    """
+    if instead.free or (instead.answers and not _homogeneous(question, off)):
+        return instead
+    found = undetermined(question, matrix, rhs, exact, off, slack=WITNESSED)
+    return found if found is not None and found.free else instead
+
+
+def _homogeneous(question: Question, off: Blur) -> bool:
+    """Whether the block holds with 0 for all of its unknowns."""
+    return _Moved(question, off(), WITNESSED).holds(dict.fromkeys(question.unknowns, 0.0))
 
 
 class _Nearly:
@@ -158,14 +187,15 @@ class _Nearly:
 class _Moved:
     """The equations of a block with their known numbers, given ones included, off by so much."""
 
-    def __init__(self, question: Question, off: Mapping[str, float]) -> None:
-        self.question, self.off = question, off
+    def __init__(self, question: Question, off: Mapping[str, float], slack: float) -> None:
+        self.question = question
+        self.off = off if slack == 1.0 else {name: slack * error for name, error in off.items()}
         numbers: dict[str, float] = {}
         self.forms = [with_named_numbers(form, numbers) for form in question.kernel.forms]
         known = {n: v for n, v in question.here.items() if isinstance(v, float)}
         self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(question.unknowns, 0.0)}
-        own = {name: half_unit(number) for name, number in numbers.items()}
-        self.moves = {n: error for n, error in {**own, **_of(known, off)}.items() if error}
+        own = {name: slack * half_unit(number) for name, number in numbers.items()}
+        self.moves = {n: error for n, error in {**own, **_of(known, self.off)}.items() if error}
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
         """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""

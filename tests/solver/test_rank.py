@@ -108,6 +108,31 @@ def test_orbit_whose_size_nothing_tells(given: tuple[str, ...]) -> None:
     assert set(result.undetermined) == {"a", "r"}
 
 
+@pytest.mark.parametrize("units", [-9, -2, -1, 0, 1, 3, 40])
+def test_scale_that_two_slopes_leave_free(units: int) -> None:
+    """Two numbers that say the same to a few units of the last place: no length follows, let alone 0."""
+    slope = 0.7391
+    other = slope + units * 2.0**-53
+    for sheet in ("y = s*x\ny = c*x", "variables\n s\n c\n x > 0\n y\nrules\n y = s*x\n y = c*x"):
+        result = solved(sheet, {"s": slope, "c": other})
+        assert str(result.status) in {"partial", "singular"}
+        assert set(result.undetermined) == {"x", "y"}
+        assert not result.complete
+
+
+def test_scale_is_0_where_slopes_differ_by_more_than_rounding() -> None:
+    result = solved("variables\n s\n c\n x > 0\n y\nrules\n y = s*x\n y = c*x", {"s": 0.7, "c": 0.7000000007})
+    assert str(result.status) == "infeasible"
+
+
+def test_root_that_leads_to_a_contradiction_says_nothing_of_the_other() -> None:
+    """x is 2 or -2; with -2 the sums agree and leave y and z free."""
+    result = solved("x^2 = 4\ny + z = -x\n3*y + 3*z = 6")
+    assert str(result.status) in {"partial", "singular"}
+    assert set(result.undetermined) == {"y", "z"}
+    assert [solution["x"] for solution in result.solutions] == [-2.0]
+
+
 # --- rules made dependent in decimals, which floats only nearly are ---------------------
 
 shares = st.integers(-9, 9).filter(bool).map(lambda n: Decimal(n) / 10)
