@@ -8,26 +8,20 @@ nothing there, whatever elimination makes of the digits at hand (to first order:
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives
-from rulesheets.model import Value
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.freedom import far_along, rank_loss
 from solver.kernel.outcome import BlockOutcome
+from solver.kernel.perturbed import Perturbed
 from solver.kernel.question import Question
-from solver.last_places import blur, half_unit, with_named_numbers
-from solver.witness import testify
 
 SUSPECT = 1e-9
 """Least pivot of a matrix with rows and columns of size 1 that is worth a closer look."""
 STILL = 1e-9
 """Share of the largest move along a null direction below which an unknown stays where it is."""
-NUDGE = 1e-5
-"""Relative step of the differences that tell how a coefficient depends on a known number."""
 SECOND_ORDER = 2.0**-90
 """What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
 places, where it is 0."""
@@ -85,14 +79,16 @@ def undetermined(
     near = _Nearly(matrix, rhs)
     if not near.left:
         return None
-    moved = _Moved(question, off(), slack)
+    moved = Perturbed(question, off(), slack)
     lost = near.lost(matrix, exact, moved, SECOND_ORDER if singular else 0.0)
     if not lost:
         return None
     point = question.named(near.point(len(lost)))
     directions = [question.named(direction) for direction in lost]
     if not moved.holds(point):
-        return near.contradiction(question, len(lost))
+        point = question.named(near.point(len(lost), moved.allowances(point)))
+        if not moved.holds(point):
+            return near.contradiction(question, len(lost))
     if not all(moved.holds(far_along(point, direction)) for direction in directions):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
@@ -123,7 +119,7 @@ def free_to_witness(
 
 def _homogeneous(question: Question, off: Blur) -> bool:
     """Whether the block holds with 0 for all of its unknowns."""
-    return _Moved(question, off(), WITNESSED).holds(dict.fromkeys(question.unknowns, 0.0))
+    return Perturbed(question, off(), WITNESSED).holds(dict.fromkeys(question.unknowns, 0.0))
 
 
 class _Nearly:
@@ -135,19 +131,19 @@ class _Nearly:
         a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
         self.rows = np.abs(a).max(axis=1)
         self.rows[self.rows == 0] = 1.0
-        a, self.b = a / self.rows[:, None], b / self.rows
-        self.columns = np.abs(a).max(axis=0)
+        self.a, self.b = a / self.rows[:, None], b / self.rows
+        self.columns = np.abs(self.a).max(axis=0)
         self.columns[self.columns == 0] = 1.0
-        self.u, self.s, self.v = np.linalg.svd(a / self.columns)
-        small = int((self.s <= SUSPECT * self.s[0]).sum())
-        self.left = (self.u[:, len(a) - small :].T / self.rows).tolist()
-        self.right = (self.v[len(a) - small :] / self.columns).tolist()
+        self.u, self.s, self.v = np.linalg.svd(self.a / self.columns)
+        kept = len(a) - int((self.s <= SUSPECT * self.s[0]).sum())
+        self.left = (self.u[:, kept:].T / self.rows).tolist()
+        self.right = (self.v[kept:] / self.columns).tolist()
 
     def lost(
         self,
         matrix: Sequence[Sequence[Any]],
         exact: Callable[[float], Any],
-        moved: _Moved,
+        moved: Perturbed,
         least: float,
     ) -> list[list[float]]:
         """Null directions (n,) of what the matrix may as well be, the largest entry of each 1."""
@@ -164,11 +160,24 @@ class _Nearly:
                 found.append([q / size for q in z])
         return found
 
-    def point(self, lost: int) -> list[float]:
-        """The solution of least scaled norm with the last singular values taken for 0."""
-        kept = len(self.s) - lost
-        y = (self.u.T @ self.b)[:kept] / self.s[:kept]
-        point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
+    def point(self, lost: int, allowances: Sequence[float] | None = None) -> list[float]:
+        """The solution of least scaled norm with the last singular values taken for 0.
+
+        ``allowances``: what each equation (n,) may miss by; with them, that of least misses in their units.
+        """
+        import numpy as np
+
+        u, s, v, b, columns = self.u, self.s, self.v, self.b, self.columns
+        if allowances is not None:
+            weights = self.rows / np.array(allowances)
+            b = b * weights
+            a = self.a * weights[:, None]
+            columns = np.abs(a).max(axis=0)
+            columns[columns == 0] = 1.0
+            u, s, v = np.linalg.svd(a / columns)
+        kept = len(s) - lost
+        y = (u.T @ b)[:kept] / s[:kept]
+        point: list[float] = ((v[:kept].T @ y) / columns).tolist()
         return point
 
     def contradiction(self, question: Question, lost: int) -> BlockOutcome:
@@ -182,57 +191,3 @@ class _Nearly:
         miss = float(worst @ self.b / worst[last] * self.rows[last])
         rows = tuple(question.equations[i] for i in involved)
         return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(question.values)),))
-
-
-class _Moved:
-    """The equations of a block with their known numbers, given ones included, off by so much."""
-
-    def __init__(self, question: Question, off: Mapping[str, float], slack: float) -> None:
-        self.question = question
-        self.off = off if slack == 1.0 else {name: slack * error for name, error in off.items()}
-        numbers: dict[str, float] = {}
-        self.forms = [with_named_numbers(form, numbers) for form in question.kernel.forms]
-        known = {n: v for n, v in question.here.items() if isinstance(v, float)}
-        self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(question.unknowns, 0.0)}
-        own = {name: slack * half_unit(number) for name, number in numbers.items()}
-        self.moves = {n: error for n, error in {**own, **_of(known, self.off)}.items() if error}
-
-    def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
-        """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""
-        return sum(self._moved(name, error, w, z) for name, error in self.moves.items())
-
-    def _moved(self, name: str, error: float, w: Sequence[float], z: Sequence[float]) -> float:
-        number = self.at[name]
-        assert isinstance(number, float)
-        if not math.isfinite(error):
-            return math.nan
-        step = max(NUDGE * abs(number), error)
-        try:
-            ahead, behind = (self._product({**self.at, name: number + s}, w, z) for s in (step, -step))
-        except Undefined:
-            return math.nan
-        return abs(ahead - behind) / (2 * step) * error
-
-    def _product(self, at: Mapping[str, Value], w: Sequence[float], z: Sequence[float]) -> float:
-        slopes = (derivatives(form, at)[1] for form in self.forms)
-        names = self.question.unknowns
-        return sum(
-            p * sum(row.get(n, 0.0) * q for n, q in zip(names, z, strict=True))
-            for p, row in zip(w, slopes, strict=True)
-        )
-
-    def holds(self, point: Mapping[str, float]) -> bool:
-        """Whether the witness accepts every equation, or what is known may be as far off as it misses."""
-        question = self.question
-        everything = {**question.here, **point}
-        misses = question.residual(list(point.values()))
-        return all(
-            abs(miss) <= blur(form, everything, self.off) or testify(equation, everything).holds
-            for miss, form, equation in zip(
-                misses, question.kernel.forms, question.kernel.equations, strict=True
-            )
-        )
-
-
-def _of(known: Mapping[str, float], off: Mapping[str, float]) -> dict[str, float]:
-    return {name: off[name] for name in known if name in off}
