@@ -127,14 +127,15 @@ def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
             known = {name: v for name, v in solution.items() if isinstance(v, float)}
             if not satisfied(rule, known):
                 yield "false success", f"{result.status}: {rule} at {known}"
-    if not _plant_holds(made):
+    spread = uncertainty(made)
+    if spread > CERTAIN:
         return
     if result.status in (Status.INFEASIBLE, Status.INCONSISTENT) and _square(made):
         yield "false refusal", f"{result.status}, but there is {made.planted}"
     elif (
         result.complete
         and (result.solutions or _square(made))
-        and not any(_is_plant(made, solution) for solution in result.solutions)
+        and not any(_is_plant(made, solution, spread) for solution in result.solutions)
     ):
         yield "false refusal", f"complete without {made.planted}"
 
@@ -191,26 +192,24 @@ def _square(made: Sheet) -> bool:
     return len(active(made)) == len(made.planted) - len(made.inputs)
 
 
-def _plant_holds(made: Sheet) -> bool:
-    return uncertainty(made) <= CERTAIN
-
-
-def _is_plant(made: Sheet, solution: Mapping[str, Any]) -> bool:
+def _is_plant(made: Sheet, solution: Mapping[str, Any], spread: float) -> bool:
+    """Whether an answer is the planted state, which rounding leaves unsure by a relative ``spread``."""
     assert made.planted is not None
     used = {name for rule in made.rules for name in solution if name in "".join(rule)}
     return all(
-        abs(solution[name] - value) <= NEAR * abs(value) or _turns(value, solution[name])
+        abs(solution[name] - value) <= NEAR * abs(value)
+        or _turns(value, solution[name], 10 * spread * abs(value))
         for name, value in made.planted.items()
         if name in used
     )
 
 
-def _turns(planted: float, found: float) -> bool:
-    """Angles are reported within one turn: as many whole ones apart, of degrees or of radians, exactly."""
+def _turns(planted: float, found: float, unsure: float) -> bool:
+    """Angles are reported within one turn: whole ones apart (degrees or radians), but for what is unsure."""
     with mpmath.workdps(LONGEST):
         apart = mpmath.mpf(planted) - mpmath.mpf(found)
         return any(
-            abs(apart) > turn / 2 and abs(apart - turn * mpmath.nint(apart / turn)) < NEAR * turn
+            abs(apart) > turn / 2 and abs(apart - turn * mpmath.nint(apart / turn)) < max(NEAR * turn, unsure)
             for turn in (mpmath.mpf(360), 2 * mpmath.pi)
         )
 
