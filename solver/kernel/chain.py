@@ -132,7 +132,7 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
                 )
                 target = Name(name)
             expression = substitute(form, {TARGET.name: target})
-            if isinstance(form, Quotient) and not isinstance(stage.divisor, Number):
+            if isinstance(form, Quotient) and stage.divides:
                 name = f"{prefix}.{place}q"
                 steps.append(Assignment(name, expression, relational=True))
                 expression = Name(name)

@@ -15,7 +15,7 @@ from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Number
+from rulesheets.nodes import Expression
 from solver.facts import AsksNothing, DoubleRoot
 from solver.kernel.near_rank import Blur
 from solver.kernel.preimages import SAMPLES
@@ -134,9 +134,7 @@ class _ExtendedStep(StepSolver):
     def divides(self) -> bool:
         """Whether what the unknown is multiplied by, or raised to, is made of numbers that may cancel."""
         stages = self.isolation.stages
-        return self.isolation.quadratic is not None or any(
-            stage.divisor is not None and not isinstance(stage.divisor, Number) for stage in stages
-        )
+        return self.isolation.quadratic is not None or any(stage.divides for stage in stages)
 
     def drops_out(self, off: Mapping[str, float]) -> bool:
         """Whether the equation holds wherever it is tried, and its terms with the unknown change by no more

@@ -11,7 +11,18 @@ from __future__ import annotations
 from math import inf
 
 from rulesheets import nodes
-from rulesheets.construct import add, call, divide, multiply, negative, power, substitute, subtract
+from rulesheets.construct import (
+    ZERO,
+    add,
+    call,
+    divide,
+    is_number,
+    multiply,
+    negative,
+    power,
+    substitute,
+    subtract,
+)
 from rulesheets.functions import TABLE
 from rulesheets.nodes import (
     Call,
@@ -48,6 +59,13 @@ class Stage:
     high_open: bool = False
     divisor: Expression | None = None
     period: float | None = None
+
+    @property
+    def divides(self) -> bool:
+        """Whether it divides by what may vanish."""
+        return self.divisor is not None and (
+            is_number(self.divisor, 0.0) or not isinstance(self.divisor, Number)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +168,7 @@ def _may_fail(stage: Stage) -> bool:
         return True  # always defined, but a polynomial no more
     bounded = stage.low > -inf or stage.high < inf
     divides = any(not isinstance(form, Product) for form in stage.forms)
-    return bounded or (divides and stage.divisor is not None and not isinstance(stage.divisor, Number))
+    return bounded or (divides and stage.divides)
 
 
 def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
@@ -165,6 +183,8 @@ def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
             return Stage("product", (divide(TARGET, factor),), divisor=factor), inner
         case Quotient(left, right) if unknown in nodes.names(left):
             return Stage("quotient", (multiply(TARGET, right),), divisor=right), left
+        case Quotient(Number(0.0), right):  # of no divisor, as 0 times it is of no factor
+            return Stage("product", (divide(TARGET, ZERO),), divisor=ZERO), right
         case Quotient(left, right):
             return Stage("quotient", (divide(left, TARGET),), divisor=TARGET), right
         case Power(base, exponent) if unknown in nodes.names(base):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
 import mpmath
@@ -9,6 +10,7 @@ import pytest
 
 import rulesheets
 import solver
+from solver import Status
 from solver.report.text import result_text
 
 
@@ -73,3 +75,24 @@ def test_more_answers_than_a_result_holds() -> None:
     assert len(result.solutions) == 256
     assert notes(result) == ["S593"]
     assert "256 are listed" in result.diagnoses[0].message
+
+
+@pytest.mark.parametrize("nothing", ["0/c/(b*d)", "0*c/(b*d)", "p/c/(b*d)", "p*c/(b*d)", "0/(b*c*d)"])
+def test_an_unknown_that_drops_out_of_a_rule_is_not_found_by_it(nothing: str) -> None:
+    """0 over c is 0 whatever c is: the rule that says so gives b alone, and c is found by another."""
+    ranges = "  b in [-1, -0.3]\n  c in [-31, 22]\n  d in [-3, 0.3]\n  p = 0\n"
+    rules = f"  {nothing} - b/5 = 0.08\n  b/(d*d) = -14.6\n  d/b*(3 + c) = 4.6\n"
+    result = solver.solve(rulesheets.loads(f"variables\n{ranges}rules\n{rules}"))
+    b = -0.4
+    places = [(d, 4.6 * b / d - 3) for d in (sqrt(b / -14.6), -sqrt(b / -14.6))]
+    assert result.status is Status.SOLVED
+    found = sorted((s["d"], s["c"]) for s in result.solutions)
+    assert found == [pytest.approx(place, rel=1e-12) for place in sorted(places)]
+
+
+def test_nothing_over_an_unknown_is_never_something() -> None:
+    result = solver.solve(rulesheets.loads("rules\n  0/c = 1\n"))
+    assert result.status is Status.INFEASIBLE
+    result = solver.solve(rulesheets.loads("rules\n  0/c = 0\n"))
+    assert result.status is Status.SINGULAR
+    assert "c" in result.undetermined
