@@ -55,6 +55,11 @@ class Undefined(ArithmeticError):
         """The argument to blame: the divisor, the base, the first of a function's."""
         return self.arguments[0]
 
+    @property
+    def divides(self) -> bool:
+        """Whether it divides by 0, be it by a power."""
+        return self.operation == "/" or (self.operation == "^" and self.arguments[0] == 0.0)
+
 
 def _reading(operation: str, arguments: tuple[float, ...]) -> str:
     texts = [number_text(argument) for argument in arguments]

@@ -123,3 +123,11 @@ def test_no_digit_of_pi_makes_a_coefficient() -> None:
     result = solver.solve(rulesheets.loads("cos(y*z)*((b - z)*sin(pi)) = 3e-51\ny = 0.6\nb = 2"))
     assert result.status in (solver.Status.INFEASIBLE, solver.Status.INCONSISTENT)
     assert not result.solutions
+
+
+@pytest.mark.parametrize(
+    "whole", ["sgn(1/b) = a*a", "sgn(b^-1) = a*a", "sgn(b^-0.5) = a", "1/(1 + b^-2) = 0*a"]
+)
+def test_nothing_holds_at_a_pole(whole: str) -> None:
+    """However the division by 0 is written, and whatever bounds what it comes to."""
+    assert not holds(whole, a=1.0, b=0.0)
