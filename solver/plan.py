@@ -159,7 +159,7 @@ class Plan:
         paths.recall(frozenset(values), frozenset(self.want))
         found = explore_refined(self.model, values, self.want, self.guesses, self.want)
         paths.keep()
-        return judge(self.model, found, self.want, values, self.guesses), found
+        return judge(self.model, found, values, self.guesses), found
 
     def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
         """The first number that lies outside the range that the sheet declares."""

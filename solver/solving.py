@@ -60,7 +60,7 @@ def solve(
         require_proof()
     found = explore_refined(model, given, wanted, hints, judged, always=prove)
     paths.keep()
-    verdict = judge(model, found, judged, given, hints)
+    verdict = judge(model, found, given, hints)
     near = partial(_near, model, wanted, judged)
     result = _result(model, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
@@ -143,7 +143,7 @@ def _near(
     guesses: Mapping[str, float],
 ) -> Mapping[str, Value] | None:
     """The answer nearest to the guesses, None where there is none."""
-    verdict = judge(model, explore_refined(model, inputs, wanted, guesses, judged), judged, inputs, guesses)
+    verdict = judge(model, explore_refined(model, inputs, wanted, guesses, judged), inputs, guesses)
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 

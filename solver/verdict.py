@@ -46,16 +46,12 @@ class Verdict:
 
 
 def judge(
-    model: Model,
-    found: Exploration,
-    judged: Sequence[str],
-    inputs: Mapping[str, Value],
-    guesses: Mapping[str, float],
+    model: Model, found: Exploration, inputs: Mapping[str, Value], guesses: Mapping[str, float]
 ) -> Verdict:
     """The status of a solve, by what its leaves reached."""
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
     if loose:
-        return _unfinished(model, loose, judged, inputs)
+        return _unfinished(model, loose, inputs)
     solved = _preferred([leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
@@ -68,10 +64,10 @@ def judge(
         facts = (*_doubles(solved[0]), *unfixed[0])
         return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
     if found.leaves:
-        leaves = _open(model, found.leaves, judged, inputs)
+        leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)
         leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
-        verdict = _unfinished(model, _ordered(model, leaves, guesses), judged, inputs)
+        verdict = _unfinished(model, _ordered(model, leaves, guesses), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
         if verdict.status is Status.INFEASIBLE and found.dead:
@@ -83,16 +79,14 @@ def judge(
     return Verdict(status, ())
 
 
-def _open(
-    model: Model, leaves: Sequence[Leaf], judged: Sequence[str], inputs: Mapping[str, Value]
-) -> Sequence[Leaf]:
+def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:
     """The leaves at which something is free, and nothing refused; all, where there are none of these.
 
     One of two roots may lead to a contradiction: that says nothing of the other.
     """
     if len(leaves) == 1:
         return leaves
-    told = [_unfinished(model, [leaf], judged, inputs).status for leaf in leaves]
+    told = [_unfinished(model, [leaf], inputs).status for leaf in leaves]
     free = [
         leaf for leaf, status in zip(leaves, told, strict=True) if status in (Status.PARTIAL, Status.SINGULAR)
     ]
@@ -127,9 +121,7 @@ def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
     return tuple(name for name in model.variables if name not in leaf.branch.values)
 
 
-def _unfinished(
-    model: Model, leaves: list[Leaf], judged: Sequence[str], inputs: Mapping[str, Value]
-) -> Verdict:
+def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
     """Wanted variables are missing: because of values (void rules), or of the inputs' pattern."""
     leaf = leaves[0]
     structural = _structurally_missing(model, leaf, inputs)

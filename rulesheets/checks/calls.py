@@ -43,10 +43,8 @@ def check_builtin(
     elif name not in TABLE:
         yield messages.unknown_function(call, (*own, *TABLE), variables)
     else:
-        least, most = TABLE[name].arity
-        count = len(call.arguments)
-        if count < least or (most is not None and count > most):
-            yield messages.argument_count(call, _arity(least, most), None)
+        if not TABLE[name].accepts(len(call.arguments)):
+            yield messages.argument_count(call, _arity(*TABLE[name].arity), None)
         if isinstance(call, CallRule) and len(call.results) != 1:
             yield messages.builtin_results(call)
 

@@ -59,14 +59,6 @@ class Builtin:
     preimage: Preimage | None = None
     domain: tuple[float, float] = (-inf, inf)
 
-    @property
-    def python(self) -> str | None:
-        """What generated code may call in place of ``value``: ``math.sqrt``, ``min``; None if nothing."""
-        module = getattr(self.value, "__module__", None)
-        if module == "math":
-            return f"math.{self.value.__name__}"
-        return self.value.__name__ if module == "builtins" else None
-
     def accepts(self, count: int) -> bool:
         """Whether the function can be called with ``count`` arguments."""
         least, most = self.arity

@@ -16,7 +16,6 @@ SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
 RADIAN = 0.01745329238474369, 1.3519960527851425e-10
 DEGREE = 57.29577922821045, 2.8487187165804814e-07
 
-_RADIAN_HEAD, _RADIAN_TAIL = RADIAN
 
 _ASIND = {0.5: 30.0, -0.5: -30.0, 1.0: 90.0, -1.0: -90.0}
 _ACOSD = {1.0: 0.0, 0.5: 60.0, 0.0: 90.0, -0.5: 120.0, -1.0: 180.0}
@@ -75,30 +74,6 @@ def cosd(degrees: float) -> float:
     quarters, rest = _reduced(degrees)
     cosine = _sine(rest) if quarters & 1 else _cosine(rest)
     return 0.0 - cosine if (quarters + 1) & 2 else cosine + 0.0
-
-
-def sincosd(degrees: float) -> tuple[float, float]:
-    """Sine and cosine of an angle in degrees, the same floats as ``sind`` and ``cosd`` give."""
-    quarters, rest = 0, degrees
-    if not -45.0 <= degrees <= 45.0:
-        turn = fmod(degrees, 360.0)
-        quarters = round(turn / 90.0)
-        rest = turn - 90.0 * quarters
-    spread = SPLITTER * rest
-    head = spread - (spread - rest)
-    product = head * _RADIAN_HEAD
-    tail = (rest - head) * _RADIAN_HEAD + rest * _RADIAN_TAIL
-    high = product + tail
-    low = tail - (high - product)
-    s, c = sin(high), cos(high)
-    sine, cosine = s + low * c, c - low * s
-    if rest == 30.0 or rest == -30.0:
-        sine = copysign(0.5, rest)
-    if not quarters:
-        return sine, cosine
-    if quarters & 1:
-        sine, cosine = cosine, 0.0 - sine
-    return (0.0 - sine, 0.0 - cosine) if quarters & 2 else (sine, cosine)
 
 
 def tand(degrees: float) -> float:

@@ -91,7 +91,7 @@ class Filling:
     def _solved(self, z: Vector) -> tuple[Status, dict[str, Value]]:
         inputs = {**self.system.fixed, **self.wrapped(z)}
         found = explore(self.model, inputs, self.want, {}, self.want)
-        verdict = judge(self.model, found, self.want, inputs, {})
+        verdict = judge(self.model, found, inputs, {})
         values = verdict.leaves[0].branch.values if verdict.leaves else inputs
         return verdict.status, {name: values[name] for name in self.want if name in values}
 

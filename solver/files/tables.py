@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Sequence
-from typing import Protocol
 
 from rulesheets.diagnosis import RuleSheetError
 from solver.files.behind import WriteBehind
@@ -15,14 +14,6 @@ from solver.files.parquet import ParquetTable
 from solver.files.replacing import Replacement
 
 CSV, PARQUET = (".csv", ".txt", ""), (".parquet", ".pq")
-
-
-class TableFile(Protocol):
-    """Takes pieces in order; then it is closed, whole and in its place, or discarded."""
-
-    def add(self, table: Columns) -> None: ...
-    def close(self) -> None: ...
-    def discard(self) -> None: ...
 
 
 class CsvFile:

@@ -67,10 +67,6 @@ class RootSearch:
     evaluations: int = 0
     levels: int = 0
 
-    @property
-    def proven_empty(self) -> bool:
-        return self.complete and not self.roots
-
 
 def isolate_roots(
     enclose: Enclosure,

@@ -29,10 +29,6 @@ class LinearOutcome:
     condition: float | None = None
 
     @property
-    def consistent(self) -> bool:
-        return not self.conflict
-
-    @property
     def free(self) -> tuple[int, ...]:
         """Indices of the unknowns that the rows leave free."""
         size = len(self.nullspace[0]) if self.nullspace else 0

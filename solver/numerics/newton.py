@@ -146,7 +146,7 @@ class _Search:
                 [b - (1 - damping) * d for b, d in zip(simplified, step, strict=True)], p.weight
             )
             if ahead <= (1 - damping / 4) * norm and (following := self.system.point(x, values)):
-                self._accept(following, step, simplified, norm, damping)
+                self._accept(following, simplified, norm, damping)
                 return ahead / norm
             longest = 0.5 * norm * damping**2 / deviation if deviation else 1.0
             damping = min(longest, damping / 2)
@@ -163,9 +163,7 @@ class _Search:
         predicted = (previous / norm) * (scaled_norm(simplified, weight) / change) * self.damping
         return min(1.0, max(predicted, 10 * self.limits.shortest))
 
-    def _accept(
-        self, point: Point, step: list[float], simplified: list[float], norm: float, damping: float
-    ) -> None:
+    def _accept(self, point: Point, simplified: list[float], norm: float, damping: float) -> None:
         self.last = (simplified, self.point.weight, norm)
         self.point, self.damping = point, damping
         self.iterations += 1

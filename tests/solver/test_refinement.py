@@ -72,7 +72,7 @@ def judged(name: str, given: dict[str, Any]) -> Verdict:
     own = {n: v.value for n, v in sheet.variables.items() if v.value is not None}
     inputs = {n: v for n, v in {**own, **given}.items() if v is not None}
     asked = posted(sheet)
-    return judge(sheet, explore_refined(sheet, inputs, None, {}, asked), asked, inputs, {})
+    return judge(sheet, explore_refined(sheet, inputs, None, {}, asked), inputs, {})
 
 
 @pytest.mark.parametrize(("offset", "side", "outer"), ENDS[::3])

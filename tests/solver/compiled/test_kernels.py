@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets import nodes
-from rulesheets.functions.degrees import atan2d, cosd, sincosd, sind
+from rulesheets.functions.degrees import atan2d, cosd, sind
 from rulesheets.model import Model
 from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
 from solver.compiled.array import ArrayKernel
@@ -64,11 +64,6 @@ def test_special_angles_are_exact() -> None:
             assert s == sind(degrees)
         if cosd(degrees) in (0.0, 1.0, -1.0, 0.5, -0.5):
             assert c == cosd(degrees)
-
-
-@given(st.floats(-1e15, 1e15))
-def test_sine_and_cosine_together_are_the_two_alone(degrees: float) -> None:
-    assert sincosd(degrees) == (sind(degrees), cosd(degrees))
 
 
 @given(st.floats(-1e15, 1e15))

@@ -43,6 +43,10 @@ def search(
     return isolate_roots(enclosure(box), slopes, value, low, high, limits or IsolationLimits())
 
 
+def proven_empty(found: RootSearch) -> bool:
+    return found.complete and not found.roots
+
+
 def polynomial(roots: list[float]) -> tuple[Expression, Expression]:
     """Product of (x - root) and its slope, over floats or intervals."""
 
@@ -174,7 +178,7 @@ def test_poles_are_no_roots(box: Expression, slope: Expression, roots: list[floa
 )
 def test_absence_is_proven(box: Expression, slope: Expression) -> None:
     found = search(box, slope, lambda x: math.nan, -100, 100)
-    assert found.proven_empty
+    assert proven_empty(found)
 
 
 def test_ends_of_the_range_count() -> None:
@@ -182,13 +186,13 @@ def test_ends_of_the_range_count() -> None:
     found = search(value, slope, value, 1, 3)
     assert found.complete
     assert found.roots == (1.0, 3.0)
-    assert search(value, slope, value, 1.5, 2.5).proven_empty
+    assert proven_empty(search(value, slope, value, 1.5, 2.5))
 
 
 def test_a_range_of_one_point() -> None:
     assert search(lambda x: x - 2, lambda x: 1 + 0 * x, lambda x: x - 2, 2, 2).roots == (2.0,)
-    assert search(lambda x: x - 2, lambda x: 1 + 0 * x, lambda x: x - 2, 3, 3).proven_empty
-    assert search(lambda x: x - 2, lambda x: 1 + 0 * x, lambda x: x - 2, 3, 1).proven_empty
+    assert proven_empty(search(lambda x: x - 2, lambda x: 1 + 0 * x, lambda x: x - 2, 3, 3))
+    assert proven_empty(search(lambda x: x - 2, lambda x: 1 + 0 * x, lambda x: x - 2, 3, 1))
 
 
 @pytest.mark.parametrize("root", [0.0, 1.0, -8.0, 0.3])

@@ -38,7 +38,7 @@ def test_rank_and_consistency_agree_with_sympy(system: System) -> None:
     outcome = solve_linear(rows, rhs)
     matrix = sympy.Matrix(rows)
     assert outcome.rank == matrix.rank()
-    assert outcome.consistent == (matrix.row_join(sympy.Matrix(rhs)).rank() == matrix.rank())
+    assert (not outcome.conflict) == (matrix.row_join(sympy.Matrix(rhs)).rank() == matrix.rank())
     assert len(outcome.nullspace) == matrix.shape[1] - matrix.rank()
 
 
@@ -49,7 +49,7 @@ def test_conflict_is_a_minimal_dependent_set_and_combines_to_the_miss(
 ) -> None:
     rows, rhs = system
     outcome = solve_linear(rows, rhs)
-    if outcome.consistent:
+    if not outcome.conflict:
         return
     chosen = sympy.Matrix([rows[i] for i in outcome.conflict])
     assert chosen.rank() == len(outcome.conflict) - 1
