@@ -93,11 +93,12 @@ def find_sheet(path: str) -> str:
     from rulesheets.diagnosis import RuleSheetError, error
     from rulesheets.spelling import suggestion
 
+    here = sorted(name for name in os.listdir() if name.endswith(".tk"))
     raise RuleSheetError(
         error(
             "E309",
             f"there is no rule sheet and no shipped model {bare}",
-            notes=suggestion(bare, shipped_models())
+            notes=suggestion(bare, (*shipped_models(), *here))
             or ("a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",),
         )
     )

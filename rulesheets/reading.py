@@ -21,15 +21,27 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         with open(name, "rb") as file:
             data = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        raise RuleSheetError(error("E301", f"there is no file {name}")) from None
+        raise RuleSheetError(error("E301", f"there is no file {name}", notes=near_files(name))) from None
     except IsADirectoryError:
-        raise RuleSheetError(error("E302", f"{name} is a folder, not a rule sheet")) from None
+        notes = ("name a file in it; a folder is a sheet where it holds a model.tk",)
+        raise RuleSheetError(error("E302", f"{name} is a folder, not a file", notes=notes)) from None
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
     if len(data) > _LARGEST:
         raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
     return Source(name, _decoded(name, data))
+
+
+def near_files(path: str) -> tuple[str, ...]:
+    """The note on a file that is not there: its folder is not either, or holds one that is spelt alike."""
+    from rulesheets.spelling import suggestion
+
+    folder, name = os.path.split(path)
+    if not os.path.isdir(folder or "."):
+        return (f"there is no folder {folder} either",)
+    ending = os.path.splitext(name)[1]
+    return suggestion(name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending)))
 
 
 def _decoded(name: str, data: bytes) -> str:

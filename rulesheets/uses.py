@@ -10,10 +10,9 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.nodes import Function, RuleSheet, Use
 from rulesheets.parse import parse
 from rulesheets.program import Opening, Program, rules_of
-from rulesheets.reading import read_source
+from rulesheets.reading import near_files, read_source
 from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
-from rulesheets.spelling import suggestion
 
 
 @dataclass(frozen=True)
@@ -117,13 +116,7 @@ def place_of(path: str, use: Use) -> Span | None:
 
 
 def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
-    folder = os.path.dirname(shown) or "."
-    wanted = os.path.basename(path)
-    if not os.path.isdir(folder):
-        notes: tuple[str, ...] = (f"there is no folder {folder} either",)
-    else:
-        sheets = sorted(name for name in os.listdir(folder) if name.endswith(".tk"))
-        notes = suggestion(wanted, sheets) or ("paths are relative to the file that names them",)
+    notes = near_files(shown) or ("paths are relative to the file that names them",)
     return error(
         "E306",
         f"there is no file {path} to use",

@@ -15,6 +15,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
     from types import SimpleNamespace
+    from typing import NoReturn
 
     from rulesheets.diagnosis import RuleSheetError
     from solver.commands.syntax import Syntax
@@ -121,8 +122,12 @@ def _parsed(command: str, syntax: Syntax, words: list[str]) -> SimpleNamespace:
     from argparse import ArgumentParser
     from types import SimpleNamespace
 
-    about = f"{COMMANDS[command].capitalize()}."
-    parser = ArgumentParser(prog=f"backsolve {command}", description=about, allow_abbrev=False)
+    class Parser(ArgumentParser):
+        def error(self, message: str) -> NoReturn:
+            raise SystemExit(_misused(command, message))
+
+    about = f"{COMMANDS[command][0].upper()}{COMMANDS[command][1:]}."
+    parser = Parser(prog=f"backsolve {command}", description=about, allow_abbrev=False)
     syntax.declare(parser)
     options = {option for action in parser._actions for option in action.option_strings}
     for word in words:
@@ -134,11 +139,17 @@ def _parsed(command: str, syntax: Syntax, words: list[str]) -> SimpleNamespace:
 
 
 def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
-    from rulesheets.spelling import suggestion
+    from rulesheets.spelling import closest
 
-    print(f"backsolve {command}: there is no option {word}", file=sys.stderr)
-    for note in suggestion(word, sorted(options)):
-        print(f"  {note}", file=sys.stderr)
+    near = closest(word.lstrip("-"), sorted(option.lstrip("-") for option in options))
+    notes = (f"did you mean --{near}?",) if near and f"--{near}" in options else ()
+    return _misused(command, f"there is no option {word}", *notes)
+
+
+def _misused(command: str, message: str, *notes: str) -> int:
+    """Say what is wrong with the words of a command, and where its options are told."""
+    for line in (f"backsolve {command}: {message}", *(f"  {note}" for note in notes)):
+        print(line, file=sys.stderr)
     print(f"  `backsolve {command} --help` lists the options", file=sys.stderr)
     return WRONG
 

@@ -11,8 +11,8 @@ FILES: dict[str, Entry] = {
         "Paths are relative to the folder that you are in.",
     ),
     "E302": Entry(
-        "this is a folder, not a rule sheet",
-        "A rule sheet is one text file.",
+        "this is a folder, not a file",
+        "A sheet is one text file, or a folder that holds a model.tk.",
         "Name a file in the folder.",
     ),
     "E303": Entry(

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser)
+    add_input_options(parser, want=False)
     parser.add_argument("name", metavar="NAME", help="the variable to account for, a local by its full name")
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--markdown", action="store_true", help="print Markdown")
@@ -27,7 +27,7 @@ def run(arguments: Namespace) -> int:
 
     request = read_request(arguments)
     variable_named(arguments.name, request.model)
-    result = solve(request.model, request.inputs, want=request.want, guesses=request.guesses)
+    result = solve(request.model, request.inputs, guesses=request.guesses)
     derivation = why(result, arguments.name)
     print(_written(derivation, arguments))
     if derivation.value is not None:

@@ -324,6 +324,43 @@ def test_models_are_listed_with_their_titles(run: Run) -> None:
     assert "Offset slider crank (Boyle & Liu 1996)" in out
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("solve",), "backsolve solve: the following arguments are required: SHEET"),
+        (("solve", "a.tk", "b.csv", "c"), "backsolve solve: unrecognized arguments: c"),
+        (("solve", "a.tk", "--want"), "backsolve solve: argument --want: expected one argument"),
+        (("solve", "a.tk", "--version"), "backsolve solve: there is no option --version"),
+    ],
+)
+def test_misused_words_are_told_in_a_line(run: Run, words: tuple[str, ...], said: str) -> None:
+    hint = "  `backsolve solve --help` lists the options\n"
+    assert run(*words) == (2, "", f"{said}\n{hint}")
+
+
+def test_an_option_spelt_wrong_is_guessed_by_its_letters(run: Run) -> None:
+    assert "  did you mean --want?\n" in run("solve", "a.tk", "--wnat", "v")[2]
+
+
+@pytest.mark.parametrize(
+    ("name", "note"),
+    [
+        ("cranc.tk", "did you mean crank.tk?"),
+        ("crank", "did you mean crank.tk?"),
+        ("nowhere/crank.tk", "there is no folder nowhere either"),
+        (".", "name a file in it; a folder is a sheet where it holds a model.tk"),
+    ],
+)
+def test_a_sheet_that_is_not_there(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, note: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("crank.tk").write_text("x = 1\n", encoding="utf-8")
+    code, out, err = run("solve", name)
+    assert (code, out) == (2, "")
+    assert err.endswith(f"\n  = help: {note}\n")
+
+
 # --- the process ----------------------------------------------------------------
 
 
