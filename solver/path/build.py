@@ -8,23 +8,18 @@ tearing), and only what is left then is solved case by case.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 
 from rulesheets.nodes import Comparison, Name, Number, Symbol
-from rulesheets.record import replace
 from solver.path.activity import activity
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
-from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
+from solver.path.needed import given_by, needed_steps
+from solver.path.simultaneous import simultaneous_steps
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, Step, equations_of
 from solver.structure.frontier import Frontier
-from solver.structure.incidence import Block, Incidence
-from solver.structure.matching import maximum_matching
-from solver.structure.tearing import tearings
-from solver.structure.triangular import block_triangular
 
 ANY_COST = 1 << 30
-TEARINGS = 2
 
 
 def build_path(
@@ -88,7 +83,9 @@ class _Building:
             self._assume()
         names = self.graph.names
         undetermined = tuple(n for n, known in zip(names, self.frontier.known, strict=True) if not known)
-        steps = self.steps if self.want is None else self._needed(self.want)
+        steps = self.steps
+        if self.want is not None:
+            steps = needed_steps(self.graph, steps, self.want, undetermined)
         return Path(tuple(steps), undetermined)
 
     def _advance(self) -> bool:
@@ -130,7 +127,6 @@ class _Building:
         isolation = self.graph.isolation(equation, unknown)
         assert isolation is not None
         self.steps.append(Evaluate(equation, self.graph.names[unknown], isolation.branches))
-        self.frontier.spent = [e for e in self.frontier.spent if e != equation]
         self._learn(unknown, equation)
 
     def _learn(self, unknown: int, *through: int) -> None:
@@ -224,114 +220,10 @@ class _Building:
 
     def _blocks(self) -> bool:
         remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
-        if not remaining:
-            return False
-        incidence, equations, unknowns = self._incidence(remaining)
-        matching = maximum_matching(incidence)
-        parts = dulmage_mendelsohn(incidence, matching)
-        if parts.over.unknowns:
-            blocks = self._first_of(incidence, parts.over)
-        else:
-            blocks = block_triangular(incidence, parts.square, matching)
-        for block in blocks:
-            self._block(block, incidence, equations, unknowns)
-        return bool(blocks)
-
-    def _incidence(self, remaining: list[int]) -> tuple[Incidence, list[int], list[int]]:
-        unknowns: dict[int, int] = {}
-        occurs: list[tuple[int, ...]] = []
-        resolvable: list[dict[int, int]] = []
-        for equation in remaining:
-            local: dict[int, int] = {}
-            row: list[int] = []
-            for variable in self.frontier.unknowns(equation):
-                number = unknowns.setdefault(variable, len(unknowns))
-                row.append(number)
-                cost = self.graph.cost(equation, variable)
-                if cost is not None:
-                    local[number] = cost
-            occurs.append(tuple(sorted(row)))
-            resolvable.append(local)
-        return Incidence(tuple(occurs), tuple(resolvable), len(unknowns)), remaining, list(unknowns)
-
-    def _first_of(self, incidence: Incidence, over: Block) -> tuple[Block, ...]:
-        """The first block of a matched square part of the over-determined equations; the rest will check."""
-        matching = maximum_matching(incidence.restrict(over))
-        matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
-        return block_triangular(incidence, matched)[:1]
-
-    def _block(self, block: Block, incidence: Incidence, equations: list[int], unknowns: list[int]) -> None:
-        names = self.graph.names
-        if len(block.equations) == 1 and block.unknowns[0] in incidence.resolvable[block.equations[0]]:
-            self._evaluate(equations[block.equations[0]], unknowns[block.unknowns[0]])
+        steps = simultaneous_steps(self.graph, self.frontier, remaining)
+        for step in steps:
+            self.steps.append(step)
+            for name in given_by(step):
+                self._learn(self.graph.number[name], *equations_of(step))
             self._checks()
-            return
-        weights = [self._weight(unknowns[u]) for u in block.unknowns]
-        part, preferred = incidence.restrict(block), dict(zip(block.unknowns, weights, strict=True))
-        first, *others = (
-            SolveBlock(
-                tuple(equations[e] for e in block.equations),
-                tuple(names[unknowns[u]] for u in block.unknowns),
-                tuple(names[unknowns[u]] for u in tearing.tears),
-                tuple(self._inner(equations[e], unknowns[u]) for e, u in tearing.order),
-                tuple(equations[e] for e in tearing.residuals),
-            )
-            for tearing in tearings(part, preferred, limit=TEARINGS)
-        )
-        self.steps.append(replace(first, others=tuple(others)) if len(first.tears) == 1 else first)
-        for unknown in block.unknowns:
-            self._learn(unknowns[unknown], *(equations[e] for e in block.equations))
-        self._checks()
-
-    def _inner(self, equation: int, unknown: int) -> Evaluate:
-        isolation = self.graph.isolation(equation, unknown)
-        assert isolation is not None
-        return Evaluate(equation, self.graph.names[unknown], isolation.branches)
-
-    def _weight(self, unknown: int) -> int:
-        """Angles and variables with a finite range are the better ones to search over."""
-        name = self.graph.names[unknown]
-        variable = self.graph.model.variables[name]
-        finite = variable.low > float("-inf") and variable.high < float("inf")
-        return 0 if finite or self.graph.turn(name) else 1
-
-    # --- no more than needed ---
-
-    def _needed(self, want: Iterable[str]) -> list[Step]:
-        """The steps that the wanted variables need, and the checks on what is computed then."""
-        needed = set(want)
-        kept: list[Step] = []
-        for step in reversed(self.steps):
-            if isinstance(step, Decide | Assume):
-                reached = all(self.frontier.known[self.graph.number[n]] for n in want)
-                if reached:
-                    continue
-                needed.update(self._reads(step))
-                kept.append(step)
-            elif not isinstance(step, Check) and needed.intersection(_gives(step)):
-                needed.update(self._reads(step))
-                kept.append(step)
-        return kept[::-1]
-
-    def _reads(self, step: Step) -> Iterable[str]:
-        graph = self.graph
-        conditions: tuple[int, ...] = ()
-        if isinstance(step, Decide):
-            conditions = step.conditions
-        elif isinstance(step, Assume):
-            conditions = (step.condition,)
-        for equation in equations_of(step):
-            yield from graph.model.equations[equation].names
-            conditions = (*conditions, *(p.condition for p in graph.model.equations[equation].guard))
-        for condition in conditions:
-            yield from (graph.names[v] for v in graph.condition_occurs[condition])
-
-
-def _gives(step: Step) -> tuple[str, ...]:
-    match step:
-        case Evaluate(unknown=unknown) | Select(unknown=unknown):
-            return (unknown,)
-        case SolveBlock(unknowns=unknowns):
-            return unknowns
-        case _:
-            return ()
+        return bool(steps)
