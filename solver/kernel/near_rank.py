@@ -26,6 +26,7 @@ SECOND_ORDER = 2.0**-90
 """What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
 places, where it is 0."""
 
+REFINEMENTS = 2
 WITNESSED = 128.0
 """Half units of a last place by which the witness lets numbers differ: how far those may be that say the same
 where it would be refused, or nothing of an unknown be left, for less."""
@@ -80,7 +81,7 @@ def undetermined(
     if not near.left:
         return None
     moved = Perturbed(question, off(), slack)
-    lost = near.lost(matrix, exact, moved, SECOND_ORDER if singular else 0.0)
+    lost = near.lost(exact, moved, SECOND_ORDER if singular else 0.0)
     if not lost:
         return None
     point = question.named(near.point(len(lost)))
@@ -89,7 +90,8 @@ def undetermined(
         point = question.named(near.point(len(lost), moved.allowances(point)))
         if not moved.holds(point):
             return near.contradiction(question, len(lost))
-    if not all(moved.holds(far_along(point, direction)) for direction in directions):
+    far = (near.settled(list(far_along(point, d).values()), len(lost), exact) for d in directions)
+    if not all(moved.holds(question.named(there)) for there in far):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
     fact = rank_loss(question, point, directions[0])
@@ -128,6 +130,7 @@ class _Nearly:
     def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
         import numpy as np
 
+        self.matrix, self.rhs = matrix, rhs
         a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
         self.rows = np.abs(a).max(axis=1)
         self.rows[self.rows == 0] = 1.0
@@ -139,19 +142,13 @@ class _Nearly:
         self.left = (self.u[:, kept:].T / self.rows).tolist()
         self.right = (self.v[kept:] / self.columns).tolist()
 
-    def lost(
-        self,
-        matrix: Sequence[Sequence[Any]],
-        exact: Callable[[float], Any],
-        moved: Perturbed,
-        least: float,
-    ) -> list[list[float]]:
+    def lost(self, exact: Callable[[float], Any], moved: Perturbed, least: float) -> list[list[float]]:
         """Null directions (n,) of what the matrix may as well be, the largest entry of each 1."""
         found = []
         for w, z in zip(self.left, self.right, strict=True):
             terms = (
                 exact(p) * a * exact(q)
-                for p, row in zip(w, matrix, strict=True)
+                for p, row in zip(w, self.matrix, strict=True)
                 for a, q in zip(row, z, strict=True)
                 if a
             )
@@ -179,6 +176,23 @@ class _Nearly:
         y = (u.T @ b)[:kept] / s[:kept]
         point: list[float] = ((v[:kept].T @ y) / columns).tolist()
         return point
+
+    def settled(self, x: Sequence[float], lost: int, exact: Callable[[float], Any]) -> list[float]:
+        """The nearest solution to ``x`` (n,) with the last singular values taken for 0: what small unknowns
+        beside large ones lack is made up for, with residuals to all digits (iterative refinement)."""
+        import numpy as np
+
+        kept, found = len(self.s) - lost, list(x)
+        for _ in range(REFINEMENTS):
+            at = list(map(exact, found))
+            misses = [
+                float(b - sum((a * v for a, v in zip(row, at, strict=True)), exact(0.0)))
+                for row, b in zip(self.matrix, self.rhs, strict=True)
+            ]
+            y = (self.u.T @ (np.array(misses) / self.rows))[:kept] / self.s[:kept]
+            step = (self.v[:kept].T @ y) / self.columns
+            found = [v + d for v, d in zip(found, step.tolist(), strict=True)]
+        return found
 
     def contradiction(self, question: Question, lost: int) -> BlockOutcome:
         """The equations whose left sides make up 0 = 0, and what their right sides make up instead."""
