@@ -17,6 +17,7 @@ class Method(Enum):
     SUBSTITUTION = "substitution, and a search of the whole range of one unknown", "substitution"
     BOXES = "subdivision of the ranges", "boxes"
     STARTS = "damped Newton from the guess and many starts", "damped Newton"
+    CURVE = "search for a curve of answers", "curve"
     FULL = "Newton at full length from the guess", "full Newton"
     DOGLEG = "trust region from the guess", "trust region"
     RELEASE = "one unknown fixed, solved, released, from the guess", "fix and release"

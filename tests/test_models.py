@@ -126,21 +126,23 @@ def test_singular_choices_are_never_solved(reference: Reference) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("reference", REFERENCES, ids=lambda reference: reference.model)
 def test_no_singular_choice_is_solved_or_called_impossible(reference: Reference) -> None:
-    """All, at most a thousand, at the reference and at a random state. (A curve may not be found: failed.)"""
+    """All, at most a thousand, at the reference and at a random state."""
     draw = random.Random(reference.model)
     for at in (reference, library.elsewhere(reference, draw)):
         singular = [swap for swap in library.swaps(at) if swap.singular]
         for swap in draw.sample(singular, min(1000, len(singular))):
             result = solve_from(at.model, at.exact, swap.inputs)
-            assert str(result.status) in {"partial", "singular", "failed"}, (dict(at.parameters), swap)
+            assert str(result.status) in {"partial", "singular"}, (dict(at.parameters), swap)
             assert any(diagnosis.variables for diagnosis in result.diagnoses), (dict(at.parameters), swap)
 
 
-def test_search_that_met_only_a_point_out_of_range_proves_nothing() -> None:
+def test_curve_of_cones_that_have_the_same_mantles_is_named() -> None:
     """Mantles of a frustum and both its cones: one follows from the others, and a curve of cones has them."""
     reference = next(r for r in REFERENCES if r.model == "cone_frustum")
     result = solve_from("cone_frustum", reference.exact, ("AC1", "AC2", "AC"))
-    assert str(result.status) not in {"solved", "infeasible", "inconsistent"}
+    assert str(result.status) in {"partial", "singular"}
+    assert {"th", "h", "r1", "r2", "V"} <= set(result.undetermined)
+    assert any("th" in diagnosis.variables for diagnosis in result.diagnoses)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -21,6 +21,8 @@ TINY = 1e-8
 MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS, MOST_BLURRED = 256, 12, 48, 8
 VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
+COARSE = 2.0**-1000
+"""A number smaller than this has lost digits, or is about to: rules may hold there as rounding has it."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
 SIMPLE = 1e-10
@@ -114,6 +116,9 @@ class Candidates:
         name = self.question.outside(point)
         if name is not None:
             self.outside = OutOfRange(self.question.equations[0], name, point[name])
+            return
+        if any(0.0 < abs(v) < COARSE for v in point.values()) and not self.question.remote:
+            self.strays += 1
             return
         blur = self._blur(point)
         vague = self._open(point, blur, VAGUE)

@@ -85,13 +85,12 @@ def undetermined(
     if not lost:
         return None
     point = question.named(near.point(len(lost)))
-    directions = [question.named(direction) for direction in lost]
+    directions = [question.named(near.straightened(z, len(lost), exact)) for z in lost]
     if not moved.holds(point):
         point = question.named(near.point(len(lost), moved.allowances(point)))
         if not moved.holds(point):
             return near.contradiction(question, len(lost))
-    far = (near.settled(list(far_along(point, d).values()), len(lost), exact) for d in directions)
-    if not all(moved.holds(question.named(there)) for there in far):
+    if not all(moved.holds(far_along(point, direction)) for direction in directions):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
     fact = rank_loss(question, point, directions[0])
@@ -130,7 +129,7 @@ class _Nearly:
     def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
         import numpy as np
 
-        self.matrix, self.rhs = matrix, rhs
+        self.matrix = matrix
         a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
         self.rows = np.abs(a).max(axis=1)
         self.rows[self.rows == 0] = 1.0
@@ -177,17 +176,16 @@ class _Nearly:
         point: list[float] = ((v[:kept].T @ y) / columns).tolist()
         return point
 
-    def settled(self, x: Sequence[float], lost: int, exact: Callable[[float], Any]) -> list[float]:
-        """The nearest solution to ``x`` (n,) with the last singular values taken for 0: what small unknowns
-        beside large ones lack is made up for, with residuals to all digits (iterative refinement)."""
+    def straightened(self, z: Sequence[float], lost: int, exact: Callable[[float], Any]) -> list[float]:
+        """A null direction (n,) with the last singular values taken for 0, also where small entries beside
+        large ones were lost: corrected by what A z is to all digits (iterative refinement)."""
         import numpy as np
 
-        kept, found = len(self.s) - lost, list(x)
+        kept, found = len(self.s) - lost, list(z)
         for _ in range(REFINEMENTS):
             at = list(map(exact, found))
             misses = [
-                float(b - sum((a * v for a, v in zip(row, at, strict=True)), exact(0.0)))
-                for row, b in zip(self.matrix, self.rhs, strict=True)
+                -float(sum((a * v for a, v in zip(row, at, strict=True)), exact(0.0))) for row in self.matrix
             ]
             y = (self.u.T @ (np.array(misses) / self.rows))[:kept] / self.s[:kept]
             step = (self.v[:kept].T @ y) / self.columns

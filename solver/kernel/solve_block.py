@@ -62,9 +62,11 @@ def solve_block(
             return BlockOutcome(complete=True, facts=(found,))
         outcome = search.ways[method]()
         if outcome is not None:
-            return outcome
+            return outcome if assumed else search.curve_instead(outcome)
         if search.complete:
             break
+    if not assumed and (curve := search.curve()) is not None:
+        return curve
     if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
         from solver.kernel.fallback import fall_back
 
@@ -94,6 +96,21 @@ class _Search:
     def outcome(self) -> BlockOutcome:
         found = _outcome(self.question, self.candidates, self.complete)
         return replace(found, stretches=self.stretches, whole=self.whole)
+
+    def curve(self) -> BlockOutcome | None:
+        """Where no answer was found in its range: a curve of answers, if there is one."""
+        if self.kernel.linear or self.candidates.answers or self.candidates.blurred:
+            return None
+        from solver.kernel.free_curve import free_curve
+
+        found = free_curve(self.question)
+        attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
+        return found and replace(found, attempts=attempts)
+
+    def curve_instead(self, outcome: BlockOutcome) -> BlockOutcome:
+        """The outcome; a curve of answers instead where it has none, for rounding may have parted what all
+        but meets."""
+        return outcome if outcome.answers else self.curve() or outcome
 
     def _linear(self) -> BlockOutcome | None:
         linear = solve_linear_block(self.question, self.off)

@@ -32,11 +32,11 @@ FINISH = NewtonLimits(iterations=60, escapes=0)
 def search_from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
     arrays = question.kernel.arrays
-    known, sizes = question.known, _sizes(question)
+    known, sizes = question.known, sizes_of(question)
     scale = np.array([sizes[name] for name in question.unknowns])
     found: list[Array] = []
     for turn, (first, last) in enumerate(ROUNDS):
-        starts = _starts(question, sizes, first, last)
+        starts = starts_of(question, sizes, first, last)
         ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
         new = _distinct(_wrapped(question, ends), found, scale)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
@@ -71,7 +71,7 @@ def _of_the_rules(question: Question, x: list[float]) -> bool:
     return all(abs(r) <= NEAR * size + 1e-12 for r, size in zip(residual, sizes, strict=True))
 
 
-def _starts(question: Question, sizes: Mapping[str, float], first: int, last: int) -> Array:
+def starts_of(question: Question, sizes: Mapping[str, float], first: int, last: int) -> Array:
     """Half of them along the chains, the others with every unknown on its own."""
     block = question.kernel.block
     with np.errstate(all="ignore"):
@@ -90,7 +90,7 @@ def _points(
     return np.array([[spread(u) for spread, u in zip(spreads, row, strict=True)] for row in shares])
 
 
-def _sizes(question: Question) -> Mapping[str, float]:
+def sizes_of(question: Question) -> Mapping[str, float]:
     """The size of every unknown: that of its guess, else what the known numbers make of it."""
     known = dict(zip(question.kernel.known, question.known, strict=True))
     sizes = question.kernel.arrays.scalings.sizes(known)

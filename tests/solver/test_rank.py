@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -131,6 +132,46 @@ def test_root_that_leads_to_a_contradiction_says_nothing_of_the_other() -> None:
     assert str(result.status) in {"partial", "singular"}
     assert set(result.undetermined) == {"y", "z"}
     assert [solution["x"] for solution in result.solutions] == [-2.0]
+
+
+CURVES = {
+    "logarithms": ("x*y = p\nln(x) + ln(y) = q", {"p": 6.1, "q": 1.80828877117927}, {"x", "y"}),
+    "squares": ("x^2 + y^2 = p\nsqrt(x^2 + y^2) = q\nz = 3*p", {"p": 7.0, "q": 7.0**0.5}, {"x", "y"}),
+    "powers": ("x*y^2 = p\nx^3*y^6 = q", {"p": 1.3, "q": 1.3**3}, {"x", "y"}),
+    "three": (
+        "x*y = p\ny*z = q\nx/z = r\nx^2 + u^2 = 50",
+        {"p": 1.1, "q": 0.7, "r": 1.1 / 0.7},
+        {"x", "y", "z", "u"},
+    ),
+    "angles": (
+        "variables\n a\n b\n c > 0\n d > 0\n e\nrules\n c*sind(a) = d*sind(b)\n c/d = e\n a + b = 100",
+        {"a": 70.3, "e": math.sin(math.radians(29.7)) / math.sin(math.radians(70.3))},
+        {"c", "d"},
+    ),
+}
+
+
+@pytest.mark.parametrize("units", [-3, 0, 3])
+@pytest.mark.parametrize(("text", "inputs", "free"), CURVES.values(), ids=CURVES)
+def test_curve_of_answers_that_inputs_agree_on_to_their_last_places(
+    text: str, inputs: dict[str, float], free: set[str], units: int
+) -> None:
+    last = list(inputs)[-1]
+    given = {**inputs, last: inputs[last] * (1 + units * 2.0**-52)}
+    result = solved(text, given)
+    assert str(result.status) in {"partial", "singular"}
+    assert set(result.undetermined) == free
+    named = {name for diagnosis in result.diagnoses for name in diagnosis.variables}
+    assert free & named
+
+
+@pytest.mark.parametrize(("text", "inputs", "free"), CURVES.values(), ids=CURVES)
+def test_curve_that_inputs_deny_by_more_than_rounding(
+    text: str, inputs: dict[str, float], free: set[str]
+) -> None:
+    last = list(inputs)[-1]
+    result = solved(text, {**inputs, last: inputs[last] * (1 + 1e-9)})
+    assert str(result.status) in {"inconsistent", "infeasible", "failed"}
 
 
 # --- rules made dependent in decimals, which floats only nearly are ---------------------
