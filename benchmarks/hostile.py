@@ -54,6 +54,8 @@ SHARES = (0.0, *(sign * 10.0**-k for sign in (1, -1) for k in range(7)), *(k / 1
 CERTAIN = 1e-9
 """Planted states are looked for if rounding explains no larger change of them."""
 NEAR = 1e-6
+MANY = 27_720
+"""Whole turns that are whole ones of an angle's halves, thirds, … and twelfths."""
 LONGEST = 350
 """Digits in which a difference of floats leaves some beyond the point: each is below 1e309."""
 SMALLEST = 2.0**-1022
@@ -136,6 +138,7 @@ def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
         result.complete
         and (result.solutions or _square(made))
         and not any(_is_plant(made, solution, spread) for solution in result.solutions)
+        and not any(_in_parts(made, name) for name in made.planted or ())
     ):
         yield "false refusal", f"complete without {made.planted}"
 
@@ -202,6 +205,29 @@ def _is_plant(made: Sheet, solution: Mapping[str, Any], spread: float) -> bool:
         for name, value in made.planted.items()
         if name in used
     )
+
+
+def _in_parts(made: Sheet, name: str) -> bool:
+    """Whether an unknown lies beyond one turn of an angle that the rules read in parts, as ``sin(y/3)``: no
+    more of its turns than one are listed. Some turns leave the rules as they are, one does not."""
+    assert made.planted is not None
+    value = made.planted[name]
+    return name not in made.inputs and any(
+        abs(value) > turn / 2 and _indifferent(made, name, MANY * turn) and not _indifferent(made, name, turn)
+        for turn in (mpmath.mpf(360), 2 * mpmath.pi)
+    )
+
+
+def _indifferent(made: Sheet, name: str, change: Any) -> bool:
+    """Whether the rules come out the same where a planted value is so much larger."""
+    assert made.planted is not None
+    with mpmath.workdps(LONGEST):
+        changed = {**made.planted, name: mpmath.mpf(made.planted[name]) + change}
+        try:
+            moves = [evaluated(left, changed) - evaluated(left, made.planted) for _, left, _ in active(made)]
+        except Undefined:
+            return False
+        return all(abs(move) < CERTAIN for move in moves)
 
 
 def _turns(planted: float, found: float, unsure: float) -> bool:

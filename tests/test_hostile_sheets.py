@@ -6,14 +6,14 @@
 from __future__ import annotations
 
 import warnings
-from math import sqrt
+from math import sin, sqrt
 
 import pytest
 
 from benchmarks.expressions import Undefined, evaluated
-from benchmarks.hostile import examine, satisfied
+from benchmarks.hostile import _in_parts, examine, satisfied
 from benchmarks.hostile_kinds import KINDS, sheet
-from benchmarks.hostile_sheets import Dice
+from benchmarks.hostile_sheets import Dice, Sheet
 
 LIMIT = 60.0
 """Seconds of the processor for one sheet; it takes some milliseconds on an idle machine."""
@@ -45,6 +45,14 @@ def test_the_witness_sees_what_is_wrong() -> None:
     assert satisfied(("", "sind(x)", "z"), {"x": 180.0})
     assert not satisfied(("", "ln(x)", "1"), {"x": -2.0})
     assert satisfied(("", "(x - 2)^2", "tan(pi)"), {"x": 2.0})
+
+
+@pytest.mark.parametrize(("y", "turns"), [(7.0, True), (2.0, False), (-8.0, True)])
+def test_of_an_angle_that_is_read_in_parts_one_turn_is_listed(y: float, turns: bool) -> None:
+    made = Sheet("planted", (("", "sin((y/3))", repr(sin(y / 3))),), planted={"y": y})
+    assert _in_parts(made, "y") is turns
+    plain = Sheet("planted", (("", "sin(y)", repr(sin(y))), ("", "(y*y)", repr(y * y))), planted={"y": y})
+    assert not _in_parts(plain, "y")
 
 
 def test_the_witness_refuses_what_is_not_real() -> None:

@@ -249,14 +249,17 @@ def _undo_call(
 def _undo_direction(
     function: str, arguments: tuple[Expression, ...], unknown: str
 ) -> tuple[Stage, Expression]:
-    """``atan2(y, x) = t`` gives ``y*cos(t) = x*sin(t)``; the half plane is left to verification."""
+    """``atan2(y, x) = t`` gives ``y*cos(t) = x*sin(t)``; the half plane is left to verification.
+
+    The forms stay quotients where a factor is 0: all of a half line has the direction 0.
+    """
     sine, cosine = ("sind", "cosd") if function == "atan2d" else ("sin", "cos")
     y, x = arguments
     s, c = call(sine, TARGET), call(cosine, TARGET)
     half = 180.0 if function == "atan2d" else 3.141592653589793
     if unknown in nodes.names(y):
-        return Stage(function, (divide(multiply(x, s), c),), -half, half, divisor=c), y
-    return Stage(function, (divide(multiply(y, c), s),), -half, half, divisor=s), x
+        return Stage(function, (Quotient(Product(x, s), c),), -half, half, divisor=c), y
+    return Stage(function, (Quotient(Product(y, c), s),), -half, half, divisor=s), x
 
 
 def _by_formula(left: Expression, right: Expression, unknown: str) -> Isolation | None:

@@ -96,3 +96,12 @@ def test_nothing_over_an_unknown_is_never_something() -> None:
     result = solver.solve(rulesheets.loads("rules\n  0/c = 0\n"))
     assert result.status is Status.SINGULAR
     assert "c" in result.undetermined
+
+
+def test_half_a_line_has_one_direction() -> None:
+    """``atan2d(0, x)`` is 180 wherever x is negative."""
+    rules = "atan2d(0, x)*y = 180 + sin(y - 1)\nx*y + y^2 = -3"
+    result = solver.solve(rulesheets.loads(rules))
+    assert any(abs(s["x"] + 4) + abs(s["y"] - 1) < 1e-9 for s in result.solutions)
+    ranged = "variables\nx in [-10, 10]\ny in [-10, 10]\nrules\n" + rules
+    assert solver.solve(rulesheets.loads(ranged)).status is not solver.Status.INFEASIBLE
