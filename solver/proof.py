@@ -31,12 +31,23 @@ EXTRA = "python-flint"
 
 
 @dataclass(frozen=True)
+class Beside:
+    """As many ``roots``, two or none, are proved to be next to what floats see as a double root of
+    ``unknowns``; of two, ``apart`` says how far from each other they lie, at least."""
+
+    unknowns: tuple[str, ...]
+    roots: int
+    apart: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Proof:
     """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
 
     ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
     ``double``: unknowns at a double root that is exactly there: in rational numbers the rules hold, and their
     Jacobian is singular. (Such an answer is not ``proved``: no change of an input, however small, leaves it.)
+    ``beside``: where floats see a double root that is not there, what is, for the numbers as they are.
     """
 
     proved: bool
@@ -44,6 +55,7 @@ class Proof:
     nearest: bool = False
     obstacle: str = ""
     double: tuple[str, ...] = ()
+    beside: Beside | None = None
 
 
 def can_prove() -> bool:
@@ -77,6 +89,9 @@ def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
         except _Double as double:
             names = ", ".join(double.unknowns)
             return Proof(False, obstacle=f"{names}: a double root, exactly", double=double.unknowns)
+        except _Parted as parted:
+            names, count = ", ".join(parted.beside.unknowns), parted.beside.roots or "no"
+            return Proof(False, obstacle=f"{names}: {count} roots, a hair apart", beside=parted.beside)
 
 
 class _Double(Exception):
@@ -84,6 +99,13 @@ class _Double(Exception):
 
     def __init__(self, unknowns: tuple[str, ...]) -> None:
         self.unknowns = unknowns
+
+
+class _Parted(Exception):
+    """A double root is not there, but two roots next to it, or none."""
+
+    def __init__(self, beside: Beside) -> None:
+        self.beside = beside
 
 
 class _Proving:
@@ -100,7 +122,7 @@ class _Proving:
         }
 
     def run(self) -> None:
-        """Raises _Obstacle or _Double."""
+        """Raises _Obstacle, _Double or _Parted."""
         used: set[int] = set()
         for step in dict.fromkeys(self.leaf.branch.steps):
             match step:
@@ -135,14 +157,15 @@ class _Proving:
         precise = self.leaf.branch.precise
         middle = [ball(precise.get(name, self.values[name])) for name in unknowns]
         square = Square(forms, partials, tuple(unknowns))
+        self._double(square, indices, middle)
         root = proved_root(square, self.balls, middle)
         if root is None:
-            self._double(square, indices)
             raise _Obstacle(f"no proof for {', '.join(unknowns)}: the rules are not regular there")
         self.balls.update(root)
 
-    def _double(self, square: Square, indices: Sequence[int]) -> None:
-        """Raises _Double where the block has a double root that is exactly there."""
+    def _double(self, square: Square, indices: Sequence[int], middle: Sequence[Any]) -> None:
+        """Raises _Double where the block has a double root that is exactly there, _Parted where it has two
+        next to it, or none."""
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
         if not any(set(indices) & set(equations) for equations in folds):
             return
@@ -151,6 +174,11 @@ class _Proving:
         near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
         if exact_double_root(square, self.balls, near) is not None:
             raise _Double(tuple(square.unknowns))
+        from solver.kernel.proved_fold import unfolded
+
+        found = unfolded(square, self.balls, middle)
+        if found is not None:
+            raise _Parted(Beside(tuple(square.unknowns), len(found.roots), _apart(found.roots)))
 
     def _uncontradicted(self, equation: Equation) -> None:
         """Left and right of a rule that checks must overlap."""
@@ -231,6 +259,14 @@ class _Proving:
             radius[name] = _up(float((found - ball(number)).abs_upper())) if computed else 0.0
             nearest = nearest and float(found.lower()) == float(found.upper()) == number
         return Proof(True, radius, nearest)
+
+
+def _apart(roots: Sequence[Mapping[str, Any]]) -> Mapping[str, float]:
+    """How far two roots are from each other, at least."""
+    if not roots:
+        return {}
+    one, other = roots
+    return {name: max(0.0, float(abs(number - other[name]).lower())) for name, number in one.items()}
 
 
 def _up(number: float) -> float:

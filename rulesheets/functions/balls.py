@@ -72,6 +72,15 @@ def preconditioned(
     return rest, [shift[i, 0] for i in range(n)]
 
 
+def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
+    """x (n,) with A x = b, for every A (n, n) and b (n,) in the balls.
+
+    Raises ZeroDivisionError where an A may be singular.
+    """
+    found = arb_mat([list(row) for row in matrix]).solve(arb_mat([[b] for b in rhs]))
+    return [found[i, 0] for i in range(len(rhs))]
+
+
 def _degrees(function: Callable[[Ball], Ball]) -> Callable[[Ball], Ball]:
     return lambda x: function(x) / arb.pi() * 180
 

@@ -16,6 +16,7 @@ from rulesheets.nodes import Expression
 
 INFLATIONS = 24
 TIGHTENINGS = 12
+WIDENINGS = 6
 TIGHT = 2.0**-110
 """Relative radius that no float can tell from 0."""
 
@@ -33,6 +34,17 @@ def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball
     """Balls around ``middle`` with exactly one root, for any ``known`` numbers in theirs; None: no proof."""
     try:
         return _Proof(square, known).near(list(middle))
+    except (Undefined, OverflowError):
+        return None
+
+
+def only_root(
+    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball], radii: Sequence[float]
+) -> tuple[dict[str, Ball], list[float]] | None:
+    """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around ``middle`` within
+    which it is the only one, for each of these: the given ones or larger; None: no proof."""
+    try:
+        return _Proof(square, known).only(list(middle), list(radii))
     except (Undefined, OverflowError):
         return None
 
@@ -56,6 +68,18 @@ class _Proof:
                 return dict(zip(self.square.unknowns, found, strict=True))
             reach = [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
             radii = [1.5 * far + tiny for far, tiny in zip(reach, least, strict=True)]
+        return None
+
+    def only(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
+        for _ in range(WIDENINGS):
+            box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
+            image = self._image(middle, box)
+            if image is None:
+                return None
+            if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
+                return dict(zip(self.square.unknowns, self._tightened(image), strict=True)), radii
+            reach = [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
+            radii = [max(radius, 1.5 * far) for radius, far in zip(radii, reach, strict=True)]
         return None
 
     def _exact(self, middle: list[Ball], box: list[Ball]) -> list[Ball] | None:

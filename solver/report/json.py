@@ -14,6 +14,10 @@ from solver.report.path import told
 from solver.report.places import rule_text
 from solver.result import Result, Solution
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from solver.proof import Proof
+
 Json = dict[str, object]
 
 
@@ -63,11 +67,23 @@ def _proofs(result: Result, shown: list[Json]) -> Json:
     if not any(answer.proof for answer in result.solutions):
         return {}
     found = [
-        {"proved": answer.proof.proved, "radius": {n: answer.radius[n] for n in some if n in answer.radius}}
+        {
+            "proved": answer.proof.proved,
+            "radius": {n: answer.radius[n] for n in some if n in answer.radius},
+            **_beside(answer.proof, some),
+        }
         for answer, some in zip(result.solutions, shown, strict=True)
         if answer.proof is not None
     ]
     return {"proofs": found}
+
+
+def _beside(proof: Proof, shown: Json) -> Json:
+    """What is next to a double root that is not there."""
+    if proof.beside is None:
+        return {}
+    apart = {name: distance for name, distance in proof.beside.apart.items() if name in shown}
+    return {"beside": {"roots": proof.beside.roots, "apart": apart}}
 
 
 def _errors(answer: Solution, shown: Json) -> Json:

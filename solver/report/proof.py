@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rulesheets.spelling import plural
-from solver.proof import Proof
+from solver.proof import Beside, Proof
 from solver.result import Result, Status
 
 
@@ -29,9 +29,20 @@ def proof_lines(result: Result) -> Iterator[str]:
 
 
 def _singular(proofs: list[Proof]) -> Iterator[str]:
-    """Whether a double root is exactly there, or a hair decides."""
-    exact = [", ".join(proof.double) for proof in proofs if proof.double]
-    for names in exact:
-        yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
-    if not exact:
+    """Whether a double root is exactly there, or a hair decides: which way, where that is proved."""
+    for proof in proofs:
+        if proof.double:
+            names = ", ".join(proof.double)
+            yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
+        elif proof.beside is not None:
+            yield f"proved: for the numbers exactly as they are {_beside(proof.beside)}"
+    if not any(proof.double or proof.beside for proof in proofs):
         yield "not proved: a hair decides whether there are two answers, one or none"
+
+
+def _beside(found: Beside) -> str:
+    """What is next to a double root that is not there."""
+    if not found.roots:
+        return f"there is no answer here for {', '.join(found.unknowns)}, by a hair"
+    far = ", ".join(f"{name} {distance:.2g}" for name, distance in found.apart.items() if distance)
+    return f"there are two answers, this far apart: {far}"
