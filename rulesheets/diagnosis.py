@@ -16,6 +16,8 @@ _LONG = 500
 
 
 class Severity(Enum):
+    """How much a diagnosis matters: an error leaves no answer, or not the one that was asked for."""
+
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"

@@ -18,7 +18,7 @@ from rulesheets.input_messages import (
     symbol_for_number,
     unknown_variable,
 )
-from rulesheets.model import Model, Tolerance, Value, Variable
+from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
@@ -139,8 +139,11 @@ def override(
     """The sheet's inputs and guesses, overridden by the caller's; None clears an input.
 
     Raises RuleSheetError with every name that the model does not have and every value that
-    is not finite or lies outside the range of its variable.
+    is not finite or lies outside the range of its variable; TypeError for what is no model, or no mapping.
     """
+    expect_model(model)
+    _expect_mapping(inputs, "inputs")
+    _expect_mapping(guesses, "guesses")
     complaints: list[Diagnosis] = []
     values = {name: item.value for name, item in model.variables.items() if item.value is not None}
     first = {name: item.guess for name, item in model.variables.items() if item.guess is not None}
@@ -163,8 +166,15 @@ def override(
     return Inputs(values, first)
 
 
+def _expect_mapping(given: object, word: str) -> None:
+    if given is not None and not isinstance(given, Mapping):
+        raise TypeError(f"{word} are a mapping of names to values, not of the type {type(given).__name__}")
+
+
 def variable_named(name: str, model: Model, place: Span | None = None) -> Variable:
     """The variable of that full name. Raises RuleSheetError (E407) with what may be meant."""
+    if not isinstance(name, str):
+        raise TypeError(f"a variable is named by a text, and {name!r} is none")
     variable = model.variables.get(name)
     if variable is None:
         raise RuleSheetError(unknown_variable(name, model, place))
@@ -211,6 +221,8 @@ def _number(given: SupportsFloat, variable: Variable) -> float:
         number = float(given)
     except (TypeError, ValueError):
         raise RuleSheetError(not_a_number(given, variable)) from None
+    except OverflowError:
+        number = math.inf
     if not math.isfinite(number):
         raise RuleSheetError(not_finite_number(number, variable))
     return number

@@ -28,12 +28,17 @@ def load(path: str | os.PathLike[str]) -> Model:
     ``path`` is a file, a folder that holds ``model.tk``, or the bare name of a shipped model
     (``offset_slider_crank``). Raises RuleSheetError where anything in it is wrong.
     """
-    file = find_sheet(os.fspath(path))
+    file = find_sheet(os.fsdecode(path))
     return _model(read_source(file), os.path.dirname(file), file, _model_name(file))
 
 
 def loads(text: str, name: str = "<text>", base: str | os.PathLike[str] | None = None) -> Model:
-    """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``."""
+    """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``.
+
+    Raises RuleSheetError where anything in it is wrong, TypeError for what is no text.
+    """
+    if not isinstance(text, str):
+        raise TypeError(f"a text is needed, and this is of the type {type(text).__name__}")
     folder = os.fspath(base) if base is not None else ""
     return _model(Source(name, text), folder, None, name)
 

@@ -139,6 +139,23 @@ class Model:
         """
         return b""
 
+    def __repr__(self) -> str:
+        from rulesheets.spelling import plural
+
+        size = plural(len(self.variables), "variable"), plural(len(self.equations), "equation")
+        return f"<Model {self.name}: {', '.join(size)}>"
+
+    def __getstate__(self) -> dict[str, object]:
+        """Pickled without what solves have found out about it, compiled code among it."""
+        return {name: self.__dict__[name] for name in self.__match_args__}
+
+
+def expect_model(model: object) -> None:
+    """Raises TypeError for what is no model, with the call that gives one."""
+    if not isinstance(model, Model):
+        kind = type(model).__name__
+        raise TypeError(f"a Model is needed, which rulesheets.load gives, and this is of the type {kind}")
+
 
 def read_from(model: Model, digest: bytes) -> Model:
     """The same model, which says that it was read from texts of this digest."""

@@ -47,14 +47,17 @@ class Span:
 
     @property
     def file(self) -> str:
+        """The name of the source."""
         return self.source.name
 
     @property
     def line(self) -> int:
+        """The line that it begins on, counted from 1."""
         return self.source.place(self.start)[0]
 
     @property
     def column(self) -> int:
+        """The column that it begins at, counted from 1."""
         return self.source.place(self.start)[1]
 
     @property

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.input_messages import outside_range
 from rulesheets.inputs import override, variables_named
-from rulesheets.model import Model, Value, Variable
+from rulesheets.model import Model, Value, Variable, expect_model
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.scalar import with_resort
 from solver.compiled.way import Pattern
@@ -62,6 +62,9 @@ class Plan:
         self._answer_sweeper: AnswerSweeper | None = None
         self._bound: Program | None = None
         self._call(self._primary, self._every)
+
+    def __repr__(self) -> str:
+        return f"<Plan ({', '.join(self.inputs)}) -> ({', '.join(self.want)})>"
 
     if TYPE_CHECKING:
 
@@ -218,6 +221,7 @@ def prepare(
     defaults to the variables of the sheet that are no inputs. Raises RuleSheetError for names that the
     model does not have, ValueError for an input that is named twice.
     """
+    expect_model(model)
     names = variables_named(inputs, model)
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"{twice[0]} stands twice among the inputs")

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from solver.tolerances import ToleranceBands
 
 
+SHOWN = 6
+"""Values of an answer that its ``repr`` tells."""
+
+
 class Status(Enum):
     """The outcome of a solve; ``str(status)`` is the word of the contract."""
 
@@ -37,6 +41,7 @@ class Status(Enum):
 
     @property
     def exit_code(self) -> int:
+        """That of the command: 0 where it is solved."""
         return 0 if self is Status.SOLVED else 1
 
 
@@ -72,7 +77,13 @@ class Solution(Mapping[str, Value]):
 
     @property
     def error(self) -> Mapping[str, float]:
+        """An estimate of the absolute error of every number, 0 for inputs."""
         return self.accuracy.error
+
+    def __getstate__(self) -> dict[str, object]:
+        """Pickled with its residual and its error bars, which are measured when they are asked for."""
+        own: dict[str, object] = {name: self.__dict__[name] for name in self.__match_args__}
+        return {**own, "residual": self.worst_residual, "measure": None, "accuracy": self.accuracy}
 
     def __getitem__(self, name: str) -> Value:
         return self.by_name[name]
@@ -122,6 +133,14 @@ class Result:
         known = self.solutions[0] if self.solutions else self.partial
         return known.get(name)
 
+    def __repr__(self) -> str:
+        from rulesheets.spelling import plural
+
+        known = self.solutions[0] if self.solutions else self.partial
+        told = [_told(name, known[name]) for name in self.wanted if name in known and name not in self.inputs]
+        values = ", ".join([*told[:SHOWN], "…"] if len(told) > SHOWN else told)
+        return f"<Result {self.status}, {plural(len(self.solutions), 'answer')}{values and f': {values}'}>"
+
     def sensitivity(
         self, outputs: Iterable[str] | None = None, inputs: Iterable[str] | None = None, answer: int = 0
     ) -> Sensitivities:
@@ -129,12 +148,12 @@ class Result:
 
         They are exact, those of the answer with that number, each input moved alone; ``None`` in the table
         where there is none, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model
-        does not have, and for an input that was not given as a number.
+        does not have, and for an input that was not given as a number; IndexError for an answer too many.
         """
         from solver.path.steps import equations_of
         from solver.sensitivities import chosen_inputs, chosen_outputs, sensitivities
 
-        values = self.solutions[answer] if self.solutions else self.partial
+        values = self._answer(answer)
         shown = chosen_outputs(self.model, outputs, self.wanted, self.inputs, values)
         by = chosen_inputs(self.model, inputs, self.inputs)
         used = [e for step in self.path.steps for e in equations_of(step)]
@@ -155,4 +174,16 @@ class Result:
 
         sizes = tolerances_of(self.model, self.inputs, tolerances)
         found = self.sensitivity(outputs, sizes, answer)
-        return ToleranceBands(sizes, found, self.solutions[answer] if self.solutions else self.partial)
+        return ToleranceBands(sizes, found, self._answer(answer))
+
+    def _answer(self, number: int) -> Mapping[str, Value]:
+        """An answer by its number; where there is none, what is determined."""
+        if not self.solutions:
+            return self.partial
+        if not 0 <= number < len(self.solutions):
+            raise IndexError(f"there is no answer {number}: answers are 0 to {len(self.solutions) - 1}")
+        return self.solutions[number]
+
+
+def _told(name: str, value: Value) -> str:
+    return f"{name} = '{value}" if isinstance(value, str) else f"{name} = {value:.10g}"

@@ -40,6 +40,7 @@ class Samples:
 
     @property
     def spread(self) -> float:
+        """The standard deviation of an input, in units of its tolerance."""
         return DISTRIBUTIONS[self.distribution][0]
 
     def solved(self, name: str) -> NDArray[np.float64]:

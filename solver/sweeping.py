@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from math import inf
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, expect_model
 from solver.files.columns import joined
 from solver.files.messages import missing_extra
 from solver.path.planner import planner
@@ -45,8 +45,12 @@ def sweep(
     With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
     every branch has a number, and the table is a ``CurveTable``, which knows limit positions and ends.
 
-    Raises RuleSheetError for unknown names and ValueError for arrays that are no columns of one length.
+    Raises RuleSheetError for unknown names, ValueError for arrays that are no columns of one length and for
+    a wrong number of ``jobs``.
     """
+    expect_model(model)
+    if jobs is not None and jobs < 1:
+        raise ValueError(f"{jobs} is no number of processes")
     if follow:
         from solver.curves.following import follow_sweep
 

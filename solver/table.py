@@ -38,6 +38,10 @@ class Table(Mapping[str, NDArray[Any]]):
     def __len__(self) -> int:
         return len(self._columns)
 
+    def __repr__(self) -> str:
+        names = ", ".join(self._columns)
+        return f"<{type(self).__name__} of {len(self.status)} rows, {self.solved.sum()} solved: {names}>"
+
     @property
     def solved(self) -> NDArray[np.bool_]:
         """Which rows are solved."""

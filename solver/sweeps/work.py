@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +36,7 @@ class Solved:
 
 @dataclass(frozen=True)
 class Work:
-    """What has to be known to solve any piece of a sweep. It pickles, whatever its model has cached.
+    """What has to be known to solve any piece of a sweep.
 
     ``lessons`` are rows (a column an input) from which compiled ways are learned beforehand. ``every``
     asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
@@ -64,7 +64,7 @@ class Work:
 
     def packed(self) -> bytes:
         """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
-        return pickle.dumps(replace(self, model=replace(self.model)), protocol=5)
+        return pickle.dumps(self, protocol=5)
 
 
 def unpacked(data: bytes) -> Work:
