@@ -179,10 +179,11 @@ def _reaches(text: str, values: Mapping[str, float], name: str) -> bool:
     """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself."""
     with mpmath.workdps(DIGITS):
         signs = set()
+        size = mpmath.mpf(max(abs(values[name]), SMALLEST))
         change = CHANGE * mpmath.pi / 3  # no float: a float times an angle of whole turns may be one again
         for share in SHARES:
             try:
-                moved = evaluated(text, {**values, name: mpmath.mpf(values[name]) * (1 + change * share)})
+                moved = evaluated(text, {**values, name: values[name] + size * change * share})
             except Undefined:
                 continue
             signs.add(int(mpmath.sign(moved)))
