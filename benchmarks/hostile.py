@@ -146,44 +146,48 @@ def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
 def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
     """Whether changes of 1e-9 of the values satisfy the rule; rules that do not apply, or that read what has
     no value, ask nothing."""
-    condition, left, right = rule
     names = set(re.findall(r"\b[a-z]\b", " ".join(rule)))
     if not names <= set(values):
         return True
     values = {name: values[name] for name in names}
+    return any(_holds(rule, values, digits) for digits in (DIGITS, 4 * DIGITS))
+
+
+def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int) -> bool:
+    condition, left, right = rule
     text = f"{left} - ({right})"
     try:
-        if condition and not evaluated(condition, values):
+        if condition and not evaluated(condition, values, digits):
             return True
-        miss = evaluated(text, values)
+        miss = evaluated(text, values, digits)
     except Undefined:
-        return any(_reaches(text, values, name) for name in values)
-    if miss == 0 or abs(evaluated(text, values, 2 * DIGITS)) <= abs(miss) * mpmath.mpf(10) ** (10 - DIGITS):
+        return any(_reaches(text, values, name, digits) for name in values)
+    if miss == 0 or abs(evaluated(text, values, 2 * digits)) <= abs(miss) * mpmath.mpf(10) ** (10 - digits):
         return True  # as sin(pi), which is 0 but for the digits of pi
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(digits):
         total = mpmath.mpf(0)
+        share = mpmath.mpf(10) ** (-digits // 2)
         for name, value in values.items():
-            size = mpmath.mpf(max(abs(value), SMALLEST))
-            step = size * mpmath.mpf(10) ** -25
+            step = mpmath.mpf(max(abs(value), SMALLEST)) * share
             try:
-                moved = [evaluated(text, {**values, name: value + sign * step}) for sign in (1, -1)]
+                moved = [evaluated(text, {**values, name: value + sign * step}, digits) for sign in (1, -1)]
             except Undefined:
                 continue
-            total += abs(moved[0] - moved[1]) / 2 * mpmath.mpf(10) ** 25
+            total += abs(moved[0] - moved[1]) / 2 / share
             if abs(miss) <= CHANGE * total:
                 return True
-    return any(_reaches(text, values, name) for name in values)
+    return any(_reaches(text, values, name, digits) for name in values)
 
 
-def _reaches(text: str, values: Mapping[str, float], name: str) -> bool:
+def _reaches(text: str, values: Mapping[str, float], name: str, digits: int) -> bool:
     """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself."""
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(digits):
         signs = set()
         size = mpmath.mpf(max(abs(values[name]), SMALLEST))
         change = CHANGE * mpmath.pi / 3  # no float: a float times an angle of whole turns may be one again
         for share in SHARES:
             try:
-                moved = evaluated(text, {**values, name: values[name] + size * change * share})
+                moved = evaluated(text, {**values, name: values[name] + size * change * share}, digits)
             except Undefined:
                 continue
             signs.add(int(mpmath.sign(moved)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 
@@ -141,9 +142,8 @@ class Explorer:
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
-        self.findings.note(
-            outcome.complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], True
-        )
+        complete, cut = outcome.complete and not self._turned(unknown), not outcome.complete
+        self.findings.note(complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], cut)
         self.findings.delicate |= outcome.delicate
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
@@ -212,10 +212,17 @@ class Explorer:
             branch.precise.pop(found[0], None)
         return found is not None
 
+    def _turned(self, unknown: str) -> bool:
+        """Whether whole turns of an angle, of which one is looked at, may be answers of their own."""
+        variable = self.model.variables[unknown]
+        endless = variable.low == -math.inf or variable.high == math.inf
+        return endless and self.graph.is_weighed(unknown)
+
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch)
         listed = [answer.values for answer in outcome.answers]
-        self.findings.note(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
+        complete = outcome.complete and not any(map(self._turned, step.unknowns))
+        self.findings.note(complete, step.equations, step.unknowns, listed, outcome.cut)
         self.findings.delicate |= outcome.delicate
         branch.attempts[step] = outcome.attempts
         if outcome.free:

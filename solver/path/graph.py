@@ -52,6 +52,7 @@ class ModelGraph:
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._plain: dict[int, frozenset[str]] = {}
         self._turns: dict[str, _Angle] | None = None
+        self._weighed: frozenset[str] | None = None
         self.kernels: dict[Any, Any] = {}
 
     def _numbers(self, names: Iterable[str]) -> tuple[int, ...]:
@@ -103,6 +104,18 @@ class ModelGraph:
         found = self._angle(name)
         return found is not None and found.count == 1
 
+    def is_weighed(self, name: str) -> bool:
+        """Whether it is nothing but an angle to the rules, but larger or smaller than something to one of
+        their conditions: a whole turn of it may make a difference.
+        """
+        if self._angle(name) is None or not self.model.conditions:
+            return False
+        if self._weighed is None:
+            assert self._turns is not None
+            everywhere = _turns(self.model.equations, self.model.conditions)
+            self._weighed = frozenset(self._turns.keys() - everywhere)
+        return name in self._weighed
+
     def _angle(self, name: str) -> _Angle | None:
         if self._turns is None:
             self._turns = _turns(self.model.equations)
@@ -133,6 +146,17 @@ class _Angles:
         else:
             self.found[name] = _Angle(turn, together)
 
+    def weigh(self, condition: nodes.Condition) -> None:
+        """Every occurrence in an inequality."""
+        stack: list[nodes.Expression | nodes.Condition] = [condition]
+        while stack:
+            node = stack.pop()
+            if isinstance(node, nodes.Comparison) and node.operator not in ("=", "<>"):
+                self.read(node.left)
+                self.read(node.right)
+            else:
+                stack.extend(nodes.children(node))
+
     def read(self, side: nodes.Expression) -> None:
         """Every occurrence in an expression."""
         stack: list[nodes.Expression] = [side]
@@ -148,9 +172,11 @@ class _Angles:
                 stack.extend(nodes.children(node))  # type: ignore[arg-type]
 
 
-def _turns(equations: Iterable[Equation]) -> dict[str, _Angle]:
+def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
     angles = _Angles()
+    for condition in conditions:
+        angles.weigh(condition)
     sums: dict[str, list[Equation]] = {}
     for equation in equations:
         if is_angle_sum(equation.left) and is_angle_sum(equation.right):

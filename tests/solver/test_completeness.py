@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import asin, atan2, pi, sqrt
 from typing import Any
 
 import mpmath
@@ -105,3 +105,21 @@ def test_half_a_line_has_one_direction() -> None:
     assert any(abs(s["x"] + 4) + abs(s["y"] - 1) < 1e-9 for s in result.solutions)
     ranged = "variables\nx in [-10, 10]\ny in [-10, 10]\nrules\n" + rules
     assert solver.solve(rulesheets.loads(ranged)).status is not solver.Status.INFEASIBLE
+
+
+def test_a_turn_of_an_angle_that_a_condition_weighs_is_an_answer_of_its_own() -> None:
+    """-3.21 and the 3.07 in the turn around 0 have the same sine, but not the same place beside -2.9."""
+    rule = "if c <= -2.9 then sin(c) = 0.0683 else (0 - c) = c"
+    assert not solved(rule).complete
+    ranged = solver.solve(rulesheets.loads(f"variables\n  c in [-4, 4]\nrules\n  {rule}\n"))
+    assert ranged.complete
+    assert sorted(s["c"] for s in ranged.solutions) == [pytest.approx(asin(-0.0683) - pi), 0.0]
+    assert solved("if sin(c) < 0 then cos(c) = 0.5 else cos(c) = 0.3").complete
+
+
+def test_the_direction_of_a_point_on_an_axis_says_nothing_of_its_distance() -> None:
+    result = solved("atan2(0, w)*a^2 = max(b*c, 1 + c) - 25\nb = -4.2\nc - a = -10.65\nw*c*b = 39")
+    for solution in result.solutions:
+        assert solution["w"] > 0 or atan2(0.0, solution["w"]) == pi
+    c = 25 / -4.2
+    assert any(s["c"] == pytest.approx(c) and s["w"] == pytest.approx(39 / 25) for s in result.solutions)
