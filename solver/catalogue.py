@@ -40,6 +40,11 @@ OUTCOMES: dict[str, Entry] = {
         "Each case leads to values that contradict the condition it was assumed under.",
         "Look at the conditions, or move an input.",
     ),
+    "S534": Entry(
+        "a rule computes with a symbol",
+        "A symbol equals itself alone: there is no arithmetic with it.",
+        "Give a number for the variable, or clear it to have it solved.",
+    ),
     "S540": Entry(
         "a variable drops out of its rule",
         "At these values the rule holds whatever the variable is, as where it is multiplied by 0.",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import assert_never
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Model, Value
+from rulesheets.nodes import Name
 from solver.facts import (
     AsksNothing,
     BeyondFloats,
@@ -59,10 +60,9 @@ class _Explanation:
             yield self._clash()
             return
         if verdict.status in (Status.INFEASIBLE, Status.FAILED, Status.SINGULAR, Status.PARTIAL):
-            for fact in verdict.facts:
-                yield self._of(fact)
+            yield from dict.fromkeys(map(self._of, verdict.facts))
         if verdict.status in (Status.INFEASIBLE, Status.FAILED) and not verdict.facts:
-            yield self._no_case()
+            yield self._symbol_in(range(len(self.model.equations))) or self._no_case()
         if verdict.structural:
             yield self._undetermined()
         yield from self._remarks()
@@ -83,6 +83,32 @@ class _Explanation:
     # --- one fact, one sentence ---
 
     def _of(self, fact: Fact) -> Diagnosis:
+        return self._computes_with_symbol(fact) or self._said(fact)
+
+    def _computes_with_symbol(self, fact: Fact) -> Diagnosis | None:
+        """Where a rule fails that reads a symbol, that is why."""
+        match fact:
+            case NoValue(equation):
+                return self._symbol_in((equation,))
+            case NoRoot(equations):
+                return self._symbol_in(equations)
+            case _:
+                return None
+
+    def _symbol_in(self, equations: Iterable[int]) -> Diagnosis | None:
+        """The first of these rules that computes with what is a symbol."""
+        values = {**self.inputs, **(self.leaf.branch.values if self.leaf else {})}
+        symbols = {name: value for name, value in values.items() if isinstance(value, str)}
+        for equation in (self.model.equations[index] for index in equations):
+            for name in symbols.keys() & set(equation.names):
+                if Name(name) not in (equation.left, equation.right):
+                    message = f"this rule computes with {name}, which is the symbol '{symbols[name]}"
+                    notes = (f"give a number for {name}, or clear it to have it solved",)
+                    given = notes if name in self.inputs else ()
+                    return self._error("S534", message, (equation.index,), (name,), given)
+        return None
+
+    def _said(self, fact: Fact) -> Diagnosis:
         match fact:
             case NoValue(equation, unknown, reading):
                 message = f"no value of {unknown} satisfies this rule: it needs {reading}"

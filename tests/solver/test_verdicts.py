@@ -223,3 +223,27 @@ def test_rules_of_which_no_case_fits_are_refuted(rules: tuple[str, ...]) -> None
 def test_value_given_by_the_case_where_a_rule_asks_nothing() -> None:
     result = solve("if x <> 3 then y = 1", "x + y = 4")
     assert [(s["x"], s["y"]) for s in result.solutions] == [(3.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("y = 2*x", {"x": "open"}),
+        ("y^2 = 2*x + sin(z)\nz = y", {"x": "open"}),
+        ("if y > 2 then z = x*2 else z = 3\ny = z + 1", {"x": "open"}),
+        ("x = y\nz = x*2", {"y": "open"}),
+    ],
+)
+def test_a_rule_that_computes_with_a_symbol_says_so(text: str, given: dict[str, str]) -> None:
+    result = solver.solve(rulesheets.loads(text), given)
+    assert result.status in (solver.Status.INFEASIBLE, solver.Status.FAILED)
+    (diagnosis,) = result.diagnoses
+    assert (diagnosis.code, diagnosis.variables) == ("S534", ("x",))
+    assert "x, which is the symbol 'open" in diagnosis.message
+
+
+def test_a_symbol_that_is_only_compared_is_no_mistake() -> None:
+    result = solver.solve(
+        rulesheets.loads("if x > 2 then y = 2 else y = 3\nz = w"), {"x": "open", "w": "off"}
+    )
+    assert (result["y"], result["z"]) == (3.0, "off")
