@@ -96,17 +96,17 @@ class Candidates:
 
     def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
         """Keep the float next to a root that floats converge to, if every equation holds there."""
-        from solver.kernel.sharp_root import sharp_root
+        from solver.kernel.sharp_root import multiple_root, sharp_root
 
         point = self.question.named(x)
         if not self._nearly(point):
             return
-        sharp = sharp_root(self.question, x, sizes)
-        if sharp is not None:
-            found = self.question.named(sharp)
-            if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
-                self.keep(found)
-                return
+        for search in (sharp_root, multiple_root):
+            if (sharp := search(self.question, x, sizes)) is not None:
+                found = self.question.named(sharp)
+                if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
+                    self.keep(found, singular=search is multiple_root)
+                    return
         self._blurred(point)
 
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
