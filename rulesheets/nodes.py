@@ -327,8 +327,14 @@ def children(node: Expression | Condition) -> tuple[Expression | Condition, ...]
     return parts(node) if parts else ()
 
 
+def operands(expression: Expression) -> tuple[Expression, ...]:
+    """The direct parts of an expression, left to right."""
+    parts = _PARTS.get(type(expression))
+    return parts(expression) if parts else ()
+
+
 def rebuilt(node: Expression, parts: tuple[Expression, ...]) -> Expression:
-    """The expression with other direct parts: the inverse of :func:`children`."""
+    """The expression with other direct parts: the inverse of :func:`operands`."""
     match node:
         case Negative(span=span):
             return Negative(parts[0], span)

@@ -12,11 +12,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Name, Symbol
 from solver.numerics.factor import factorise
-from solver.path.activity import activity
+from solver.path.activity import activity, outcomes
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
 from solver.structure.incidence import Incidence
 from solver.structure.matching import maximum_matching
@@ -74,26 +74,14 @@ def active_equations(
 
     ``decided`` says how conditions come out where that is not to be read off the values.
     """
-    outcomes = {**_outcomes(model, values, inputs), **(decided or {})}
+    known = {**outcomes(model, values, inputs), **(decided or {})}
     return tuple(
         equation
         for equation in model.equations
-        if activity(equation, outcomes)
+        if activity(equation, known)
         and all(name in values for name in equation.names)
         and not _symbolic(equation, values)
     )
-
-
-def _outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
-    found = {}
-    for index, condition in enumerate(model.conditions):
-        try:
-            found[index] = holds(condition, values, inputs)
-        except KeyError:
-            continue
-        except Undefined:
-            found[index] = False
-    return found
 
 
 def _symbolic(equation: Equation, values: Mapping[str, Value]) -> bool:

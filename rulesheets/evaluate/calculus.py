@@ -18,6 +18,7 @@ from rulesheets.nodes import (
     Quotient,
     Sum,
     Symbol,
+    operands,
 )
 
 
@@ -103,23 +104,10 @@ def _quotient(left: Expression, right: Expression) -> Expression:
     return Quotient(left, right) if is_number(right, 0.0) else divide(left, right)
 
 
-def _parts(expression: Expression) -> tuple[Expression, ...]:
-    match expression:
-        case Sum(terms):
-            return terms
-        case Product(left, right) | Quotient(left, right):
-            return left, right
-        case Power(base, exponent):
-            return base, exponent
-        case Call(_, arguments):
-            return arguments
-        case _:
-            return (expression,)
-
-
 def _folded(expression: Expression) -> Expression:
     """The value of an expression all of whose parts are numbers; else the expression itself."""
-    if not all(isinstance(part, Number) for part in _parts(expression)):
+    parts = operands(expression)
+    if not parts or isinstance(expression, Negative) or not all(isinstance(part, Number) for part in parts):
         return expression
     try:
         return Number(value(expression, {}))

@@ -8,8 +8,7 @@ from fractions import Fraction
 
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.functions.balls import Ball, exact_fraction
-from rulesheets.nodes import Expression, Number
-from solver.kernel.hull import parts
+from rulesheets.nodes import Expression, Number, operands
 from solver.kernel.interval_code import ROUNDED
 from solver.kernel.krawczyk import Square
 from solver.numerics.elimination import eliminate
@@ -66,5 +65,5 @@ def _singular(square: Square, numbers: Mapping[str, Fraction], radian: Fraction)
 def _numbers(form: Expression) -> Iterator[float]:
     if isinstance(form, Number):
         yield form.value
-    for part in parts(form):
+    for part in operands(form):
         yield from _numbers(part)

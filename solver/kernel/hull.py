@@ -61,9 +61,9 @@ class Hull:
     def _place(self, form: Expression) -> int:
         found = self._places.get(form)
         if found is None:
-            operands = tuple(self._place(part) for part in parts(form))
+            below = tuple(map(self._place, nodes.operands(form)))
             found = self._places[form] = len(self.nodes)
-            self.nodes.append(Node(form, operands))
+            self.nodes.append(Node(form, below))
         return found
 
     def contract(self, low: Array, high: Array) -> tuple[Array, Array, Mask]:
@@ -171,23 +171,6 @@ class Hull:
                 return
         for source, interval in zip(node.operands, narrowed, strict=True):
             values[source] = interval
-
-
-def parts(form: Expression) -> tuple[Expression, ...]:
-    """The operands of an expression."""
-    match form:
-        case Negative(operand):
-            return (operand,)
-        case Sum(terms):
-            return terms
-        case Product(left, right) | Quotient(left, right):
-            return left, right
-        case Power(base, exponent):
-            return base, exponent
-        case Call(_, arguments):
-            return arguments
-        case _:
-            return ()
 
 
 def _chosen(end: Array, chosen: Mask) -> Array:

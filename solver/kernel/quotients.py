@@ -57,13 +57,13 @@ def _quotients(expression: Expression) -> Iterator[Quotient]:
         node = stack.pop()
         if isinstance(node, Quotient):
             yield node
-        stack.extend(nodes.children(node))  # type: ignore[arg-type]
+        stack.extend(nodes.operands(node))
 
 
 def _put(expression: Expression, old: Expression, new: Expression) -> Expression:
     if expression == old:
         return new
-    parts = tuple(_put(part, old, new) for part in nodes.children(expression))  # type: ignore[arg-type]
+    parts = tuple(_put(part, old, new) for part in nodes.operands(expression))
     return nodes.rebuilt(expression, parts)
 
 

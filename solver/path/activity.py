@@ -1,10 +1,24 @@
-"""Whether a guarded equation takes part, by how conditions came out."""
+"""How conditions come out, and whether a guarded equation takes part then."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
-from rulesheets.model import Equation
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.model import Equation, Model, Value
+
+
+def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
+    """The conditions that these values settle; one that has no value there is false."""
+    found = {}
+    for index, condition in enumerate(model.conditions):
+        try:
+            found[index] = holds(condition, values, inputs)
+        except KeyError:
+            continue
+        except Undefined:
+            found[index] = False
+    return found
 
 
 def activity(equation: Equation, decided: Mapping[int, bool]) -> bool | None:

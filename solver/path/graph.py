@@ -169,7 +169,7 @@ class _Angles:
                 for name, (numerator, denominator) in parts:
                     self.learn(name, TURN[node.function], denominator // gcd(denominator, own * numerator))
             else:
-                stack.extend(nodes.children(node))  # type: ignore[arg-type]
+                stack.extend(nodes.operands(node))
 
 
 def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rulesheets import nodes
-from rulesheets.evaluate import Undefined, holds
-from rulesheets.model import Model, Premise, Value
+from rulesheets.model import Premise, Value
 from rulesheets.record import dataclass
+from solver.path.activity import outcomes
 from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
 
@@ -75,25 +75,13 @@ def outlook(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
     """
     ahead = _Ahead(planner, want)
-    known, decided = frozenset(inputs), _decided(planner.graph.model, inputs)
+    known, decided = frozenset(inputs), outcomes(planner.graph.model, inputs, inputs)
     found = ahead.outlook(known, decided, frozenset(), 0)
     for depth in range(1, len(planner.graph.model.conditions) + 1):
         deeper = ahead.outlook(known, decided, frozenset(), depth)
         if deeper == found or sum(1 for _ in deeper.ends()) > MAX_ENDS:
             break
         found = deeper
-    return found
-
-
-def _decided(model: Model, inputs: Mapping[str, Value]) -> dict[int, bool]:
-    found = {}
-    for index, condition in enumerate(model.conditions):
-        try:
-            found[index] = holds(condition, inputs, inputs)
-        except KeyError:
-            continue
-        except Undefined:
-            found[index] = False
     return found
 
 
