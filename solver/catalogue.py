@@ -65,6 +65,11 @@ OUTCOMES: dict[str, Entry] = {
         "What follows from a double root can have any value there, or none.",
         "Give the variables of the double root first, or move away from it.",
     ),
+    "S544": Entry(
+        "a value rests on rounding alone",
+        "A rule divides by a difference that is no more than the last places of the given numbers.",
+        "Give the difference itself, or the variable, or more digits.",
+    ),
     "S550": Entry(
         "no answer was found",
         "The search ended without an answer, and nothing shows that there is none.",

@@ -97,6 +97,16 @@ class Unfixed:
 
 
 @dataclass(frozen=True, slots=True)
+class RestsOnRounding:
+    """``equation`` divides by what is no more than the last places of given numbers: ``unknown`` may have any
+    value, and so may all of ``unknowns``, which follow from it."""
+
+    equation: int
+    unknown: str
+    unknowns: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class BeyondFloats:
     """``equation`` solved for ``unknown`` does not hold at any float: too large, too small, too near."""
 
@@ -136,6 +146,7 @@ Fact: TypeAlias = (
     | RankLoss
     | DoubleRoot
     | Unfixed
+    | RestsOnRounding
     | BeyondFloats
     | Truncated
 )

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 SAMPLES = 16
 UNIT = 2.0**-53
+CANCELLED = 1e-12
+"""Share of its terms that a difference may be no more of than their rounding."""
 HALF = 2.0**-26
 """Relative error of a number of which half the digits are known."""
 FREE = 1e-9
@@ -51,10 +53,12 @@ class BlockCondition:
 @dataclass(frozen=True)
 class ForwardErrors:
     """``error``: an estimate of the absolute error of every variable that has a number, infinite where
-    nothing can be said. ``blocks``: the conditions of the blocks, by their unknowns."""
+    nothing can be said. ``blocks``: the conditions of the blocks, by their unknowns. ``cancelled``: some
+    variable is next to nothing beside the terms that it was computed from."""
 
     error: Mapping[str, float]
     blocks: Mapping[tuple[str, ...], BlockCondition] = field(default_factory=dict)
+    cancelled: bool = False
 
 
 def forward_errors(
@@ -107,6 +111,7 @@ class _Propagation:
         self.model, self.values, self.active = model, values, active
         self.doubles = {double.equations: double for double in doubles}
         self.rounds = True
+        self.cancelled = False
         self.errors: dict[str, Errors] = {}
         self.blocks: dict[tuple[str, ...], BlockCondition] = {}
 
@@ -121,7 +126,7 @@ class _Propagation:
                         self._direct(chosen[0], unknown)
                 case SolveBlock(equations=equations, unknowns=unknowns):
                     self._block([self.model.equations[i] for i in equations], unknowns)
-        return ForwardErrors(dict(self._largest()), self.blocks)
+        return ForwardErrors(dict(self._largest()), self.blocks, self.cancelled)
 
     def _largest(self) -> Iterator[tuple[str, float]]:
         """The largest error over the signs, and what rounding the value itself adds."""
@@ -143,12 +148,20 @@ class _Propagation:
             return
         row = self._row(equation, (unknown,))
         slope = 0.0 if row is None else row.slopes.get(unknown, 0.0)
+        if row is not None and slope and self._cancels(row, unknown):
+            self.cancelled = True
         if row is None or not any(row.off):
             self.errors[unknown] = [0.0 if row else math.inf] * SAMPLES
         elif slope == 0.0 or math.isnan(slope) or (self.doubles and self._vanishes([equation], (unknown,))):
             self.errors[unknown] = [math.inf] * SAMPLES
         else:
             self.errors[unknown] = [_finite(-off / slope) for off in row.off]
+
+    def _cancels(self, row: _Row, unknown: str) -> bool:
+        """Whether an unknown that is not 0 is next to nothing beside what its rule adds up."""
+        terms = {n: abs(s * v) for n, s in row.slopes.items() if isinstance(v := self.values.get(n), float)}
+        own = terms.pop(unknown)
+        return 0.0 < own <= CANCELLED * max(terms.values(), default=0.0)
 
     def _row(self, equation: Equation, unknowns: Sequence[str]) -> _Row | None:
         """None where the rule cannot be evaluated."""
@@ -194,7 +207,7 @@ class _Propagation:
         or as far as the rules hold."""
         numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
         along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
-        reach = HALF * max(1.0, *along)
+        reach = HALF * max([1.0, *along])
         moving = {n: d for n, d in double.direction.items() if d and n in numbers}
         if moving:
             from solver.flat_roots import flat_reach

@@ -102,7 +102,7 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     if not branch.precise or doubles:
         return found
     rounded = {name: _rounding(branch.values[name], exact) for name, exact in branch.precise.items()}
-    return ForwardErrors({**found.error, **rounded}, found.blocks)
+    return ForwardErrors({**found.error, **rounded}, found.blocks, found.cancelled)
 
 
 def _rounding(value: Value, exact: Any) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import ChainMap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Comparison, Condition
 from solver.casework import Casework
-from solver.facts import Conflict
+from solver.facts import Conflict, DoubleRoot, RestsOnRounding
 from solver.forward_error import input_errors, slopes
 from solver.kernel.block import kernel_of
 from solver.kernel.extended_block import solve_block_extended
@@ -27,7 +27,7 @@ from solver.last_places import blur, half_unit
 from solver.leaves import Branch, Exploration, Leaf
 from solver.path.activity import activity
 from solver.path.isolate import Isolation
-from solver.path.steps import SolveBlock, Step, equations_of
+from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution import Explorer
 from solver.witness import gross, testify
 
@@ -162,6 +162,56 @@ class _PreciseExplorer(Explorer):
         moved = self.casework.last_places(branch)
         poles = {name for name, far in moved.items() if self._unbounded(branch, name, far, moved)}
         return {name: 0.0 if name in poles else far for name, far in moved.items()} if poles else moved
+
+    def _finish(self, branch: Branch, loose: bool = False) -> None:
+        branch.facts = (*branch.facts, *self._resting_on_rounding(branch))
+        super()._finish(branch, loose)
+
+    def _resting_on_rounding(self, branch: Branch) -> Iterator[RestsOnRounding]:
+        """What passes through a pole within the last places of given numbers, and was asked for itself."""
+        if any(isinstance(fact, DoubleRoot) for fact in branch.facts):
+            return  # what moves far there has no slope, and no pole
+        moved = self.casework.last_places(branch)
+        for name, far in moved.items():
+            if name not in self.findings.judged or far == math.inf:
+                continue
+            if self._unbounded(branch, name, far, moved) or self._inverts(branch, name, far, moved):
+                origin = equations_of(branch.origins[name])[0]
+                yield RestsOnRounding(origin, name, self._following(branch, name, moved))
+
+    def _inverts(self, branch: Branch, name: str, far: float, moved: Mapping[str, float]) -> bool:
+        """Whether a number that may be off by more than itself goes as the inverse of what moves it: through
+        a pole, not through 0. Half as far along is far enough to tell."""
+        number, step = branch.values.get(name), branch.origins.get(name)
+        if not (isinstance(number, float) and isinstance(step, Evaluate)):
+            return False
+        if not 0.0 < abs(number) <= far < math.inf:
+            return False
+        isolation = self.graph.isolation(step.equation, self.graph.number[name])
+        slope = slopes(self.model.equations[step.equation], branch.values)
+        assert isolation is not None
+        there = []
+        for share in (0.5 * abs(number) / far, -0.5 * abs(number) / far):
+            at = dict(_known(branch))
+            for n, s in slope.items():
+                if n != name and s and moved.get(n):
+                    at[n] = self.mp.mpf(at[n]) + math.copysign(share * moved[n], share * s)
+            found = solve_step_extended(self.graph, step.equation, isolation, at, self.digits, dict)
+            there += [float(v) / number for v in found.values if not isinstance(v, str)]
+        if len(there) != 2 or min(there) <= 0.0:
+            return False
+        one, other = there
+        return abs(1.0 / one + 1.0 / other - 2.0) < abs(one + other - 2.0)
+
+    def _following(self, branch: Branch, pole: str, moved: Mapping[str, float]) -> tuple[str, ...]:
+        """A number that may have any value, and those that it takes along."""
+        lost = {pole: None}
+        for name, step in branch.origins.items():
+            number = branch.values.get(name)
+            reads = {n for index in equations_of(step) for n in self.model.equations[index].names}
+            if isinstance(number, float) and moved.get(name, 0.0) >= abs(number) and reads & lost.keys():
+                lost[name] = None
+        return tuple(lost)
 
     def _unbounded(self, branch: Branch, name: str, far: float, moved: Mapping[str, float]) -> bool:
         """Whether a number may be off by more than itself, though its equation does not admit 0 for it."""

@@ -62,11 +62,13 @@ def _delicate(model: Model, found: Exploration, judged: Sequence[str]) -> bool:
 
 
 def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
-    errors, values = leaf_errors(model, leaf).error, leaf.branch.values
+    told, values = leaf_errors(model, leaf), leaf.branch.values
+    errors = told.error
     numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
     asked, limit = (judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
     return (
-        any(errors[name] > limit * numbers[name] for name in asked if name in numbers)
+        told.cancelled
+        or any(errors[name] > limit * numbers[name] for name in asked if name in numbers)
         or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
         or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
         or any(_undecided(condition, values, errors) for condition in model.conditions)

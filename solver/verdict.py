@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass, replace
@@ -17,6 +17,7 @@ from solver.facts import (
     NoValue,
     OutOfRange,
     RankLoss,
+    RestsOnRounding,
     Truncated,
     Unfixed,
 )
@@ -56,12 +57,12 @@ def judge(
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
     solved = _ordered(model, near or solved, guesses)
-    solved.sort(key=lambda leaf: any(isinstance(fact, DoubleRoot) for fact in leaf.branch.facts))
+    solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
     if solved:
-        if not _doubles(solved[0]):
+        if not _unsettled(solved[0]):
             return Verdict(Status.SOLVED, tuple(solved), (), _unknown(model, solved[0]))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
-        facts = (*_doubles(solved[0]), *unfixed[0])
+        facts = (*_unsettled(solved[0]), *unfixed[0])
         return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
     if found.leaves:
         leaves = _open(model, found.leaves, inputs)
@@ -93,6 +94,11 @@ def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> 
     return free or leaves
 
 
+def _unsettled(leaf: Leaf) -> tuple[DoubleRoot | RestsOnRounding, ...]:
+    """Why values of a leaf are no isolated answer."""
+    return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot | RestsOnRounding))
+
+
 def _doubles(leaf: Leaf) -> tuple[DoubleRoot, ...]:
     return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot))
 
@@ -100,13 +106,20 @@ def _doubles(leaf: Leaf) -> tuple[DoubleRoot, ...]:
 def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[Unfixed, ...]]:
     """A leaf at a double root without the numbers that the rules do not determine there."""
     doubles = _doubles(leaf)
+    resting = (fact for fact in leaf.branch.facts if isinstance(fact, RestsOnRounding))
+    leaf = _without(leaf, {name for fact in resting for name in fact.unknowns})
     if not doubles:
         return leaf, ()
     error, origins = leaf_errors(model, leaf).error, leaf.branch.origins
     lost = tuple(name for name in leaf.branch.values if name in origins and error.get(name) == math.inf)
+    return _without(leaf, lost), (Unfixed(lost, doubles[0]),) if lost else ()
+
+
+def _without(leaf: Leaf, names: Collection[str]) -> Leaf:
+    """A leaf without the values of some variables."""
     branch = leaf.branch.fork()
-    branch.values = {name: value for name, value in branch.values.items() if name not in lost}
-    return replace(leaf, branch=branch), (Unfixed(lost, doubles[0]),) if lost else ()
+    branch.values = {name: value for name, value in branch.values.items() if name not in names}
+    return replace(leaf, branch=branch)
 
 
 def _free_there(leaf: Leaf, facts: Sequence[Fact]) -> tuple[Unfixed, ...]:

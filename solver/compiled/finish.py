@@ -6,7 +6,7 @@ import math
 
 from solver.compiled.flow import NotCompilable
 from solver.compiled.program import Ending
-from solver.compiled.rounding import accurate
+from solver.compiled.rounding import accurate, divisors_told_from_zero
 from solver.compiled.testimony import Testimony
 from solver.compiled.trim import trimmed
 from solver.path.activity import activity
@@ -39,6 +39,8 @@ class Finish(Testimony):
             self._turned(way, name, variable)
         self._accurate(way)
         results = tuple(self._result(way, name) for name in self.pattern.want)
+        for told in divisors_told_from_zero(flow, [node for node in results if isinstance(node, int)]):
+            flow.require(told)
         for node in results:
             if isinstance(node, int):
                 flow.bound(node)

@@ -12,11 +12,13 @@ from solver.compiled.schedule import LEAVES, LOGICAL, operands, schedule
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from solver.compiled.flow import Flow
 
 UNIT = 2.0**-52
+CANCELLED = 1e-12
+"""Share of its terms that a difference may be no more of than their rounding."""
 RADIAN = 0.017453292519943295
 
 
@@ -38,6 +40,18 @@ def quiet(flow: Flow, node: int, known: Iterable[int], share: float) -> int:
     than that share of itself. Raises NotCompilable as ``accurate`` does."""
     error = _Analysis(flow, known).error(node)
     return flow.add("le", error, flow.add("mul", flow.constant(share), flow.add("abs", node)))
+
+
+def divisors_told_from_zero(flow: Flow, results: Sequence[int]) -> Iterator[int]:
+    """A node for each sum that the way to the results divides by, true where it is more than the last places
+    of its terms: what rests on less is no answer, and left to be told step by step."""
+    for node in schedule(flow, results).order:
+        if flow.nodes[node][0] == "div":
+            divisor = operands(flow, node)[1]
+            if flow.nodes[divisor][0] in ("add", "sub"):
+                one, other = (flow.add("abs", part) for part in operands(flow, divisor))
+                least = flow.add("mul", flow.constant(CANCELLED), flow.add("add", one, other))
+                yield flow.add("lt", least, flow.add("abs", divisor))
 
 
 class _Analysis:
