@@ -60,9 +60,14 @@ def solve(
         require_proof()
     found = explore_refined(model, given, wanted, hints, judged, always=prove)
     paths.keep()
-    verdict = judge(model, found, given, hints)
+    verdict, by = judge(model, found, given, hints), model
+    if verdict.status is Status.SINGULAR:
+        from solver.vanishing import look_behind
+
+        behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
+        by, found, verdict = behind or (by, found, verdict)
     near = partial(_near, model, wanted, judged)
-    result = _result(model, verdict, found.complete, given, hints, judged, near, prove)
+    result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
         result = _with_gaps(result, found.gaps)
     if repeats is not None:
@@ -100,6 +105,7 @@ def posted(model: Model) -> tuple[str, ...]:
 
 def _result(
     model: Model,
+    by: Model,
     verdict: Verdict,
     complete: bool,
     inputs: Mapping[str, Value],
@@ -108,8 +114,9 @@ def _result(
     near: Near,
     prove: bool,
 ) -> Result:
+    """The result of a verdict that was come to ``by`` the rules as they are read at these values."""
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
-    solutions = tuple(_solution(model, leaf, inputs, prove) for leaf in verdict.leaves) if answered else ()
+    solutions = tuple(_solution(by, leaf, inputs, prove) for leaf in verdict.leaves) if answered else ()
     primary = verdict.leaves[0] if verdict.leaves else None
     undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
     return Result(

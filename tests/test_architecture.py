@@ -42,7 +42,7 @@ FLOORS = (
     ("solver.refinement", "solver.precise_explorer", "solver.proof"),
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
-    ("solver.completeness",),
+    ("solver.completeness", "solver.vanishing"),
     ("solver.repeats", "solver.solving", "solver.plan", "solver.sweep_rows"),
     ("solver.sweeps", "solver.curves"),
     ("solver.sweeping", "solver.derivation", "solver.sampling", "solver.chart"),

@@ -1,0 +1,163 @@
+"""What rules still say of one another where one of them loses an unknown: at a dead centre, above all.
+
+A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
+such a product does not tie that unknown to the others. Without it the rules may determine what was left open:
+at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not. So they
+are read once more without these products, and explored anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rulesheets.construct import ZERO, add, is_number, multiply, negative
+from rulesheets.evaluate import Undefined, extended
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
+from rulesheets.record import replace
+from solver.facts import AsksNothing
+from solver.leaves import Exploration, Leaf
+from solver.path.activity import activity
+from solver.refinement import explore_refined
+from solver.result import Status
+from solver.verdict import Verdict, judge
+from solver.witness import testify
+
+DIGITS = (50, 100)
+"""A factor is 0 that is so to as many digits as are looked at."""
+
+
+def look_behind(
+    model: Model,
+    found: Exploration,
+    verdict: Verdict,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    always: bool = False,
+) -> tuple[Model, Exploration, Verdict] | None:
+    """The rules without products that vanish, and what comes of them; None where that is no more.
+
+    For a singular ``verdict`` on what was ``found``.
+    """
+    void = (fact for leaf in found.leaves for fact in leaf.branch.void.values())
+    if not any(isinstance(fact, AsksNothing) for fact in void):
+        return None
+    reduced, open_ = _reduced(model, _shared(found.leaves))
+    if not open_:
+        return None
+    again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
+    told = judge(reduced, again, inputs, guesses)
+    if told.status is Status.INFEASIBLE:
+        return reduced, again, told
+    if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+        return None
+    if told.status is Status.SOLVED:
+        return reduced, again, told
+    if told.status not in (Status.PARTIAL, Status.SINGULAR) or _known(told, judged) <= _known(
+        verdict, judged
+    ):
+        return None
+    return reduced, again, _singular(model, told, open_)
+
+
+def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
+    """What is determined, by the leaves that know most; the rules that tell nothing here say what is not."""
+    fewest = min(len(leaf.missing) for leaf in told.leaves)
+    leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
+    decided = leaves[0].branch.conditions
+    facts = tuple(
+        fact
+        for fact in open_
+        if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
+    )
+    return replace(told, status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+
+
+def _known(verdict: Verdict, judged: Sequence[str]) -> int:
+    return sum(name in verdict.leaves[0].branch.values for name in judged) if verdict.leaves else 0
+
+
+def _stands(model: Model, leaf: Leaf) -> bool:
+    """Whether the rules as they are written hold, all that can be read."""
+    values, decided = leaf.branch.values, leaf.branch.conditions
+    return all(
+        testify(rule, values).holds
+        for rule in model.equations
+        if all(decided.get(p.condition) is p.holds for p in rule.guard)
+        and all(n in values for n in rule.names)
+    )
+
+
+def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
+    """Numbers that all leaves have."""
+    first, *others = (leaf.branch.values for leaf in leaves)
+    return {
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(values.get(name) == value for values in others)
+    }
+
+
+def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
+    """The model without products that vanish at the values; which rule tells nothing of which unknown."""
+    equations: list[Equation] = []
+    told_nothing: list[AsksNothing] = []
+    for equation in model.equations:
+        left, right = (_without(side, values) for side in (equation.left, equation.right))
+        without = replace(equation, left=left, right=right)
+        lost = set(equation.names) - set(without.names) - values.keys()
+        if lost and (not _readable(without, values) or testify(without, values).holds):
+            told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
+            equation = without
+        equations.append(equation)  # one that is left with a contradiction has no value for what it loses
+    return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
+
+
+def _without(side: Expression, values: Mapping[str, float]) -> Expression:
+    """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
+    parts = children(side)
+    if not parts:
+        return side
+    done: list[Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        done.append(_without(part, values))  # type: ignore[arg-type]
+    match side:
+        case Product():
+            for factor, other in (done, done[::-1]):
+                if _vanishes(factor, values) and not _read(other, values):
+                    return ZERO
+        case Quotient():
+            if _vanishes(done[0], values) and not _read(done[1], values):
+                return ZERO
+    if all(new is old for new, old in zip(done, parts, strict=True)):
+        return side
+    match side:
+        case Sum():
+            return add(*done)
+        case Negative():
+            return negative(done[0])
+        case Product():
+            return multiply(*done)
+        case _:
+            return rebuilt(side, tuple(done))
+
+
+def _readable(equation: Equation, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in equation.names)
+
+
+def _read(part: Expression, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in names(part))
+
+
+def _vanishes(factor: Expression, values: Mapping[str, float]) -> bool:
+    if is_number(factor, 0.0):
+        return True
+    if not _read(factor, values):
+        return False
+    try:
+        return not any(extended(factor, values, digits) for digits in DIGITS)
+    except Undefined:
+        return False
