@@ -48,8 +48,9 @@ def look_again(
 ) -> Sight:
     """F of an equation of numbers at the ``values``.
 
-    ``share`` is the change of them that is admitted; if it changes F by more than a share ``steep`` of its
-    sides, F must change its sign. ``noise`` bounds the error that floats make in F, if that is known.
+    ``share`` is the change of them that is admitted. Where that takes F farther than a share ``steep`` of its
+    sides no slope is believed: the others must suffice, or F must change its sign. ``noise`` bounds
+    the error that floats make in F, if that is known.
     """
     look = _Look(equation, values)
     size = context(DIGITS[0]).mpf(noise if math.isfinite(noise) else 0.0) / UNIT
@@ -73,7 +74,9 @@ def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Si
         moves = look.moves(digits)
         total = sum(map(abs, moves.values()))
         scaled = abs(miss) / total if total else math.inf
-        gentle = share * total <= steep * look.gross(digits)
+        limit = steep * look.gross(digits)
+        some = sum(abs(move) for move in moves.values() if share * abs(move) <= limit)
+        gentle = share * total <= limit or abs(miss) <= share * some
         reaches = scaled <= share and (
             gentle or any(look.straddles(moves, 2 * t, digits) for t in (scaled, share, share / 1e3))
         )

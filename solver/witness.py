@@ -4,14 +4,14 @@ A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v
 is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
 may have made F (``cosd(x + 90)`` at a small x), or have hidden it (``tanh(x) = 1`` at 20), F and its slopes
 are evaluated again to as many digits as it takes. Where F goes far within so small a change, slopes alone do
-not tell (``cosd(x) = 2`` at 1e90): F must change its sign there.
+not tell (``cosd(x) = 2`` at 1e90): the other values must be enough, or F must change its sign there.
 Every decision that a rule is satisfied is made here, and nowhere else.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.model import Equation, Value
@@ -60,7 +60,8 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     total = _size(slopes, others, values)
     bound = BACKWARD * total
     if abs(miss) + noise <= bound < math.inf:
-        gentle = bound <= STEEP * (abs(a) + abs(b))
+        limit = STEEP * (abs(a) + abs(b))
+        gentle = bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit)
         scaled = abs(miss) / total
         if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
             return Testimony(True, miss, scaled)
@@ -124,10 +125,25 @@ def _straddles(
 
 
 def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:
+    return sum(_moves(left, right, values))
+
+
+def _gentle(
+    left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value], limit: float
+) -> float:
+    """How far F goes with those values alone of which each takes it no farther than the limit."""
+    reaches = (BACKWARD * move for move in _moves(left, right, values))
+    return sum(reach for reach in reaches if reach <= limit)
+
+
+def _moves(
+    left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]
+) -> Iterator[float]:
+    """|∂F/∂v · v| for each variable."""
     slopes = dict(left)
     for name, slope in right.items():
         slopes[name] = slopes.get(name, 0.0) - slope
-    return sum(abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
+    return (abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
 
 
 def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, derivatives, extended, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient, Symbol
@@ -15,6 +15,8 @@ from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.witness import testify
 
+DIGITS = 50
+"""With which numbers are looked at that floats make 0 of."""
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
@@ -145,6 +147,7 @@ class Preimages:
         self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
+        self.delicate = self.delicate or _underflows(stage.divisor, at)
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
         if dividend == 0.0 or self._holds_anyway():
@@ -239,3 +242,13 @@ def _reading(operation: str, target: float) -> str:
     if operation == "power":
         return f"a root or logarithm of {number_text(target)}"
     return f"{operation} = {number_text(target)}"
+
+
+def _underflows(expression: Expression, at: Mapping[str, Value]) -> bool:
+    """Whether what comes out as 0 in floats is a smaller number than they hold."""
+    if isinstance(expression, Name | Number):
+        return False
+    try:
+        return bool(extended(expression, at, DIGITS) != 0)
+    except Undefined:
+        return True

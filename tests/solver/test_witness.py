@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
+import mpmath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -131,3 +132,19 @@ def test_no_digit_of_pi_makes_a_coefficient() -> None:
 def test_nothing_holds_at_a_pole(whole: str) -> None:
     """However the division by 0 is written, and whatever bounds what it comes to."""
     assert not holds(whole, a=1.0, b=0.0)
+
+
+def test_a_value_of_which_no_digit_counts_does_not_stand_against_the_others() -> None:
+    """cos(y) at 2.6e57 turns over with the last place of y; d alone satisfies the rule."""
+    y = 2.5955e57
+    with mpmath.workdps(120):
+        d = float(-2.75 * mpmath.cos(mpmath.mpf(y)))
+    assert holds("d/cos(y) = -2.75", d=d, y=y)
+    assert not holds("d/cos(y) = -2.75", d=d * (1 + 1e-9), y=y)
+
+
+def test_a_divisor_below_floats_is_no_zero() -> None:
+    """c^2.5 at 1e-160 is 1e-400."""
+    result = solver.solve(rulesheets.loads("a*d/(7*c*c^1.5) = 2e200\nc = 1e-160\nd = 1e-100"))
+    assert result.status is solver.Status.SOLVED
+    assert result["a"] == pytest.approx(1.4e-99, rel=1e-12)
