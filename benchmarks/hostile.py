@@ -58,6 +58,8 @@ MANY = 27_720
 """Whole turns that are whole ones of an angle's halves, thirds, … and twelfths."""
 LONGEST = 350
 """Digits in which a difference of floats leaves some beyond the point: each is below 1e309."""
+JUMPS = re.compile(r"\b(int|frac|round|mod|sgn|atan2d?)\(")
+"""Beside a jump a rule may be satisfied in a stretch far shorter than the changes that are tried."""
 SMALLEST = 2.0**-1022
 """The floats next to 0 are as far apart as those next to this number."""
 
@@ -161,7 +163,7 @@ def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int)
             return True
         miss = evaluated(text, values, digits)
     except Undefined:
-        return any(_reaches(text, values, name, digits) for name in values)
+        return any(_reaches(rule, values, name, digits) for name in values)
     if miss == 0 or abs(evaluated(text, values, 2 * digits)) <= abs(miss) * mpmath.mpf(10) ** (10 - digits):
         return True  # as sin(pi), which is 0 but for the digits of pi
     with mpmath.workdps(digits):
@@ -176,21 +178,25 @@ def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int)
             total += abs(moved[0] - moved[1]) / 2 / share
             if abs(miss) <= CHANGE * total:
                 return True
-    return any(_reaches(text, values, name, digits) for name in values)
+    return any(_reaches(rule, values, name, digits) for name in values)
 
 
-def _reaches(text: str, values: Mapping[str, float], name: str, digits: int) -> bool:
-    """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself."""
+def _reaches(rule: tuple[str, str, str], values: Mapping[str, float], name: str, digits: int) -> bool:
+    """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself; beside a
+    jump, whether it comes next to 0."""
+    _, left, right = rule
     with mpmath.workdps(digits):
         signs = set()
         size = mpmath.mpf(max(abs(values[name]), SMALLEST))
         change = CHANGE * mpmath.pi / 3  # no float: a float times an angle of whole turns may be one again
         for share in SHARES:
             try:
-                moved = evaluated(text, {**values, name: values[name] + size * change * share}, digits)
+                at = {**values, name: values[name] + size * change * share}
+                one, other = (evaluated(side, at, digits) for side in (left, right))
             except Undefined:
                 continue
-            signs.add(int(mpmath.sign(moved)))
+            nothing = JUMPS.search(f"{left} {right}") and abs(one - other) <= CHANGE * abs(other)
+            signs.add(0 if nothing else int(mpmath.sign(one - other)))
         return 0 in signs or len(signs) > 1
 
 

@@ -9,12 +9,16 @@ from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Value
 from rulesheets.record import dataclass
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import SAMPLES, Preimages, Refused
+from solver.kernel.preimages import DELICATE, DIGITS, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
-from solver.path.isolate import Isolation
+from solver.path.isolate import Isolation, Stage
 from solver.witness import gross, testify
 
 EPSILON = 2.0**-52
+SMALLEST = 2.0**-1022
+"""The smallest float with all of its digits."""
+LEVEL = 1e-6
+"""Relative change of a rule with an unknown, up to which it may come of rounding that there is any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +129,24 @@ class StepSolver(Preimages):
         if any(stage.operation == "abs" for stage in self.isolation.stages):
             return None
         unknown = self.isolation.unknown
-        return (
-            DoubleRoot((self.index,), (unknown,), {unknown: 1.0}) if self._slope(number)[1] == 0.0 else None
-        )
+        if self._slope(number)[1] != 0.0 or self._slopes_below_floats(number):
+            return None
+        return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
+
+    def _slopes_below_floats(self, number: float) -> bool:
+        """Whether the slope is no 0, but a number smaller than floats hold."""
+        from rulesheets.evaluate import extended_derivatives  # rarely needed, and dear to import
+
+        if not number:
+            return False
+        at, unknown = {**self.values, self.isolation.unknown: number}, self.isolation.unknown
+        try:
+            sides = [extended_derivatives(s, at, DIGITS) for s in (self.equation.left, self.equation.right)]
+        except Undefined:
+            return False
+        (left, by_left), (right, by_right) = sides
+        slope = abs(by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0))
+        return bool(slope < SMALLEST and slope * abs(number) > LEVEL * (abs(left) + abs(right)))
 
     def _same(self, a: float, b: float) -> bool:
         return abs(a - b) <= self._near(8 * EPSILON) * max(abs(a), abs(b))
@@ -136,12 +155,16 @@ class StepSolver(Preimages):
         if not (self.isolation.verify or self.clamped):
             return True
         testimony = testify(self.equation, {**self.values, self.isolation.unknown: number})
-        self.delicate = self.delicate or (testimony.delicate and not testimony.holds)
+        near = testimony.delicate or testimony.scaled <= DELICATE
+        self.delicate = self.delicate or (near and not testimony.holds)
         return testimony.holds
 
     def _polished(self, number: float) -> float:
-        """One or two Newton corrections in the equation as written, for the last digits of a long chain."""
-        if len(self.isolation.stages) < 2 and self.isolation.quadratic is None:
+        """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
+        of a root: floats have no 1/1.5.
+        """
+        stages = self.isolation.stages
+        if len(stages) < 2 and self.isolation.quadratic is None and not any(map(_takes_root, stages)):
             return number
         miss, slope = self._slope(number)
         for _ in range(2):
@@ -163,3 +186,7 @@ class StepSolver(Preimages):
         except Undefined:
             return None, 0.0
         return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
+
+
+def _takes_root(stage: Stage) -> bool:
+    return stage.operation in ("power", "root")
