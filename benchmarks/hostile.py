@@ -12,7 +12,8 @@ kind and status, and every one that is
 - a *false refusal*: called infeasible, contradictory, or completely solved without the planted state,
   although that state is there, and determined well.
 
-A long run writes every outcome to a file, goes on where the file ends, and prints the table of all in it.
+With ``--plans`` the sheets go through compiled plans instead (``hostile_plans.py``). A long run writes every
+outcome to a file, goes on where the file ends, and prints the table of all in it.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -93,7 +94,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
     made = sheet(seed, most)
     began = time.process_time()
     warnings.simplefilter("error")
-    signal.signal(signal.SIGPROF, _alarm)
+    signal.signal(signal.SIGPROF, alarm)
     signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         result = solver.solve(rulesheets.loads(made.text))
@@ -112,7 +113,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
     return Outcome(seed, made.kind, str(result.status), seconds, finding)
 
 
-def _alarm(*_: Any) -> None:
+def alarm(*_: Any) -> None:
     raise TooLong
 
 
@@ -262,10 +263,13 @@ def main() -> None:
         "-o", "--output", type=Path, metavar="FILE", help="CSV of the outcomes, to go on with"
     )
     parser.add_argument("--show", type=int, metavar="SEED", help="print one sheet and solve it")
+    parser.add_argument(
+        "--plans", action="store_true", help="hold compiled plans to what a solve says (hostile_plans.py)"
+    )
     arguments = parser.parse_args()
     if arguments.show is not None:
         print(sheet(arguments.show, arguments.most).text)
-        print(examine(arguments.show, arguments.limit, arguments.most))
+        print(_trial(arguments)(arguments.show))
         return
     before = [] if arguments.output is None else recorded(arguments.output)
     done = {outcome.seed for outcome in before}
@@ -275,9 +279,18 @@ def main() -> None:
     sys.exit(any(outcome.finding for outcome in outcomes))
 
 
+def _trial(arguments: argparse.Namespace) -> Callable[[int], Outcome]:
+    """What is done with a seed."""
+    if arguments.plans:
+        from benchmarks import hostile_plans
+
+        return partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most)
+    return partial(examine, limit=arguments.limit, most=arguments.most)
+
+
 def _examined(seeds: list[int], arguments: argparse.Namespace) -> Iterator[Outcome]:
     """The outcomes, written to the file as they come."""
-    trial = partial(examine, limit=arguments.limit, most=arguments.most)
+    trial = _trial(arguments)
     with ProcessPoolExecutor(arguments.jobs) as pool:
         found = pool.map(trial, seeds, chunksize=20) if arguments.jobs > 1 else map(trial, seeds)
         for outcome in found:

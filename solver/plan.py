@@ -10,6 +10,7 @@ from rulesheets.diagnosis import Diagnosis
 from rulesheets.input_messages import outside_range
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
+from solver.arguments import arguments
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.scalar import with_resort
 from solver.compiled.way import Pattern
@@ -68,11 +69,14 @@ class Plan:
 
     if TYPE_CHECKING:
 
-        def __call__(self, *numbers: Value) -> tuple[Value, ...]:
-            """The wanted values of the primary answer. Raises Unsolved where there is none."""
+        def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
+            """The wanted values of the primary answer for a number of each input, by place or by name.
 
-        def all(self, *numbers: Value) -> list[tuple[Value, ...]]:
-            """Those of every answer, the primary one first. Raises Unsolved where there is none."""
+            Raises Unsolved where there is none, TypeError for what is no such number.
+            """
+
+        def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
+            """Those of every answer, the primary one first. Raises as a call does."""
 
     else:
         # Of each plan its own, so that a call goes straight into the compiled way.
@@ -89,20 +93,32 @@ class Plan:
             ways = (self.paths.primary[0], self._primary), (self.paths.every[0], self._every)
             self._call(*(with_resort(*pair) for pair in ways))
 
-    def _primary(self, *numbers: Value) -> tuple[Value, ...]:
+    def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         """What the first way does not settle, or all where there is none yet."""
+        numbers = self._numbers(given, named)
+        if named:
+            return self(*numbers)
         for way in self._others(self.paths.primary):
             found = way(*numbers)
             if found is not None:
                 return found  # type: ignore[no-any-return]
         return self._answers(numbers)[0]
 
-    def _every(self, *numbers: Value) -> list[tuple[Value, ...]]:
+    def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
+        numbers = self._numbers(given, named)
+        if named:
+            return self.all(*numbers)
         for way in self._others(self.paths.every):
             found = way(*numbers)
             if found is not None:
                 return found  # type: ignore[no-any-return]
         return self._answers(numbers)
+
+    def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
+        """The numbers of a call; places that a compiled way has filled up hold None."""
+        while given and given[-1] is None:
+            given = given[:-1]
+        return arguments(self.model, self.inputs, given, named)
 
     def _others(self, ways: list[Callable[..., Any]]) -> list[Callable[..., Any]]:
         bound = self.paths.programs and self._bound is self.paths.programs[0]
@@ -153,8 +169,6 @@ class Plan:
         A number that is not finite is an input that the row lacks. What floats leave vague is solved again
         in extended precision.
         """
-        if len(numbers) != len(self.inputs):
-            raise TypeError(f"{len(self.inputs)} inputs are prepared for, {len(numbers)} were given")
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         values = self._values(numbers)
@@ -182,8 +196,11 @@ class Plan:
     def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> Program | None:
         """A compiled way from a row that was judged step by step, where it has one.
 
-        Of an infeasible row it is the way to its refusal, where nothing but that is known of it.
+        Of an infeasible row it is the way to its refusal, where nothing but that is known of it. A row that
+        lacks an input teaches nothing: it is solved for it.
         """
+        if not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
+            return None
         if verdict.status is Status.SOLVED:
             learned = self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
             self._bind()

@@ -43,7 +43,7 @@ FLOORS = (
     ("solver.verdict", "solver.remedy"),
     ("solver.explain",),
     ("solver.completeness", "solver.vanishing"),
-    ("solver.repeats", "solver.solving", "solver.plan", "solver.sweep_rows"),
+    ("solver.repeats", "solver.solving", "solver.arguments", "solver.plan", "solver.sweep_rows"),
     ("solver.sweeps", "solver.curves"),
     ("solver.sweeping", "solver.derivation", "solver.sampling", "solver.chart"),
     ("solver.report",),

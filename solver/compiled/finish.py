@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 from solver.compiled.flow import NotCompilable
+from solver.compiled.preimages import Preimages
 from solver.compiled.program import Ending
 from solver.compiled.rounding import accurate, divisors_told_from_zero
+from solver.compiled.schedule import LEAVES
 from solver.compiled.testimony import Testimony
 from solver.compiled.trim import trimmed
 from solver.path.activity import activity
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rulesheets.model import Variable
     from solver.compiled.way import Way
 
+DIGITS = 1e-10
+"""Share of a result that rounding may change where numbers of the rules can drown their variables."""
 _DIRECTIONS = frozenset({"atan2", "atan2d", "acosd", "asind", "atand", "acos", "asin", "atan"})
 
 
-class Finish(Testimony):
+class Finish(Preimages, Testimony):
     """The witness of a way and its ending."""
 
     def _finished(self, way: Way) -> Ending:
@@ -41,17 +48,43 @@ class Finish(Testimony):
         results = tuple(self._result(way, name) for name in self.pattern.want)
         for told in divisors_told_from_zero(flow, [node for node in results if isinstance(node, int)]):
             flow.require(told)
+        if way.drowned:
+            self._known_to_some_digits(results)
         for node in results:
             if isinstance(node, int):
                 flow.bound(node)
-        ending = Ending(results, tuple(way.checks), tuple(way.finite), way.gone, tuple(way.order))
+        order = (*self._guessed(way), *way.order) if way.order else ()
+        ending = Ending(results, tuple(way.checks), tuple(way.finite), way.gone, order)
         return trimmed(flow, ending)
+
+    def _guessed(self, way: Way) -> list[int]:
+        """How far an answer is from the guesses, which orders it before all else."""
+        flow, total = self.flow, None
+        for name, guess in self.pattern.guesses.items():
+            if name not in way.values:
+                continue
+            apart = flow.add("abs", flow.add("sub", way.values[name], flow.constant(guess)))
+            turn = self.graph.turn(name)
+            if turn:
+                whole = flow.constant(turn)
+                turns = flow.add("mul", whole, flow.add("rint", flow.add("div", apart, whole)))
+                apart = flow.add("abs", flow.add("sub", apart, turns))
+            share = flow.add("div", apart, flow.constant(max(abs(guess), 1.0)))
+            square = flow.add("mul", share, share)
+            total = square if total is None else flow.add("add", total, square)
+        return [] if total is None else [total]
 
     def _accurate(self, way: Way) -> None:
         if self.pattern.accuracy is not None:
             names, share = self.pattern.accuracy
             found = [way.values[name] for name in names if name in way.values and name not in self.given]
             self.flow.require(accurate(self.flow, found, share))
+
+    def _known_to_some_digits(self, results: Iterable[int | str]) -> None:
+        for node in results:
+            if isinstance(node, int) and self.flow.nodes[node][0] not in LEAVES:
+                with suppress(NotCompilable):
+                    self.flow.require(self.rounding.within(node, DIGITS))
 
     def _result(self, way: Way, name: str) -> int | str:
         if name in way.symbols:

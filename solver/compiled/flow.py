@@ -15,20 +15,21 @@ from contextlib import contextmanager
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.record import dataclass
+from solver.compiled.folding import folded_error
 from solver.compiled.simplify import SIMPLIFY
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
     from typing import TypeAlias
 
     from solver.compiled.roots import RootFinder
 
     Operand: TypeAlias = int | float | str
     Node: TypeAlias = tuple[Operand, ...]
-"""An operation and the numbers of its operands; of ``const`` the value, of ``call`` the function and of
-``root`` the number of its finder first. ``sooner`` and ``unless`` are their second operand, which may be dear
-to compute: it is true (false) where the first is true."""
+"""An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
+far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` and
+``unless`` are their second operand, which may be dear to compute: true (false) where the first is true."""
 
 TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
@@ -83,6 +84,8 @@ class Flow:
 
     def __init__(self, plain: bool = False) -> None:
         self.plain = plain
+        self.reported = False
+        """Whether numbers are taken for what they are rounded to, not for what they were computed from."""
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finite: list[int] = []
@@ -104,6 +107,10 @@ class Flow:
     def number(self, *node: Operand) -> int | None:
         """The number of an operation that is there already."""
         return self._numbers.get(node)
+
+    def off(self, node: int) -> float:
+        """How far a constant that was computed may be from the number that it stands for."""
+        return float(self.nodes[node][2]) if len(self.nodes[node]) > 2 else 0.0
 
     def value_of(self, node: int) -> float | bool | None:
         """The value of a constant node."""
@@ -140,7 +147,17 @@ class Flow:
             result = _FOLD[operation](*values)
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
-        return self.constant(result)
+        return self._computed(_FOLD[operation], result, operands, operation)
+
+    def _computed(
+        self, function: Callable[..., float | bool], result: float | bool, operands: Iterable[int], name: str
+    ) -> int:
+        """The constant that an operation on constants comes to, and how far it may be off."""
+        if isinstance(result, bool):
+            return self.constant(result)
+        known = [(float(self.nodes[operand][1]), self.off(operand)) for operand in operands]
+        off = folded_error(function, name, result, known)
+        return self.node("const", float(result), off) if off else self.constant(result)
 
     def _alike(self, condition: int, one: Node, other: Node) -> int | None:
         """A selection between the same operation on operands of which only one differs: of that one."""
@@ -187,6 +204,13 @@ class Flow:
         inside, self.checks = self.checks, outside
         for check in inside:
             self.require(self.add("or", self.add("not", condition), check))
+
+    @contextmanager
+    def as_reported(self) -> Iterator[None]:
+        """What is added inside reads the numbers that are reported."""
+        self.reported = True
+        yield
+        self.reported = False
 
     # --- expressions ---
 
@@ -246,9 +270,10 @@ class Flow:
             return self.add(function, *arguments)
         if all(self.value_of(argument) is not None for argument in arguments):
             try:
-                return self.constant(TABLE[function].value(*(self.value_of(a) for a in arguments)))
+                result = TABLE[function].value(*(self.value_of(a) for a in arguments))
             except (ArithmeticError, ValueError):
                 raise NotCompilable from None
+            return self._computed(TABLE[function].value, result, arguments, function)
         if function in _CIRCULAR:
             return self._circular(function, arguments[0])
         for argument in arguments:
@@ -265,6 +290,11 @@ class Flow:
 
     def _length(self, y: int, x: int) -> int:
         return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))
+
+    def circle(self, angle: int) -> tuple[int, ...]:
+        """The sine and the cosine that an angle came out of."""
+        known = self._directions.get(angle)
+        return () if known is None or known.length is not None else (known.y, known.x)
 
     def direction(self, y: int, x: int, unit: str) -> int:
         """The direction of a point on the unit circle."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 from rulesheets.evaluate import Undefined, value
 from solver.compiled.conditions import Conditions
 from solver.compiled.flow import NotCompilable
+from solver.compiled.rounding import Analysis
 from solver.path.isolate import TARGET
 
 TYPE_CHECKING = False
@@ -23,6 +25,10 @@ MAX_TURNS = 8
 
 class Preimages(Conditions):
     """Isolations followed backwards, and the two roots of a quadratic."""
+
+    @cached_property
+    def rounding(self) -> Analysis:
+        return Analysis(self.flow)
 
     def _isolation(self, equation: int, unknown: str) -> Isolation:
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
@@ -41,12 +47,30 @@ class Preimages(Conditions):
     def _in_range(self, variable: Variable, node: int) -> int:
         flow, inside = self.flow, self.flow.true
         if variable.low > -math.inf:
-            low = flow.constant(variable.low)
-            inside = flow.add("and", inside, flow.add("lt" if variable.low_open else "le", low, node))
+            inside = flow.add("and", inside, self._above(node, variable.low, variable.low_open))
         if variable.high < math.inf:
-            high = flow.constant(variable.high)
-            inside = flow.add("and", inside, flow.add("lt" if variable.high_open else "le", node, high))
+            inside = flow.add("and", inside, self._below(node, variable.high, variable.high_open))
         return inside
+
+    def _above(self, node: int, edge: float, strict: bool) -> int:
+        """Whether a number is at least (more than) an edge, and rounding does not make it so."""
+        flow = self.flow
+        return flow.add("lt" if strict else "le", flow.constant(edge), self._shifted("sub", node, edge))
+
+    def _below(self, node: int, edge: float, strict: bool) -> int:
+        flow = self.flow
+        return flow.add("lt" if strict else "le", self._shifted("add", node, edge), flow.constant(edge))
+
+    def _shifted(self, operation: str, node: int, edge: float) -> int:
+        """A number moved towards an edge by what it may be off by; the sign of a product is right."""
+        flow = self.flow
+        try:
+            bound = self.rounding.bound(node)
+            if bound.exact or (edge == 0.0 and bound.rest is None):
+                return node
+            return flow.add(operation, node, self.rounding.error(node))
+        except NotCompilable:
+            return node
 
     def _preimages(self, way: Way, isolation: Isolation) -> list[int]:
         """The nodes of all preimages, the principal one first."""
@@ -64,11 +88,9 @@ class Preimages(Conditions):
         flow = self.flow
         several = len(stage.forms) > 1
         if stage.low > -math.inf:
-            strict = stage.low_open or several
-            flow.require(flow.add("lt" if strict else "le", flow.constant(stage.low), target))
+            flow.require(self._above(target, stage.low, stage.low_open or several))
         if stage.high < math.inf:
-            strict = stage.high_open or several
-            flow.require(flow.add("lt" if strict else "le", target, flow.constant(stage.high)))
+            flow.require(self._below(target, stage.high, stage.high_open or several))
         here = {**way.values, TARGET.name: target}
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)

@@ -87,7 +87,9 @@ class _Refusal(Translation):
                 below = flow.add("lt", flow.add("add", target, margin), low)
                 above = flow.add("lt", flow.add("add", high, margin), target)
                 return flow.add("or", below, above)
-            (target,) = self._undone(way, stage, target)
+            target, *others = self._undone(way, stage, target)
+            if others:
+                raise NotCompilable
         raise NotCompilable
 
     def _size(self, way: Way, equation: int) -> int:

@@ -2,13 +2,18 @@
 
 Every operation adds a unit in the last place to what the errors of its operands make of it, to first
 order (Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 3.3). The bound is that of the
-way in which a result is computed; the problem itself may be better conditioned.
+way in which a result is computed; the problem itself may be better conditioned. What products, quotients and
+roots of exact numbers are off by is known beforehand, as a share of the result: that costs nothing.
 """
 
 from __future__ import annotations
 
+from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.nodes import Call, Name
+from rulesheets.record import dataclass
 from solver.compiled.flow import NotCompilable
 from solver.compiled.schedule import LEAVES, LOGICAL, operands, schedule
+from solver.compiled.simplify import not_negative
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,6 +25,21 @@ UNIT = 2.0**-52
 CANCELLED = 1e-12
 """Share of its terms that a difference may be no more of than their rounding."""
 RADIAN = 0.017453292519943295
+LIBRARY = 4.0
+"""Units in the last place that a function of the library may be off by."""
+_ARGUMENTS = ("#0", "#1")
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A node is off by at most ``share`` units in its last place and the value of the node ``rest``."""
+
+    share: float = 0.0
+    rest: int | None = None
+
+    @property
+    def exact(self) -> bool:
+        return self.share == 0.0 and self.rest is None
 
 
 def accurate(flow: Flow, results: Sequence[int], share: float) -> int:
@@ -27,19 +47,17 @@ def accurate(flow: Flow, results: Sequence[int], share: float) -> int:
 
     Raises NotCompilable where an operation has no known effect on errors.
     """
-    analysis = _Analysis(flow)
+    analysis = Analysis(flow)
     every = flow.true
     for node in dict.fromkeys(results):
-        limit = flow.add("mul", flow.constant(share), flow.add("abs", node))
-        every = flow.add("and", every, flow.add("le", analysis.error(node), limit))
+        every = flow.add("and", every, analysis.within(node, share))
     return every
 
 
 def quiet(flow: Flow, node: int, known: Iterable[int], share: float) -> int:
     """The node that is true where the rounding on the way from ``known`` nodes moves a result by no more
     than that share of itself. Raises NotCompilable as ``accurate`` does."""
-    error = _Analysis(flow, known).error(node)
-    return flow.add("le", error, flow.add("mul", flow.constant(share), flow.add("abs", node)))
+    return Analysis(flow, known).within(node, share)
 
 
 def divisors_told_from_zero(flow: Flow, results: Sequence[int]) -> Iterator[int]:
@@ -48,84 +66,158 @@ def divisors_told_from_zero(flow: Flow, results: Sequence[int]) -> Iterator[int]
     for node in schedule(flow, results).order:
         if flow.nodes[node][0] == "div":
             divisor = operands(flow, node)[1]
-            if flow.nodes[divisor][0] in ("add", "sub"):
+            kind, *parts = flow.nodes[divisor]
+            sure = kind == "add" and all(not_negative(flow, int(part)) for part in parts)
+            if kind in ("add", "sub") and not sure:
                 one, other = (flow.add("abs", part) for part in operands(flow, divisor))
                 least = flow.add("mul", flow.constant(CANCELLED), flow.add("add", one, other))
                 yield flow.add("lt", least, flow.add("abs", divisor))
 
 
-class _Analysis:
-    """The nodes of the error bounds; what is ``known`` has no errors."""
+class Analysis:
+    """The nodes of the error bounds; what is ``known`` has no errors.
+
+    Its methods raise NotCompilable where an operation has no known effect on errors.
+    """
 
     def __init__(self, flow: Flow, known: Iterable[int] = ()) -> None:
         self.flow = flow
-        self.errors: dict[int, int] = dict.fromkeys(known, flow.constant(0.0))
+        self.bounds: dict[int, Bound] = {}
+        for node in known:
+            self.bounds[node] = Bound()
+            for part in flow.circle(node):  # sine and cosine of an angle that is known
+                self.bounds.setdefault(part, Bound(LIBRARY))
+
+    def bound(self, node: int) -> Bound:
+        """The error bound of a node."""
+        for one in (*schedule(self.flow, [node]).order, node):
+            if one not in self.bounds:
+                self.bounds[one] = self._bound(one)
+        return self.bounds[node]
 
     def error(self, node: int) -> int:
-        """The node of the error bound of a node."""
-        for one in (*schedule(self.flow, [node]).order, node):
-            if one not in self.errors:
-                self.errors[one] = self._bound(one)
-        return self.errors[node]
+        """The node of the error bound of a node, in absolute terms."""
+        return self._total(node, self.bound(node))
 
-    def _bound(self, node: int) -> int:
+    def within(self, node: int, share: float) -> int:
+        """The node that is true where a node is off by no more than that share of itself."""
+        flow, bound = self.flow, self.bound(node)
+        left = share - bound.share * UNIT
+        if left < 0.0:
+            return flow.false
+        if bound.rest is None:
+            return flow.true
+        return flow.add("le", bound.rest, flow.add("mul", flow.constant(left), flow.add("abs", node)))
+
+    def _total(self, node: int, bound: Bound) -> int:
+        flow = self.flow
+        rest = flow.constant(0.0) if bound.rest is None else bound.rest
+        if not bound.share:
+            return rest
+        own = flow.add("mul", flow.constant(UNIT * bound.share), flow.add("abs", node))
+        return flow.add("add", own, rest)
+
+    def _bound(self, node: int) -> Bound:
         flow = self.flow
         operation, *rest = flow.nodes[node]
-        zero = flow.constant(0.0)
+        if operation == "const":
+            return Bound(0.0, flow.constant(off)) if (off := flow.off(node)) else Bound()
         if operation in LEAVES or operation in LOGICAL:
-            return zero
+            return Bound()
         parts = operands(flow, node)
-        errors = [self.errors.get(part, zero) for part in parts]
-        rounding = flow.add("mul", flow.constant(UNIT), flow.add("abs", node))
-        return flow.add("add", rounding, self._carried(node, str(operation), rest, parts, errors))
+        bounds = [self.bounds.get(part) or self._bound(part) for part in parts]
+        name = str(rest[0]) if operation == "call" else str(operation)
+        return self._carried(node, name, parts, bounds)
 
-    def _carried(
-        self,
-        node: int,
-        operation: str,
-        rest: list[int | float | str],
-        parts: tuple[int, ...],
-        errors: list[int],
-    ) -> int:
-        """What the errors of the operands make of the result."""
-        flow, add = self.flow, self.flow.add
-        if operation == "call":
-            operation = str(rest[0])
-        match operation:
+    def _carried(self, node: int, name: str, parts: tuple[int, ...], bounds: list[Bound]) -> Bound:
+        """What the errors of the operands make of the result, and its own rounding."""
+        flow = self.flow
+        shares, rests = [b.share for b in bounds], [b.rest for b in bounds]
+        match name:
             case "add" | "sub":
-                return add("add", errors[0], errors[1])
+                if name == "add" and all(not_negative(flow, part) for part in parts):
+                    return Bound(max(shares) + 1.0, self._sum(*rests))
+                totals = [None if b.exact else self._total(p, b) for p, b in zip(parts, bounds, strict=True)]
+                return Bound(1.0, self._sum(*totals))
             case "neg" | "abs":
-                return errors[0]
+                return bounds[0]
+            case "rint":
+                return Bound()
             case "mul":
-                one = add("mul", add("abs", parts[0]), errors[1])
-                return add("add", one, add("mul", add("abs", parts[1]), errors[0]))
+                one, other = (self._times(rests[k], parts[1 - k]) for k in (0, 1))
+                return Bound(sum(shares) + 1.0, self._sum(one, other))
             case "div":
-                above = add("add", errors[0], add("mul", add("abs", node), errors[1]))
-                return add("div", above, add("abs", parts[1]))
+                above = self._sum(rests[0], self._times(rests[1], node))
+                return Bound(sum(shares) + 1.0, self._over(above, flow.add("abs", parts[1])))
             case "sqrt":
-                return add("div", errors[0], add("mul", flow.constant(2.0), node))
+                twice = flow.add("mul", flow.constant(2.0), node)
+                return Bound(shares[0] / 2.0 + 1.0, self._over(rests[0], twice))
             case "where":
-                return add("where", parts[0], errors[1], errors[2])
-            case "sind" | "cosd":
-                return add("mul", flow.constant(RADIAN), errors[0])
-            case "sin" | "cos":
-                return errors[0]
-            case "expm1":
-                return add("mul", errors[0], add("add", flow.constant(1.0), add("abs", node)))
-            case "log1p":
-                return add("div", errors[0], add("abs", add("add", flow.constant(1.0), parts[0])))
+                zero = flow.constant(0.0)
+                one, other = (zero if r is None else r for r in rests[1:])
+                rest = None if one == other == zero else flow.add("where", parts[0], one, other)
+                return Bound(max(shares[1:]), rest)
             case "direction" | "directiond" | "atan2" | "atan2d":
-                return self._turned(
-                    parts, errors, 1.0 if operation in ("direction", "atan2") else 1.0 / RADIAN
-                )
-            case _ if all(error == flow.constant(0.0) for error in errors):
-                return flow.constant(0.0)
+                scale = 1.0 if name in ("direction", "atan2") else 1.0 / RADIAN
+                return Bound(LIBRARY, self._turned(parts, bounds, scale))
+            case _ if all(bound.exact for bound in bounds):
+                return Bound(LIBRARY)
             case _:
-                raise NotCompilable
+                slopes = [self._slope(node, name, parts, k) for k in range(len(parts))]
+                moved = (
+                    None if b.exact else self._times(self._total(part, b), slope)
+                    for part, b, slope in zip(parts, bounds, slopes, strict=True)
+                )
+                return Bound(LIBRARY, self._sum(*moved))
 
-    def _turned(self, parts: tuple[int, ...], errors: list[int], scale: float) -> int:
+    def _slope(self, node: int, name: str, parts: tuple[int, ...], place: int) -> int:
+        """The derivative of a function by one of its arguments."""
+        flow = self.flow
+        match name:
+            case "sind" | "cosd":
+                return flow.constant(RADIAN)
+            case "sin" | "cos":
+                return flow.constant(1.0)
+            case "expm1":
+                return flow.add("add", flow.constant(1.0), node)
+            case "log1p":
+                return flow.add("div", flow.constant(1.0), flow.add("add", flow.constant(1.0), parts[0]))
+            case "pow" if place == 0:
+                return flow.add("div", flow.add("mul", parts[1], node), parts[0])
+            case "pow":
+                return flow.add("mul", node, flow.call("ln", parts[0]))
+            case "root":
+                raise NotCompilable
+        if len(parts) > len(_ARGUMENTS):
+            raise NotCompilable
+        names = _ARGUMENTS[: len(parts)]
+        try:
+            slope = differentiate(Call(name, tuple(map(Name, names))), names[place])
+        except NotDifferentiable:
+            raise NotCompilable from None
+        return flow.expression(slope, dict(zip(names, parts, strict=True)))
+
+    def _turned(self, parts: tuple[int, ...], bounds: list[Bound], scale: float) -> int | None:
         add = self.flow.add
+        totals = [None if b.exact else self._total(p, b) for p, b in zip(parts, bounds, strict=True)]
         y, x = parts
-        across = add("add", add("mul", add("abs", x), errors[0]), add("mul", add("abs", y), errors[1]))
+        across = self._sum(self._times(totals[0], x), self._times(totals[1], y))
         square = add("add", add("mul", x, x), add("mul", y, y))
-        return add("mul", self.flow.constant(scale), add("div", across, square))
+        return self._over(self._times(across, self.flow.constant(scale)), square)
+
+    # Errors that are 0 are None.
+
+    def _sum(self, *errors: int | None) -> int | None:
+        some = [error for error in errors if error is not None]
+        if not some:
+            return None
+        total = some[0]
+        for error in some[1:]:
+            total = self.flow.add("add", total, error)
+        return total
+
+    def _times(self, error: int | None, factor: int) -> int | None:
+        return None if error is None else self.flow.add("mul", error, self.flow.add("abs", factor))
+
+    def _over(self, error: int | None, divisor: int) -> int | None:
+        return None if error is None else self.flow.add("div", error, divisor)

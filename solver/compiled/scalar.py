@@ -33,6 +33,15 @@ _BINARY = {
     "or": "or",
     "xor": "!=",
 }
+
+
+def number(given: object) -> float:
+    """A number of another type as a float; a text is none, and an array of one neither. Raises TypeError."""
+    if isinstance(given, str | bytes) or hasattr(given, "__len__"):
+        raise TypeError
+    return float(given)  # type: ignore[arg-type]
+
+
 _FUNCTIONS: dict[str, object] = {
     **NAMES,
     "sqrt": math.sqrt,
@@ -41,6 +50,7 @@ _FUNCTIONS: dict[str, object] = {
     "expm1": math.expm1,
     "log1p": math.log1p,
     "float": float,
+    "number": number,
     "direction": TABLE["atan2"].value,
     "rint": lambda x: float(round(x)),
     "sorted": sorted,
@@ -69,10 +79,11 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
 
 def with_resort(way: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
-    return FunctionType(way.__code__, {**way.__globals__, "otherwise": otherwise}, way.__name__)
+    known = {**way.__globals__, "otherwise": otherwise}
+    return FunctionType(way.__code__, known, way.__name__, way.__defaults__)
 
 
-def _nothing(*numbers: Value) -> None:
+def _nothing(*numbers: Value, **named: Value) -> None:
     return None
 
 
@@ -114,12 +125,17 @@ class _Writer:
         symbols = dict(self.program.symbols)
         inputs = [f"            if a{place} != {said!r}: break" for place, said in symbols.items()]
         numbers = [place for place in range(self.program.inputs) if place not in symbols]
-        inputs += [f"            a{place} = float(a{place})" for place in numbers]
+        inputs += [
+            f"            if a{place}.__class__ is not float: a{place} = number(a{place})"
+            for place in numbers
+        ]
         body = "\n".join([*inputs, *("        " + line for line in self.lines)])
-        given = ", ".join(arguments)
+        given = ", ".join(f"{name}" for name in (*arguments, "*more", "**named"))
+        taken = ", ".join([*(f"{name}=None" for name in arguments), "*more", "**named"])
         # A loop that is left, not one that goes round: what does not count leaves it before it returns.
         return (
-            f"def solve({given}):\n    try:\n        while True:\n{body}\n"
+            f"def solve({taken}):\n    try:\n        while True:\n"
+            f"            if more or named: break\n{body}\n"
             "    except (ArithmeticError, ValueError, TypeError):\n        pass\n"
             f"    return otherwise({given})\n"
         )

@@ -35,7 +35,7 @@ def _add(flow: Flow, a: int, b: int) -> int | None:
         if isinstance(value, float) and value < 0.0:
             return flow.add("sub", one, flow.constant(-value))
         kind, *parts = flow.nodes[one]
-        if kind == "sub" and parts[1] == other and not flow.plain:
+        if kind == "sub" and parts[1] == other and not (flow.plain or flow.reported):
             return int(parts[0])
     return None
 
@@ -120,7 +120,7 @@ def _ordered(operation: str) -> Callable[[Flow, int, int], int | None]:
 
 def _cancelled(flow: Flow, a: int, b: int) -> int | None:
     """``(x + y) - y`` and its like: what was added and is taken away again is not rounded twice."""
-    if flow.plain:
+    if flow.plain or flow.reported:
         return None
     kind, *parts = flow.nodes[a]
     if kind == "add" and b in parts:
@@ -163,7 +163,8 @@ def _multiply(flow: Flow, a: int, b: int) -> int | None:
     for one, other in ((a, b), (b, a)):
         number, value = flow.factor(other), flow.value_of(one)
         if number is not None and isinstance(value, float):
-            return flow.add("mul", flow.constant(value * number[0]), number[1])
+            whole = flow.add("mul", flow.constant(value), flow.constant(number[0]))
+            return flow.add("mul", whole, number[1])
     if a == b:
         square = _square(flow, a)
         if square is not None:
@@ -185,7 +186,7 @@ def _square(flow: Flow, a: int) -> int | None:
         if flow.nodes[one] == ("neg", other):
             return flow.add("mul", other, other)
         return flow.add("mul", one, one) if flow.nodes[other] == ("neg", one) else None
-    if flow.plain:
+    if flow.plain or flow.reported:
         return None
     if kind == "sqrt":
         inside = int(parts[0])
@@ -195,7 +196,8 @@ def _square(flow: Flow, a: int) -> int | None:
         for one, other in ((int(parts[0]), int(parts[1])), (int(parts[1]), int(parts[0]))):
             size = _size(flow, one)
             if size is not None and flow.nodes[other][0] == "sqrt":
-                return flow.add("mul", flow.constant(size * size), flow.add("mul", other, other))
+                square = flow.add("mul", flow.constant(size), flow.constant(size))
+                return flow.add("mul", square, flow.add("mul", other, other))
     return None
 
 

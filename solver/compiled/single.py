@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from solver.compiled.coverage import HARMLESS, covered, inverted
 from solver.compiled.flow import NotCompilable
 from solver.compiled.preimages import Preimages
 from solver.compiled.rounding import quiet
 from solver.compiled.way import symbol_of
 from solver.path.activity import activity
+from solver.path.isolate import TARGET
 from solver.witness import BACKWARD
 
 TYPE_CHECKING = False
@@ -25,16 +27,18 @@ class Single(Preimages):
 
     def _evaluated(self, way: Way, equation: int, unknown: str) -> Iterator[Way]:
         isolation = self._isolation(equation, unknown)
-        if _certified(isolation):
-            way.settled.add(equation)
         said = symbol_of(isolation.start, way.symbols) if isolation.identity else None
         if said is not None:
+            way.settled.add(equation)
             way.symbols[unknown] = said
             yield way
             return
         found = self._preimages(way, isolation)
+        self._drown(way, equation)
         for node in found:
             self._quiet(way, node)
+        if _linear(isolation):
+            self._certify(way, equation, isolation, found[0])
         variable = self.model.variables[unknown]
         if len(found) == 1:
             self._within(way, variable, found[0])
@@ -66,12 +70,13 @@ class Single(Preimages):
             isolation = self._isolation(index, unknown)
             if isolation.branches > 1 or (isolation.identity and symbol_of(isolation.start, way.symbols)):
                 raise NotCompilable
+            self._drown(way, index)
             with flow.only_if(active):
                 (node,) = self._preimages(way, isolation)
                 self._quiet(way, node)
+                if _linear(isolation):
+                    self._certify(way, index, isolation, node)
             groups[node] = flow.add("or", groups[node], active) if node in groups else active
-            if _certified(isolation):
-                way.settled.add(index)
             way.chosen += [p.condition for p in equation.guard if p.condition not in way.decided]
         self._mirrored = frozenset()
         if not groups:
@@ -89,6 +94,20 @@ class Single(Preimages):
         way.values[unknown] = value
         return way
 
+    def _certify(self, way: Way, equation: int, isolation: Isolation, node: int) -> None:
+        """A rule that was solved for an unknown holds by construction: one rounding an operation, no more.
+
+        Where the form of the rule does not tell that its variables explain these, it is required that
+        the unknown does.
+        """
+        way.settled.add(equation)
+        if inverted(isolation, not self.flow.plain) > HARMLESS:
+            self.flow.require(quiet(self.flow, node, way.values.values(), BACKWARD / 2.0))
+
+    def _drown(self, way: Way, equation: int) -> None:
+        turns = not self.flow.plain
+        way.drowned = way.drowned or covered(self.model.equations[equation], turns) > HARMLESS
+
     def _quiet(self, way: Way, node: int) -> None:
         """Where every value is to satisfy its rule as written, require that no rounding inside of the rule
         (of ``x + 90`` at a small x) is worth more than its variables explain."""
@@ -97,11 +116,10 @@ class Single(Preimages):
             self.flow.require(quiet(self.flow, node, way.values.values(), 2.0 * BACKWARD))
 
 
-def _certified(isolation: Isolation) -> bool:
-    """Whether a rule holds by the way its unknown is computed: one rounding an operation, no more.
-
-    True of sums, products and quotients undone one after the other. Each rounding is one of a variable
-    of the rule, or of a term of the size of one.
-    """
-    linear = all(stage.operation in _LINEAR for stage in isolation.stages)
+def _linear(isolation: Isolation) -> bool:
+    """Whether an unknown comes of sums, products and quotients, undone one after the other, and its rule is
+    linear in it: what is a sum in a divisor may be far smaller than the unknown."""
+    operations = [stage.operation for stage in isolation.stages]
+    divides = [place for place, stage in enumerate(isolation.stages) if stage.divisor == TARGET]
+    linear = _LINEAR.issuperset(operations) and not any("sum" in operations[place:] for place in divides)
     return linear and isolation.quadratic is None and not isolation.verify

@@ -5,12 +5,16 @@ from __future__ import annotations
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from solver.compiled.conditions import Conditions
+from solver.compiled.coverage import HARMLESS, covered, steep
 from solver.compiled.flow import NotCompilable
+from solver.compiled.rounding import UNIT, Analysis
 from solver.compiled.way import STRANGE, symbol_of
-from solver.witness import BACKWARD
+from solver.witness import BACKWARD, STEEP
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rulesheets.model import Equation
     from solver.compiled.way import Way
 
@@ -21,16 +25,46 @@ class Testimony(Conditions):
     """Equations evaluated at what a way has computed."""
 
     def _witness(self, way: Way, equation: Equation, active: int) -> int:
-        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|. One of several values that is far
-        from that is no answer."""
+        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, with what rounding may have hidden. One of
+        several values that is far from that is no answer."""
         flow = self.flow
         symbols = [symbol_of(side, way.symbols) for side in (equation.left, equation.right)]
         if symbols != [None, None]:
             return flow.constant(symbols[0] == symbols[1])
+        with flow.as_reported():
+            sides = [self._expression(way, side) for side in (equation.left, equation.right)]
+            miss = flow.add("sub", *sides)
+            if flow.value_of(miss) == 0.0 and not flow.off(miss):
+                return flow.true
+            size, quick = self._sizes(way, equation)
+        apart = flow.add("abs", miss)
+        rounded = covered(equation, not flow.plain)
+        if rounded > HARMLESS:
+            flow.require(self._gentle(sides, size))
+            return self._noisy(way, active, miss, size)
+        if steep(equation):
+            exact = flow.add("eq", miss, flow.constant(0.0))
+            flow.require(flow.add("or", exact, self._gentle(sides, size)))
+        share = flow.constant(BACKWARD - rounded * UNIT)
+        limit = flow.add("mul", share, size)
+        far = flow.add("lt", flow.add("mul", flow.constant(STRANGE), size), apart)
+        holds = flow.add("le", apart, limit)
+        if quick in (size, flow.constant(0.0)):
+            flow.bound(size)
+        else:
+            # Terms that are there already may be enough.
+            flow.bound(quick)
+            sooner = flow.add("le", apart, flow.add("mul", share, quick))
+            finite = flow.add("lt", size, flow.constant(LARGEST))
+            holds = flow.node("sooner", sooner, flow.add("and", finite, holds))
+            far = flow.node("unless", sooner, far)
+        self._lose(way, active, far)
+        return holds
+
+    def _sizes(self, way: Way, equation: Equation) -> tuple[int, int]:
+        """Σ|∂F/∂v · v| over all variables, and over those whose slope is a number."""
+        flow = self.flow
         form = subtract(equation.left, equation.right)
-        miss = flow.add("sub", *(self._expression(way, side) for side in (equation.left, equation.right)))
-        if flow.value_of(miss) == 0.0:
-            return flow.true
         size = quick = flow.constant(0.0)
         for name in equation.names:
             try:
@@ -41,19 +75,27 @@ class Testimony(Conditions):
             size = flow.add("add", size, term)
             if flow.value_of(slope) is not None:
                 quick = flow.add("add", quick, term)
+        return size, quick
+
+    def _gentle(self, sides: Sequence[int], size: int) -> int:
+        """Whether a rule does not go far within so small a change: slopes do not tell of it where it does."""
+        flow = self.flow
+        both = flow.add("add", *(flow.add("abs", side) for side in sides))
+        limit = flow.add("mul", flow.constant(STEEP / BACKWARD), both)
+        return flow.add("le", size, limit)
+
+    def _noisy(self, way: Way, active: int, miss: int, size: int) -> int:
+        """Whether an equation holds whose variables do not explain what rounding makes of it."""
+        flow = self.flow
+        flow.bound(size)
         apart = flow.add("abs", miss)
+        noise = Analysis(flow, way.values.values()).error(miss)
+        far = flow.add("lt", flow.add("add", flow.add("mul", flow.constant(STRANGE), size), noise), apart)
+        self._lose(way, active, far)
         limit = flow.add("mul", flow.constant(BACKWARD), size)
-        far = flow.add("lt", flow.add("mul", flow.constant(STRANGE), size), apart)
-        holds = flow.add("le", apart, limit)
-        if quick in (size, flow.constant(0.0)):
-            flow.bound(size)
-        else:
-            # Terms that are there already may be enough.
-            flow.bound(quick)
-            sooner = flow.add("le", apart, flow.add("mul", flow.constant(BACKWARD), quick))
-            finite = flow.add("lt", size, flow.constant(LARGEST))
-            holds = flow.node("sooner", sooner, flow.add("and", finite, holds))
-            far = flow.node("unless", sooner, far)
+        return flow.add("le", flow.add("add", apart, noise), limit)
+
+    def _lose(self, way: Way, active: int, far: int) -> None:
+        """One of several values that is far from satisfying a rule is no answer."""
         if way.order:
-            way.gone = flow.add("or", way.gone, flow.add("and", active, far))
-        return holds
+            way.gone = self.flow.add("or", way.gone, self.flow.add("and", active, far))

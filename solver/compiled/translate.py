@@ -57,7 +57,7 @@ class Translation(Single, Simultaneous, Finish):
         first: bool = False,
     ) -> None:
         super().__init__(model, planner, pattern, sample, plain)
-        self.first = first
+        self.first = first and not pattern.guesses  # the nearest to them is known at the end
         pruned = pattern.want if pattern.pruned == () else pattern.pruned
         self.want = None if pruned is None else frozenset(pruned)
         self.endings: list[Ending] = []

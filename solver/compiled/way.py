@@ -49,6 +49,8 @@ class Way:
     finite: list[int] = field(default_factory=list)
     order: list[int] = field(default_factory=list)
     gone: int = 1
+    drowned: bool = False
+    """Whether a rule has a number that may drown its variables: then results must be known to some digits."""
 
     def fork(self) -> Way:
         return replace(

@@ -119,7 +119,8 @@ class TearSearch:
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
         for place in range(len(self.kernel.chains())):
-            points = [point for x in self._samples() if (point := self._along(place, x)) is not None]
+            found = [point for x in self._samples() if (point := self._along(place, x)) is not None]
+            points = list({point[self.tear]: point for point in found}.values())
             if len(points) >= MIN_SAMPLES and self._satisfied(place, points):
                 return self._free(points[0], points[1])
         return None
@@ -129,7 +130,8 @@ class TearSearch:
         for place, low, high in self.flat:
             points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
             first, second = points
-            if first and second and self._satisfied(place, (first, second)):
+            apart = first and second and first[self.tear] != second[self.tear]
+            if first and second and apart and self._satisfied(place, (first, second)):
                 return self._free(first, second)
         return None
 

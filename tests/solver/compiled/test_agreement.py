@@ -90,7 +90,7 @@ BACKWARD = solver.prepare(CRANK, ["xB"], ["thetaAO", "vB", "omegaAB"], {"thetaAO
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.floats(-400, 400))
+@given(st.floats(-400, 400, allow_subnormal=False))  # 3*sind(5e-324) is no float, and a solve says so
 def test_the_crank_turns_as_step_by_step(theta: float) -> None:
     FORWARD(-30.0)
     verdict, _ = FORWARD.judged((theta,))
