@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.model import Model, Value
 from solver.curves.core import core_of
+from solver.curves.parting import parted
 from solver.curves.rows import CurveRow, Filling, curve_rows
 from solver.curves.system import CoreSystem
 from solver.curves.table import Branch, CurveTable, Limit
@@ -25,6 +26,8 @@ from solver.plan import Plan, prepare
 from solver.result import Status
 from solver.table import CODES
 
+BREAK = "a value jumps or grows without bound"
+"""Why a branch of values that are only computed ends between two rows."""
 SAME = 1e-6
 """Scaled distance below which an answer lies on a branch that is known."""
 
@@ -177,12 +180,23 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
     solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)
     for run in [list(group) for there, group in solved if there]:
         first, last = run[0][0], run[-1][0]
-        yield _Run(
-            rows[first : last + 1],
-            False,
-            start if first == 0 else End.DOMAIN.value,
-            end if last == len(rows) - 1 else End.DOMAIN.value,
-        )
+        begins = start if first == 0 else End.DOMAIN.value
+        for place in range(first, last):
+            if _breaks(rows[place].point, rows[place + 1].point, filling):
+                yield _Run(rows[first : place + 1], False, begins, BREAK)
+                first, begins = place + 1, BREAK
+        yield _Run(rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value)
+
+
+def _breaks(here: CurvePoint, there: CurvePoint, filling: Filling) -> bool:
+    """Whether what is computed jumps, or has a pole, between two rows."""
+
+    def answer(place: float) -> Mapping[str, Value] | None:
+        status, values = filling(replace(here, z=np.array([place])))
+        return values if status is Status.SOLVED else None
+
+    ends = float(here.z[-1]), float(there.z[-1])
+    return parted(*ends, answer, filling.want, planner(filling.model).graph.single_turn)
 
 
 def _sound(rows: tuple[_Filled, ...]) -> Iterator[_Filled]:

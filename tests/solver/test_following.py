@@ -244,3 +244,27 @@ def test_a_driven_mechanism_closes_and_turns_back_at_its_reach(
         there = solver.solve(model, {**given, driver: None, crank: angle}, [driver], {driver: at.value})
         assert there[driver] == pytest.approx(at.value, rel=1e-12)
         assert there.sensitivity([driver], [crank])[driver, crank] == pytest.approx(0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("rules", "over", "branches"),
+    [
+        ("y = 1/x", (-1, 1, 8), 2),
+        ("y = 1/(x - 0.3)^2", (-1, 1, 40), 2),
+        ("y = tand(x)", (0, 360, 12), 3),
+        ("y = int(x)", (0.2, 2.9, 8), 3),
+        ("y = tanh(1000*x)", (-1, 1, 8), 1),
+        ("y = abs(x)", (-1, 1, 8), 1),
+        ("y = atan2d(sind(x), cosd(x))", (0, 360, 8), 1),
+        ("y = x^3 - x", (-2, 2, 9), 1),
+    ],
+)
+def test_what_is_only_computed_is_parted_at_poles_and_jumps(
+    rules: str, over: tuple[float, float, int], branches: int
+) -> None:
+    """None of the swept values is the pole itself, or the place of the jump."""
+    table = solver.sweep(rulesheets.loads(rules), {"x": np.linspace(*over)}, follow=True)
+    assert len(table["x"]) == over[2]
+    assert len(table.branches) == branches
+    told = [branch.end for branch in table.branches[:-1]]
+    assert told == ["a value jumps or grows without bound"] * (branches - 1)
