@@ -190,9 +190,11 @@ def _reaches(rule: tuple[str, str, str], values: Mapping[str, float], name: str,
         signs = set()
         size = mpmath.mpf(max(abs(values[name]), SMALLEST))
         change = CHANGE * mpmath.pi / 3  # no float: a float times an angle of whole turns may be one again
-        for share in SHARES:
+        tried = [values[name] + size * change * share for share in SHARES]
+        short = {round(values[name], places) for places in range(12)}  # where a jump has its edge
+        for number in [*tried, *(near for near in short if abs(near - values[name]) <= CHANGE * size)]:
             try:
-                at = {**values, name: values[name] + size * change * share}
+                at = {**values, name: number}
                 one, other = (evaluated(side, at, digits) for side in (left, right))
             except Undefined:
                 continue
