@@ -62,7 +62,7 @@ def look_again(
             if clear and abs(some - more) <= AGREEMENT * abs(more):
                 return _seen(look, more, fine, share, steep)
     except Undefined as error:
-        reaches = not error.divides and look.reaches(share)  # 0/0 may be anything beside 0
+        reaches = not error.hole and look.reaches(share)  # 0/0 may be anything beside 0
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
     seen = max(abs(first), look.gross(DIGITS[0]))  # fifty digits may see exactly nothing already
     vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not

@@ -56,9 +56,13 @@ class Undefined(ArithmeticError):
         return self.arguments[0]
 
     @property
-    def divides(self) -> bool:
-        """Whether it divides by 0, be it by a power."""
-        return self.operation == "/" or (self.operation == "^" and self.arguments[0] == 0.0)
+    def hole(self) -> bool:
+        """Whether it divides by 0, be it by a power, or asks for the direction of the origin: a point without
+        a value among points that have one.
+        """
+        return self.operation in ("/", "atan2", "atan2d") or (
+            self.operation == "^" and self.arguments[0] == 0.0
+        )
 
 
 def _reading(operation: str, arguments: tuple[float, ...]) -> str:

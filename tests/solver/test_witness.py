@@ -134,6 +134,12 @@ def test_nothing_holds_at_a_pole(whole: str) -> None:
     assert not holds(whole, a=1.0, b=0.0)
 
 
+def test_no_direction_of_the_origin_holds() -> None:
+    assert not holds("atan2d(x, z) = 0", x=0.0, z=0.0)
+    assert holds("atan2d(x, z) = 0", x=0.0, z=1.0)
+    assert solver.solve(rulesheets.loads("(x - x)/2 = atan2d(x, z)\nz = x - z")).solutions == ()
+
+
 def test_a_value_of_which_no_digit_counts_does_not_stand_against_the_others() -> None:
     """cos(y) at 2.6e57 turns over with the last place of y; d alone satisfies the rule."""
     y = 2.5955e57
