@@ -101,6 +101,23 @@ def closing(
     return polynomial
 
 
+def residuals_in(
+    question: Question,
+    forms: Sequence[tuple[str, Expression]],
+    fixed: Mapping[str, Fraction],
+    tear: str,
+) -> tuple[Polynomial, ...]:
+    """What must vanish in one tear, the others ``fixed``. Raises NotPolynomial."""
+    block = question.kernel.block
+    values = {n: _number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
+    values |= {name: ([x], [abs(float(x))], 0) for name, x in fixed.items()}
+    values[tear] = [Fraction(0), Fraction(1)], [0.0, 1.0], 0
+    for name, form in forms:
+        values[name] = _value(form, values, None)
+    equations = (question.graph.model.equations[index] for index in block.residuals)
+    return tuple(_value(smooth(e.left, e.right), values, None)[0] for e in equations)
+
+
 def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | None) -> Value:
     match node:
         case Number(number):

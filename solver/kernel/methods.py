@@ -75,11 +75,12 @@ def last_resorts(kernel: BlockKernel) -> tuple[Method, ...]:
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
-    """Whether the block may lead to one polynomial in its tear, or in the tangent of half of it."""
+    """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
-    if len(tears) != 1:
+    turning = any(kernel.graph.turn(tear) for tear in tears)
+    if len(tears) > 2 or (turning and len(tears) == 2):
         return False
-    admitted = _CIRCULAR if kernel.graph.turn(tears[0]) else frozenset[str]()
+    admitted = _CIRCULAR if turning else frozenset[str]()
     return all(
         node.function in admitted
         for form in kernel.forms

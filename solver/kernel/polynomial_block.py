@@ -36,7 +36,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     Multiple roots are what they are in exact numbers.
     """
     tears = question.kernel.block.tears
-    forms = None if len(tears) != 1 or question.turn(tears[0]) is not None else _forms(question)
+    forms = None if len(tears) != 1 or question.turn(tears[0]) is not None else explicit_forms(question)
     if forms is None:
         return False
     try:
@@ -48,7 +48,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     if roots is None:
         simple = simple_part(polynomial)
         roots = real_roots(simple, *domain)
-    if roots is None or _touches(simple):
+    if roots is None or doubtful_extremum(simple):
         return False
     trial, several = Candidates(question), len(simple) < len(polynomial)
     for root in roots:
@@ -90,7 +90,7 @@ def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
         return False
     if question.domain(tears[0]) != (-turn / 2, turn / 2):
         return False
-    forms = _forms(question)
+    forms = explicit_forms(question)
     if forms is None:
         return False
     quarters = Quarters(tears[0], turn)
@@ -100,7 +100,7 @@ def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
         return False
     simple = simple_part(polynomial)
     roots = real_roots(simple)
-    if roots is None or _touches(simple):
+    if roots is None or doubtful_extremum(simple):
         return False
     angles = [2.0 * math.atan(t) * turn / math.tau for t in roots]
     if quarters.at_half_turn:
@@ -145,7 +145,7 @@ def _is_singular(question: Question, point: Point) -> bool:
     return bool(np.linalg.cond(matrix / np.where(sizes > 0, sizes, 1.0)) > 1e8)
 
 
-def _forms(question: Question) -> Forms | None:
+def explicit_forms(question: Question) -> Forms | None:
     """The steps of the block as explicit forms; None where one has several or may be refused."""
     graph, found = question.graph, []
     for step in question.kernel.block.order:
@@ -156,7 +156,7 @@ def _forms(question: Question) -> Forms | None:
     return found
 
 
-def _touches(polynomial: Polynomial) -> bool:
+def doubtful_extremum(polynomial: Polynomial) -> bool:
     """Whether an extremum may be a double root but for the rounding of the inputs."""
     if len(polynomial) <= 2:
         return False
@@ -170,12 +170,17 @@ def _touches(polynomial: Polynomial) -> bool:
     return False
 
 
-def _point(question: Question, forms: Forms, root: float) -> dict[str, float] | None:
-    """The unknowns at a root of the tear."""
-    point = {question.kernel.block.tears[0]: root}
+def point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
+    """The unknowns where the tears have these values; None where a step has none there."""
+    point = dict(tears)
     try:
         for name, form in forms:
             point[name] = value(form, {**question.here, **point})
     except Undefined:
         return None
     return {name: point[name] for name in question.unknowns}
+
+
+def _point(question: Question, forms: Forms, root: float) -> dict[str, float] | None:
+    """The unknowns at a root of the only tear."""
+    return point_at(question, forms, {question.kernel.block.tears[0]: root})

@@ -24,6 +24,7 @@ from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
 from solver.kernel.reduction import reduced
+from solver.kernel.resultant_block import solve_by_resultant
 from solver.kernel.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
 
@@ -120,9 +121,8 @@ class _Search:
         return replace(linear, attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        solved = solve_as_polynomial(self.question, self.candidates) or solve_by_half_angle(
-            self.question, self.candidates
-        )
+        ways = (solve_as_polynomial, solve_by_half_angle, solve_by_resultant)
+        solved = any(way(self.question, self.candidates) for way in ways)
         return self._all(Method.POLYNOMIAL) if solved else None
 
     def _formula(self) -> BlockOutcome | None:
