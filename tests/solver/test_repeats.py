@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -70,8 +71,11 @@ def test_what_is_asked_for_and_guessed_makes_another_pattern() -> None:
     for _ in range(4):
         first = solver.solve(model, backward, want=["thetaAO"])
         other = solver.solve(model, backward, want=["thetaAO"], guesses={"thetaAO": 50.0})
-    assert first["thetaAO"] == pytest.approx(-30.03778544664115, rel=1e-12)
-    assert other["thetaAO"] == pytest.approx(53.12995836576474, rel=1e-12)
+    to_slider = math.hypot(9.79, 2.0)  # the triangle of the shaft, the pin A and the slider, sides 3 and 8
+    middle = math.degrees(math.atan2(2.0, 9.79))
+    apart = math.degrees(math.acos((3.0**2 + to_slider**2 - 8.0**2) / (2.0 * 3.0 * to_slider)))
+    assert first["thetaAO"] == pytest.approx(middle - apart, rel=1e-12)
+    assert other["thetaAO"] == pytest.approx(middle + apart, rel=1e-12)
     assert "vB" not in first.solutions[0]
 
 
