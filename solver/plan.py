@@ -176,7 +176,14 @@ class Plan:
         paths.recall(frozenset(values), frozenset(self.want))
         found = explore_refined(self.model, values, self.want, self.guesses, self.want)
         paths.keep()
-        return judge(self.model, found, values, self.guesses), found
+        verdict = judge(self.model, found, values, self.guesses)
+        if verdict.status in (Status.SINGULAR, Status.PARTIAL):
+            from solver.vanishing import look_behind
+
+            behind = look_behind(self.model, found, verdict, values, self.want, self.guesses, self.want)
+            if behind is not None:
+                return behind[2], behind[1]
+        return verdict, found
 
     def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
         """The first number that lies outside the range that the sheet declares."""
@@ -197,9 +204,9 @@ class Plan:
         """A compiled way from a row that was judged step by step, where it has one.
 
         Of an infeasible row it is the way to its refusal, where nothing but that is known of it. A row that
-        lacks an input teaches nothing: it is solved for it.
+        lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew for it.
         """
-        if not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
+        if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
             return None
         if verdict.status is Status.SOLVED:
             learned = self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])

@@ -61,7 +61,7 @@ def solve(
     found = explore_refined(model, given, wanted, hints, judged, always=prove)
     paths.keep()
     verdict, by = judge(model, found, given, hints), model
-    if verdict.status is Status.SINGULAR:
+    if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         from solver.vanishing import look_behind
 
         behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
@@ -70,7 +70,7 @@ def solve(
     result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
         result = _with_gaps(result, found.gaps)
-    if repeats is not None:
+    if repeats is not None and not verdict.reread:
         repeats.meet(given, wanted, hints, result, verdict.leaves)
     return result
 

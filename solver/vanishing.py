@@ -3,19 +3,20 @@
 A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
 such a product does not tie that unknown to the others. Without it the rules may determine what was left open:
 at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not. So they
-are read once more without these products, and explored anew.
+are read once more without these products, and explored anew. So it is where the rules of a block say the same
+thing at these values: one of them is left out, and the others are solved together with those that read them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from rulesheets.construct import ZERO, add, is_number, multiply, negative
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
 from rulesheets.record import replace
-from solver.facts import AsksNothing
+from solver.facts import AsksNothing, RankLoss
 from solver.leaves import Exploration, Leaf
 from solver.path.activity import activity
 from solver.refinement import explore_refined
@@ -39,16 +40,22 @@ def look_behind(
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and what comes of them; None where that is no more.
 
-    For a singular ``verdict`` on what was ``found``.
+    For a ``verdict`` on what was ``found`` that leaves something open.
     """
-    void = (fact for leaf in found.leaves for fact in leaf.branch.void.values())
-    if not any(isinstance(fact, AsksNothing) for fact in void):
+    if verdict.status not in (Status.SINGULAR, Status.PARTIAL):
         return None
-    reduced, open_ = _reduced(model, _shared(found.leaves))
-    if not open_:
+    void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
+    lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
+    if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
         return None
+    values = _shared(found.leaves)
+    reduced, open_ = _reduced(model, values)
+    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    if not open_ and not repeated:
+        return None
+    reduced = _left_out(reduced, repeated)
     again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
-    told = judge(reduced, again, inputs, guesses)
+    told = replace(judge(reduced, again, inputs, guesses), reread=True)
     if told.status is Status.INFEASIBLE:
         return reduced, again, told
     if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
@@ -59,6 +66,8 @@ def look_behind(
         verdict, judged
     ):
         return None
+    if verdict.status is Status.PARTIAL:
+        return reduced, again, told
     return reduced, again, _singular(model, told, open_)
 
 
@@ -88,6 +97,32 @@ def _stands(model: Model, leaf: Leaf) -> bool:
         if all(decided.get(p.condition) is p.holds for p in rule.guard)
         and all(n in values for n in rule.names)
     )
+
+
+def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    from solver.numerics.nullspace import null_direction
+
+    equations = [model.equations[index] for index in fact.equations]
+    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
+    at = {**values, **dict.fromkeys(unknowns, 1.0)}
+    try:
+        slopes = [[derivatives(side, at)[1] for side in (e.left, e.right)] for e in equations]
+    except Undefined:
+        return None
+    rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
+    sizes = [max(map(abs, row)) for row in rows]
+    if len(rows) != len(unknowns) or not all(sizes):
+        return None
+    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
+    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
+    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
+
+
+def _left_out(model: Model, places: Collection[int]) -> Model:
+    """The model with rules that say nothing in these places."""
+    equations = (replace(e, left=ZERO, right=ZERO) if e.index in places else e for e in model.equations)
+    return replace(model, equations=tuple(equations))
 
 
 def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:

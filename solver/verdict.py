@@ -37,6 +37,7 @@ class Verdict:
 
     ``facts`` are what the status rests on; ``undetermined`` the names that stay unknown in the
     primary leaf, ``structural`` those of them that these inputs could not determine at any values.
+    ``reread``: by rules as they read at these values alone, so that it tells nothing of others.
     """
 
     status: Status
@@ -44,6 +45,7 @@ class Verdict:
     facts: tuple[Fact, ...] = ()
     undetermined: tuple[str, ...] = ()
     structural: tuple[str, ...] = ()
+    reread: bool = False
 
 
 def judge(

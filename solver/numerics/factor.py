@@ -189,7 +189,8 @@ class ArrayFactor:
     def solve(self, rhs: Sequence[float]) -> list[float]:
         import numpy as np
 
-        solved = self._weight * self._solve(np.asarray(rhs, dtype=float) / self._row_scale)
+        with np.errstate(all="ignore"):  # a step that overflows is refused by its length
+            solved = self._weight * self._solve(np.asarray(rhs, dtype=float) / self._row_scale)
         solution: list[float] = solved.tolist()
         return solution
 

@@ -59,3 +59,8 @@ def test_a_singular_sparse_matrix_tells_its_rank() -> None:
     dense[3] = dense[4]
     factor = factorise(scipy.sparse.csr_array(dense), [1.0] * 40)
     assert (factor.rank, factor.columns) == (39, 40)
+
+
+def test_a_solution_that_overflows_is_not_finite_and_no_warning() -> None:
+    factor = factorise(numpy.diag([1e-200] * 12), [1.0] * 12)
+    assert not any(map(math.isfinite, factor.solve([1e200] * 12)))
