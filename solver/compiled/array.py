@@ -49,7 +49,7 @@ class ArrayKernel:
 
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
         self.flow, self.wanted = flow, tuple(wanted)
-        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted))
+        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted, rare=False))
         namespace: dict[str, Any] = dict(writer.namespace)
         self.source = writer.source()
         exec(compile(self.source, "<compiled path>", "exec"), namespace)
@@ -127,7 +127,7 @@ class _Writer:
         if node in self.names:
             return
         operation, *rest = self.flow.nodes[node]
-        read = [self._read(o) for o in operands(self.flow, node)]
+        read = [self._read(o) for o in operands(self.flow, node, rare=False)]
         if operation in ("sind", "cosd"):
             self._circular(at, int(rest[0]), read[0])
             return
@@ -136,6 +136,13 @@ class _Writer:
             target = self._register(node)
             self.lines.append(f"copy_({target}, {read[2]})")
             self.lines.append(f"copy_({target}, {read[1]}, where={read[0]})")
+            self._release(at, node)
+            return
+        if operation == "seldom":
+            target = self._register(node)
+            self.namespace[f"rare_{node}"] = _Rare(self.flow, int(rest[1]))
+            self.lines.append(f"copy_({target}, {read[1]})")
+            self.lines.append(f"rare_{node}({read[0]}, columns, {target})")
             self._release(at, node)
             return
         self._release(at, node)
@@ -180,10 +187,26 @@ class _Writer:
 
     def _release(self, at: int, node: int) -> None:
         """Give back the registers that are read here for the last time."""
-        for operand in dict.fromkeys(operands(self.flow, node)):
+        for operand in dict.fromkeys(operands(self.flow, node, rare=False)):
             name = self.names.get(operand)
             if name is not None and self.plan.last[operand] == at and name[0] in "bm":
                 self.free[name[0]].append(name)
+
+
+class _Rare:
+    """Computes a node for the few rows of a block that need it."""
+
+    def __init__(self, flow: Flow, node: int) -> None:
+        self.flow, self.node = flow, node
+        self._kernel: ArrayKernel | None = None
+
+    def __call__(self, these: Array, columns: Sequence[Array], out: Array) -> None:
+        rows = np.flatnonzero(these)
+        if len(rows):
+            self._kernel = self._kernel or ArrayKernel(self.flow, (self.node,))
+            found = np.empty(len(rows))
+            self._kernel([column[rows] for column in columns], (found,))
+            out[rows] = found
 
 
 def _near(a: Array, b: Array, out: Array) -> None:

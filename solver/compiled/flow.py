@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
 far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` and
-``unless`` are their second operand, which may be dear to compute: true (false) where the first is true."""
+``unless`` are their second operand, which may be dear to compute: true (false) where the first is true.
+``seldom`` is a selection, the first alternative of which is dear and rare."""
 
 TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
@@ -61,6 +62,7 @@ _FOLD: dict[str, Callable[..., float | bool]] = {
     "not": lambda a: not a,
     "xor": lambda a, b: a is not b,
     "where": lambda c, a, b: a if c else b,
+    "seldom": lambda c, a, b: a if c else b,
     "sooner": lambda sooner, whole: whole,
     "unless": lambda sooner, whole: whole,
 }

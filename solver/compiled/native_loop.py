@@ -151,7 +151,7 @@ done:
             value = self._call(_INTRINSIC[name], *read)
         elif name in ("and", "or", "xor"):
             value = self._line(f"{name} i1 {read[0]}, {read[1]}")
-        elif name == "where":
+        elif name in ("where", "seldom"):
             kind = "i1" if self._logical(node) else "double"
             value = self._line(f"select i1 {read[0]}, {kind} {read[1]}, {kind} {read[2]}")
         elif name in ("sind", "cosd"):

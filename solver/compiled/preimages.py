@@ -6,14 +6,16 @@ import math
 from functools import cached_property
 
 from rulesheets.evaluate import Undefined, value
+from rulesheets.nodes import Number
 from solver.compiled.conditions import Conditions
 from solver.compiled.flow import NotCompilable
 from solver.compiled.rounding import Analysis
+from solver.compiled.twofold import Twofold
 from solver.path.isolate import TARGET
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rulesheets.model import Variable
     from rulesheets.nodes import Expression
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from solver.path.isolate import Isolation, Quadratic, Stage
 
 MAX_TURNS = 8
+FINE = 1e-2
+"""Discriminants smaller than this, relative to their terms, are computed to twice the digits of a float."""
 
 
 class Preimages(Conditions):
@@ -153,15 +157,34 @@ class Preimages(Conditions):
 
     def _quadratic(self, way: Way, quadratic: Quadratic) -> list[int]:
         a, b, c = (self._expression(way, part) for part in (quadratic.a, quadratic.b, quadratic.c))
-        one, other = self._roots(a, b, c)
+        one, other = self._roots(a, b, c, self._fine(quadratic.a, quadratic.b, quadratic.c, way.values))
         larger = self.flow.add("lt", other, one)
         return [self.flow.add("where", larger, one, other), self.flow.add("where", larger, other, one)]
 
-    def _roots(self, a: int, b: int, c: int) -> tuple[int, int]:
+    def _fine(self, a: Expression, b: Expression, c: Expression, values: Mapping[str, int]) -> int | None:
+        """``b² - 4 a c`` from twice the digits of a float; None where it is no polynomial of inputs."""
+        exact = Twofold(self.flow)
+        try:
+            pairs = [exact.pair(part, values) for part in (a, b, c)]
+            four = exact.pair(Number(4.0), values)
+        except NotCompilable:
+            return None
+        product = exact.multiply(four, exact.multiply(pairs[0], pairs[2]))
+        return exact.add(exact.multiply(pairs[1], pairs[1]), exact.negative(product))[0]
+
+    def _resolved(self, difference: int, fine: int | None, size: int) -> int:
+        """A difference; where little is left of its terms, by the digits that these are rounded by."""
+        flow = self.flow
+        if fine is None or flow.value_of(difference) is not None:
+            return difference
+        near = flow.add("lt", difference, flow.add("mul", flow.constant(FINE), size))
+        return flow.add("seldom", near, fine, difference)
+
+    def _roots(self, a: int, b: int, c: int, fine: int | None = None) -> tuple[int, int]:
         """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
         flow = self.flow
         square, four_ac, size = self._discriminant(a, b, c)
-        discriminant = flow.add("sub", square, four_ac)
+        discriminant = self._resolved(flow.add("sub", square, four_ac), fine, size)
         flow.require(flow.add("lt", flow.add("mul", flow.constant(self.pattern.clear), size), discriminant))
         root = flow.add("sqrt", discriminant)
         signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)

@@ -90,7 +90,7 @@ class Analysis:
 
     def bound(self, node: int) -> Bound:
         """The error bound of a node."""
-        for one in (*schedule(self.flow, [node]).order, node):
+        for one in (*schedule(self.flow, [node], rare=False).order, node):
             if one not in self.bounds:
                 self.bounds[one] = self._bound(one)
         return self.bounds[node]
@@ -124,7 +124,7 @@ class Analysis:
             return Bound(0.0, flow.constant(off)) if (off := flow.off(node)) else Bound()
         if operation in LEAVES or operation in LOGICAL:
             return Bound()
-        parts = operands(flow, node)
+        parts = operands(flow, node, rare=False)
         bounds = [self.bounds.get(part) or self._bound(part) for part in parts]
         name = str(rest[0]) if operation == "call" else str(operation)
         return self._carried(node, name, parts, bounds)
@@ -141,6 +141,8 @@ class Analysis:
                 return Bound(1.0, self._sum(*totals))
             case "neg" | "abs":
                 return bounds[0]
+            case "seldom":
+                return bounds[-1]
             case "rint":
                 return Bound()
             case "mul":

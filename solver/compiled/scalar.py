@@ -267,10 +267,20 @@ class _Writer:
             return self._sine_and_cosine(int(parts[0]), node, indent)
         if operation == "directiond" or (operation == "call" and parts[0] == "atan2d"):
             return self._direction(node, int(parts[-2]), int(parts[-1]), indent)
+        if operation == "seldom":
+            return self._seldom(node, [int(part) for part in parts], indent)
         source = self._source(str(operation), parts, indent)
         if self.reads[node] == 1 and not store:
             return source
         self._line(f"t{node} = {source}", indent)
+        self.texts[node] = f"t{node}"
+        return self.texts[node]
+
+    def _seldom(self, node: int, parts: list[int], indent: str) -> str:
+        condition, dear, cheap = parts
+        self._line(f"t{node} = {self.text(cheap, indent)}", indent)
+        self._line(f"if {self.text(condition, indent)}:", indent)
+        self._inside([dear], indent, f"t{node} = {{}}")
         self.texts[node] = f"t{node}"
         return self.texts[node]
 

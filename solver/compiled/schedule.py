@@ -22,22 +22,24 @@ class Schedule:
     last: dict[int, int]
 
 
-def operands(flow: Flow, node: int) -> tuple[int, ...]:
-    """The nodes that a node reads."""
+def operands(flow: Flow, node: int, rare: bool = True) -> tuple[int, ...]:
+    """The nodes that a node reads; without ``rare``, not what it reads in rare cases only."""
     operation, *rest = flow.nodes[node]
     if operation in LEAVES:
         return ()
+    if operation == "seldom" and not rare:
+        return int(rest[0]), int(rest[2])
     return tuple(int(o) for o in (rest[1:] if operation in ("call", "root") else rest))
 
 
-def schedule(flow: Flow, wanted: Sequence[int]) -> Schedule:
-    """Depth first from the wanted nodes, so that what is computed is soon read.
+def schedule(flow: Flow, wanted: Sequence[int], rare: bool = True) -> Schedule:
+    """Depth first from the wanted nodes, so that what is computed is soon read; ``rare`` as in ``operands``.
 
     The sine and the cosine of one angle stand side by side.
     """
     order: list[int] = []
     placed: set[int] = set()
-    partner = _partners(flow, wanted)
+    partner = _partners(flow, wanted, rare)
 
     def place(node: int) -> None:
         stack = [(node, False)]
@@ -53,27 +55,27 @@ def schedule(flow: Flow, wanted: Sequence[int]) -> Schedule:
                     order.append(partner[at])
                 continue
             stack.append((at, True))
-            stack.extend((o, False) for o in reversed(operands(flow, at)))
+            stack.extend((o, False) for o in reversed(operands(flow, at, rare)))
 
     for node in wanted:
         place(node)
     last = {node: place for place, node in enumerate(order)}
     for at, node in enumerate(order):
-        for operand in operands(flow, node):
+        for operand in operands(flow, node, rare):
             last[operand] = at
     for node in wanted:
         last[node] = len(order)
     return Schedule(tuple(order), last)
 
 
-def _partners(flow: Flow, wanted: Sequence[int]) -> dict[int, int]:
+def _partners(flow: Flow, wanted: Sequence[int], rare: bool) -> dict[int, int]:
     needed: set[int] = set()
     waiting = list(wanted)
     while waiting:
         node = waiting.pop()
         if node not in needed:
             needed.add(node)
-            waiting.extend(operands(flow, node))
+            waiting.extend(operands(flow, node, rare))
     by_angle: dict[int, dict[str, int]] = {}
     for node in needed:
         operation, *rest = flow.nodes[node]

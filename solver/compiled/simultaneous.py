@@ -8,6 +8,7 @@ from solver.compiled.flow import NotCompilable
 from solver.compiled.preimages import Preimages
 from solver.compiled.roots import Roots, root_values
 from solver.compiled.testimony import Testimony
+from solver.compiled.twofold import Twofold
 from solver.compiled.way import STRANGE
 from solver.kernel.block import BlockKernel
 from solver.kernel.question import Question
@@ -96,11 +97,15 @@ class Simultaneous(Preimages, Testimony):
             case Let(name):
                 yield way, {**letters, name: self._let(way, letters, formula)}
             case Parabola(name, a, b, c):
-                first, second = self._roots(*self._coefficients(letters, a, b, c))
+                fine = self._fine(a.expression, b.expression, c.expression, letters)
+                one, other, rest = self._coefficients(letters, a, b, c)
+                first, second = self._roots(one, other, rest, fine)
                 for node in (first, second):
                     yield way.fork(), {**letters, name: node}
             case Circle(x, y, a, b, k, square):
-                points = self._meets(*self._coefficients(letters, a, b, k, square))
+                fine = self._fine_reach(letters, formula)
+                one, other, shift, radius = self._coefficients(letters, a, b, k, square)
+                points = self._meets(one, other, shift, radius, fine)
                 for point in points:
                     yield way.fork(), {**letters, x: point[0], y: point[1]}
 
@@ -130,11 +135,22 @@ class Simultaneous(Preimages, Testimony):
     def _coefficients(self, letters: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
         return [self.flow.expression(coefficient.expression, letters) for coefficient in coefficients]
 
-    def _meets(self, a: int, b: int, k: int, square: int) -> Iterator[tuple[int, int]]:
+    def _fine_reach(self, letters: Mapping[str, int], circle: Circle) -> int | None:
+        """``(a² + b²) square - k²`` from twice the digits of a float; None where it is no polynomial."""
+        exact = Twofold(self.flow)
+        coefficients = (circle.a, circle.b, circle.k, circle.square)
+        try:
+            a, b, k, square = (exact.pair(one.expression, letters) for one in coefficients)
+        except NotCompilable:
+            return None
+        length = exact.add(exact.multiply(a, a), exact.multiply(b, b))
+        return exact.add(exact.multiply(length, square), exact.negative(exact.multiply(k, k)))[0]
+
+    def _meets(self, a: int, b: int, k: int, square: int, fine: int | None) -> Iterator[tuple[int, int]]:
         flow = self.flow
         length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
         reach, across, size = self._reach(a, b, k, square)
-        discriminant = flow.add("sub", reach, across)
+        discriminant = self._resolved(flow.add("sub", reach, across), fine, size)
         limit = flow.add("mul", flow.constant(self.pattern.clear), size)
         flow.require(flow.add("lt", limit, discriminant))
         root = flow.add("sqrt", discriminant)
