@@ -50,12 +50,12 @@ def explore(
     """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have.
 
     ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
-    of a block are left out. ``enough``: the search ends at the first such answer.
+    of a block are left out, and so are curves of answers where it has none. ``enough``: the search ends at
+    the first such answer.
     """
     explorer = Explorer(model, inputs, want, guesses, judged, enough)
     explorer.budget.thorough = thorough
-    if brief:
-        explorer.budget.last_resorts = 0
+    explorer.budget.brief = brief
     return explorer.run()
 
 

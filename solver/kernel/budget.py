@@ -19,11 +19,13 @@ STEP, PLAN, SEARCH, ROUND, LAST_RESORT = 10, 50, 100, 8_000, 100_000
 class Budget:
     """What is left of the work of one solve, shared by all of its blocks and cases.
 
-    ``thorough``: a proof was asked for, and may cost what it costs.
+    ``thorough``: a proof was asked for, and may cost what it costs. ``brief``: all that is asked is
+    whether there is an answer, and what rarely finds one is left out.
     """
 
     def __init__(self, thorough: bool = False) -> None:
         self.thorough = thorough
+        self.brief = False
         self.left = SOLVE
         self.used = 0
         self.of_block = BLOCK
@@ -62,7 +64,7 @@ class Budget:
     def last_resort(self) -> bool:
         """Whether a search may still be tried that costs more than all others and rarely helps."""
         self.last_resorts -= 1
-        if self.last_resorts < 0:
+        if self.last_resorts < 0 or self.brief:
             return False
         self.used += LAST_RESORT
         return True

@@ -100,7 +100,7 @@ class _Search:
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
-        if self.kernel.linear or self.candidates.answers or self.candidates.blurred:
+        if self.budget.brief or self.kernel.linear or self.candidates.answers or self.candidates.blurred:
             return None
         from solver.kernel.free_curve import free_curve
 
