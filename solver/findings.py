@@ -99,11 +99,12 @@ class Findings:
         else:
             (self.adrift if missing and unverified else self.leaves).append(leaf)
 
-    def exploration(self, outcomes: Outcomes, work: int) -> Exploration:
-        """All of it, once every branch has ended."""
+    def exploration(self, outcomes: Outcomes, work: int, refused: Callable[[Leaf], bool]) -> Exploration:
+        """All of it, once every branch has ended. ``refused`` tells of a case that is adrift whether what it
+        lacks is refused, so that no answer is hidden there."""
         return Exploration(
             tuple(self.leaves),
-            self.complete and all(map(excluded, self.adrift)),
+            self.complete and all(excluded(leaf) or refused(leaf) for leaf in self.adrift),
             tuple(self.dead),
             tuple(self.adrift),
             self.delicate,

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 
 from rulesheets.model import Model, Value
 from solver.casework import Casework
-from solver.facts import AsksNothing, Fact, RankLoss
+from solver.facts import AsksNothing, Fact, NoRoot, NoValue, OutOfRange, RankLoss
 from solver.findings import Findings
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.step import solve_step
@@ -16,7 +16,7 @@ from solver.leaves import Branch, Exploration, Leaf
 from solver.path.activity import activity
 from solver.path.cases import EQUAL, Pair, possible, value_of_equality
 from solver.path.planner import planner
-from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.turns import settled
 from solver.witness import testify
 
@@ -85,7 +85,24 @@ class Explorer:
         start = Branch(dict(self.inputs), {})
         start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
         self._explore(start)
-        return self.findings.exploration(self.outcomes, self.budget.used)
+        return self.findings.exploration(self.outcomes, self.budget.used, self._refused)
+
+    def _refused(self, leaf: Leaf) -> bool:
+        """Whether no value satisfies a rule that leads to what a leaf lacks."""
+        missing = frozenset(leaf.missing)
+        path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
+        leading = {equation for step in path.steps for equation in equations_of(step)}
+
+        def refuses(fact: Fact) -> bool:
+            match fact:
+                case NoValue(equation=equation, pole=False) | OutOfRange(equation=equation):
+                    return equation in leading
+                case NoRoot(equations=equations, proven=True):
+                    return not leading.isdisjoint(equations)
+                case _:
+                    return False
+
+        return any(map(refuses, leaf.branch.void.values()))
 
     # --- following a path ---
 

@@ -123,3 +123,21 @@ def test_the_direction_of_a_point_on_an_axis_says_nothing_of_its_distance() -> N
         assert solution["w"] > 0 or atan2(0.0, solution["w"]) == pi
     c = 25 / -4.2
     assert any(s["c"] == pytest.approx(c) and s["w"] == pytest.approx(39 / 25) for s in result.solutions)
+
+
+def test_a_case_whose_missing_value_is_refused_hides_no_answer() -> None:
+    """With y unknown the sign of w is a case; below 0 no root gives it, though z is what has no value."""
+    sheet = """
+variables
+  b
+  x
+  y
+rules
+  if y >= 1 then w = b else w = -b
+  w = sqrt(z)
+  x = z + 1
+  y = x - 2
+"""
+    result = solver.solve(rulesheets.loads(sheet), {"b": 2.0})
+    assert [(s["x"], s["y"]) for s in result.solutions] == [(5.0, 3.0)]
+    assert result.complete
