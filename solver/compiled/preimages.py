@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from solver.path.isolate import Isolation, Quadratic, Stage
 
 MAX_TURNS = 8
+TINY = 1e-280
+"""Squares smaller than this may have lost digits to underflow."""
 FINE = 1e-2
 """Discriminants smaller than this, relative to their terms, are computed to twice the digits of a float."""
 
@@ -172,6 +174,12 @@ class Preimages(Conditions):
         product = exact.multiply(four, exact.multiply(pairs[0], pairs[2]))
         return exact.add(exact.multiply(pairs[1], pairs[1]), exact.negative(product))[0]
 
+    def _clear(self, difference: int, size: int) -> int:
+        """Whether something is left of the terms of a difference, and these did not underflow."""
+        flow = self.flow
+        limit = flow.add("mul", flow.constant(self.pattern.clear), size)
+        return flow.add("lt", flow.add("add", limit, flow.constant(TINY)), difference)
+
     def _resolved(self, difference: int, fine: int | None, size: int) -> int:
         """A difference; where little is left of its terms, by the digits that these are rounded by."""
         flow = self.flow
@@ -185,7 +193,7 @@ class Preimages(Conditions):
         flow = self.flow
         square, four_ac, size = self._discriminant(a, b, c)
         discriminant = self._resolved(flow.add("sub", square, four_ac), fine, size)
-        flow.require(flow.add("lt", flow.add("mul", flow.constant(self.pattern.clear), size), discriminant))
+        flow.require(self._clear(discriminant, size))
         root = flow.add("sqrt", discriminant)
         signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)
         q = flow.add("mul", flow.constant(-0.5), flow.add("add", b, signed))
