@@ -21,11 +21,9 @@ class Method(Enum):
     FULL = "Newton at full length from the guess", "full Newton"
     DOGLEG = "trust region from the guess", "trust region"
     RELEASE = "one unknown fixed, solved, released, from the guess", "fix and release"
-    HOMOTOPY = "homotopy from the guess", "homotopy"
     FULL_STARTS = "Newton at full length from many starts", "full Newton"
     DOGLEG_STARTS = "trust region from many starts", "trust region"
     RELEASE_STARTS = "one unknown fixed, solved, released, from many starts", "fix and release"
-    HOMOTOPY_STARTS = "homotopy from many starts", "homotopy"
     EXTENDED = "refined in extended precision", "extended precision"
 
     def __init__(self, told: str, short: str) -> None:

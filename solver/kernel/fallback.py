@@ -16,7 +16,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.numerics.dogleg import TrustLimits, dogleg
 from solver.numerics.full_newton import full_newton
-from solver.numerics.homotopy import HomotopyLimits, follow_homotopy
+from solver.numerics.homotopy import HomotopyLimits
 from solver.numerics.multistart import starting_points
 from solver.numerics.newton import NewtonResult
 from solver.numerics.release import fix_and_release
@@ -72,22 +72,14 @@ def _way(
     def short_release(start: Point) -> NewtonResult:
         return _released(question, start, FEW_HELD)
 
-    def curve(start: Point) -> NewtonResult:
-        return follow_homotopy(residual, jacobian, start, scale)
-
-    def short_curve(start: Point) -> NewtonResult:
-        return follow_homotopy(residual, jacobian, start, scale, SHORT_CURVE)
-
     few = others[:FEW_STARTS]
     ways: dict[Method, tuple[Search, Sequence[Point]]] = {
         Method.FULL: (full, [guess]),
         Method.DOGLEG: (trust, [guess]),
         Method.RELEASE: (release, [guess]),
-        Method.HOMOTOPY: (curve, [guess]),
         Method.FULL_STARTS: (full, others),
         Method.DOGLEG_STARTS: (short_trust, few),
         Method.RELEASE_STARTS: (short_release, few),
-        Method.HOMOTOPY_STARTS: (short_curve, few),
     }
     return ways[method]
 

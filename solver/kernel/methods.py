@@ -25,7 +25,6 @@ _FROM_STARTS = {
     Method.FULL: Method.FULL_STARTS,
     Method.DOGLEG: Method.DOGLEG_STARTS,
     Method.RELEASE: Method.RELEASE_STARTS,
-    Method.HOMOTOPY: Method.HOMOTOPY_STARTS,
 }
 
 
@@ -69,8 +68,6 @@ def last_resorts(kernel: BlockKernel) -> tuple[Method, ...]:
     near = [Method.FULL, Method.DOGLEG]
     if 1 < size <= MAX_CURVED:
         near.append(Method.RELEASE)
-    if size <= MAX_CURVED:
-        near.append(Method.HOMOTOPY)
     return (*near, *(_FROM_STARTS[method] for method in near))
 
 

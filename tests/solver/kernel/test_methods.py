@@ -14,8 +14,8 @@ from solver.kernel.methods import first_methods, last_resorts
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 
-NEAR = [Method.FULL, Method.DOGLEG, Method.RELEASE, Method.HOMOTOPY]
-FAR = [Method.FULL_STARTS, Method.DOGLEG_STARTS, Method.RELEASE_STARTS, Method.HOMOTOPY_STARTS]
+NEAR = [Method.FULL, Method.DOGLEG, Method.RELEASE]
+FAR = [Method.FULL_STARTS, Method.DOGLEG_STARTS, Method.RELEASE_STARTS]
 
 
 def kernel(text: str) -> BlockKernel:
