@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from rulesheets import nodes
 from rulesheets.checks.names import check_constant
 from rulesheets.circular import with_round_values
-from rulesheets.decimals import with_decimals_done
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.evaluate import Undefined, value
 from rulesheets.input_messages import names_variable, no_tolerance, not_finite, outside_range, symbol_as_guess
@@ -31,7 +30,7 @@ def constant(expression: Expression) -> Value:
     if complaints:
         raise RuleSheetError(*complaints)
     try:
-        number = float(value(with_decimals_done(with_round_values(expression)), {}))
+        number = float(value(with_round_values(expression), {}))
     except Undefined as undefined:
         raise RuleSheetError(not_finite(str(undefined), expression.span)) from None
     if not math.isfinite(number):

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rulesheets.circular import with_round_values
-from rulesheets.decimals import with_decimals_done
 from rulesheets.model import Equation, Premise
 from rulesheets.nodes import (
     And,
@@ -244,7 +243,5 @@ def _bodies(owner: RuleSheet | Function, scope: Scope, guard: Guard) -> Iterator
 
 def _exact(side: Expression, rule: Span) -> Expression:
     """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
-    text = (rule.text or "sin pi 0.1").lower()
-    if "pi" in text and ("sin" in text or "cos" in text or "tan" in text):
-        side = with_round_values(side)
-    return with_decimals_done(side) if "." in text or "e-" in text else side
+    text = (rule.text or "sin pi").lower()
+    return with_round_values(side) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else side

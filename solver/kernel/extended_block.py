@@ -144,7 +144,7 @@ class _Refinement:
         return all(abs(r - s) <= DRIFT * size for r, s, size in zip(root, start, sizes, strict=True))
 
     def _keep(self, root: list[Any]) -> None:
-        root = [self._wrapped(n, v) for n, v in zip(self.question.unknowns, root, strict=True)]
+        root = self._turned(root)
         size = max(abs(v) for v in root)
         if not any(
             all(abs(a - b) <= self.system.small * max(abs(a), self.system.tiny * size) for a, b in pairs)
@@ -152,13 +152,22 @@ class _Refinement:
         ):
             self.roots.append(root)
 
+    def _turned(self, root: list[Any]) -> list[Any]:
+        """The root with its angles in (-180, 180], if that is one: sums may tie some of them together."""
+        turned = [self._wrapped(n, v) for n, v in zip(self.question.unknowns, root, strict=True)]
+        same = all(a is b for a, b in zip(turned, root, strict=True))
+        return turned if same or self.question.holds(_floats(self.system.point(turned))) else root
+
     def _wrapped(self, name: str, number: Any) -> Any:
         """An angle without a declared range in (-180, 180]."""
         turn, variable = self.question.turn(name), self.question.graph.model.variables[name]
         if turn is None or variable.low > float("-inf") or variable.high < float("inf"):
             return number
         whole = exact_turn(turn, self.system.mp)
-        moved = number - whole * self.system.mp.ceil(number / whole - 0.5)
+        turns = self.system.mp.ceil(number / whole - 0.5)
+        if not turns:
+            return number
+        moved = number - whole * turns
         return moved + whole if float(moved) == -turn / 2 else moved
 
     def _summary(self) -> BlockOutcome:

@@ -112,10 +112,8 @@ def test_a_rate_that_floats_make_up_is_no_answer() -> None:
     assert all(abs(solution["rate"]) > 1e-3 for solution in result.solutions)
 
 
-@pytest.mark.parametrize(
-    "rules", ["x = 0.1 + 0.2 - 0.3\nx = 0", "x = sin(pi)\nx = 0", "x*cos(pi/2) = y\ny = 0\nx = 3"]
-)
-def test_rules_agree_that_say_the_same_of_decimals_and_of_pi(rules: str) -> None:
+@pytest.mark.parametrize("rules", ["x = sin(pi)\nx = 0", "x*cos(pi/2) = y\ny = 0\nx = 3"])
+def test_rules_agree_that_say_the_same_of_parts_of_pi(rules: str) -> None:
     assert solver.solve(rulesheets.loads(rules)).status is solver.Status.SOLVED
 
 
@@ -154,3 +152,10 @@ def test_a_divisor_below_floats_is_no_zero() -> None:
     result = solver.solve(rulesheets.loads("a*d/(7*c*c^1.5) = 2e200\nc = 1e-160\nd = 1e-100"))
     assert result.status is solver.Status.SOLVED
     assert result["a"] == pytest.approx(1.4e-99, rel=1e-12)
+
+
+def test_a_quotient_of_floats_makes_no_root() -> None:
+    """6.7077/36 is 0.186325 to decimals, and another number to the floats next to them: the payments of a
+    loan without interest, which the formula does not hold for at 0, are no nearer to it beside 0.
+    """
+    assert not holds("6.7077*(x/(1 - (1 + x)^(-36))) = 6.7077/36", x=-2.684022334860396e-18)
