@@ -16,7 +16,7 @@ from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
 from rulesheets.record import replace
-from solver.facts import AsksNothing, RankLoss
+from solver.facts import AsksNothing, DoubleRoot, RankLoss
 from solver.leaves import Exploration, Leaf
 from solver.path.activity import activity
 from solver.refinement import explore_refined
@@ -40,9 +40,11 @@ def look_behind(
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and what comes of them; None where that is no more.
 
-    For a ``verdict`` on what was ``found`` that leaves something open.
+    For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
+    what the rules read there is the edge between those two.
     """
-    if verdict.status not in (Status.SINGULAR, Status.PARTIAL):
+    coincide = any(isinstance(fact, DoubleRoot) for fact in verdict.facts)
+    if coincide or verdict.status not in (Status.SINGULAR, Status.PARTIAL):
         return None
     void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
     lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))

@@ -302,7 +302,7 @@ def test_angles_that_sums_tie_are_turned_together_or_not_at_all() -> None:
     """cos(a)·cos(x) = k with a + x = s, that is cos(a - x) = 2·k - cos(s): x is millions of radians away."""
     s, k = 7690763.9, -0.04523041584122171
     result = solver.solve(rulesheets.loads(f"z - a = -1e8\ncos(a)*cos(x) = {k!r}\nz + x = {s!r} - 1e8"))
-    assert result.status is Status.SOLVED
+    assert result.status is solver.Status.SOLVED
     apart = math.acos(2 * k - math.cos(s))
     for solution in result.solutions:
         assert solution["a"] + solution["x"] == pytest.approx(s, rel=1e-14)

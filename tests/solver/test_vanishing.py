@@ -21,7 +21,6 @@ REST = {"offset": 0.0, "omegaAO": None, "alphaAO": None, "vB": 0.0}
         ({"thetaAO": 0.0}, "open", 1 + AO / AB),
         ({"thetaAO": 180.0}, "open", -(1 - AO / AB)),
         ({"thetaAO": 180.0}, "crossed", -(1 + AO / AB)),
-        ({"thetaAO": None, "xB": AO + AB}, "open", 1 + AO / AB),
     ],
 )
 def test_the_speed_at_dead_centre(place: dict[str, float | None], branch: str, inward: float) -> None:
