@@ -106,7 +106,7 @@ def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:
 
     def wave(x: Extended, ahead: int) -> Extended:
         """Sine of x and ``ahead`` right angles."""
-        turn = x % 360
+        turn = x % 360 if abs(x) > 180 else x  # a small angle below 0 would lose its digits
         nearest = int(mp.nint(turn / 90))
         rest, quarters = turn - 90 * nearest, nearest + ahead
         if quarters & 1:

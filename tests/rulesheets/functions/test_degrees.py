@@ -136,3 +136,14 @@ def test_direction_is_accurate_to_two_ulp(form: Callable[..., float], y: float, 
 def test_direction_undoes_sine_and_cosine(angle: float) -> None:
     direction = scalar("atan2d", scalar("sind", angle), scalar("cosd", angle))
     assert direction == pytest.approx(angle, rel=1e-15, abs=1e-300) or abs(angle) == pytest.approx(180.0)
+
+
+@given(st.floats(1e-300, 1e6), st.sampled_from([("sind", -1), ("cosd", 1), ("tand", -1)]))
+def test_many_digits_are_kept_on_either_side_of_zero(x: float, function: tuple[str, int]) -> None:
+    """sind(-x) is -sind(x), however small x is beside a turn."""
+    name, sign = function
+    mp, found = context(50), functions(50)[name]
+    if name == "tand" and x % 90 == 0:
+        return
+    one, other = found(mp.mpf(x)), found(-mp.mpf(x))
+    assert abs(other - sign * one) <= abs(one) * mp.mpf(10) ** (-40 if x < 180 else -30)
