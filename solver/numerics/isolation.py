@@ -53,7 +53,8 @@ class RootSearch:
 
     ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.
     ``complete``: proven that there are no others and that each is a single one. (Of an infinite range that
-    is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy.)
+    is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy, and looked for to
+    the end where there is none nearer, so that nobody is told that there is none at all.)
     ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
@@ -88,7 +89,10 @@ def isolate_roots(
         return RootSearch((), True)
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
     with np.errstate(all="ignore"):
-        settled, at_rounding, unsplit, levels = _branch_and_prune(function, limits)
+        settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
+        if not (settled or at_rounding or unsplit) and remote:
+            settled, at_rounding, unsplit, _, more = _branch_and_prune(function, limits, remote)
+            levels += more
         roots = [bracketed_root(value, a, b) for a, b in settled]
         found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
     return RootSearch(
@@ -103,12 +107,18 @@ def isolate_roots(
 
 
 def _branch_and_prune(
-    function: IntervalFunction, limits: IsolationLimits
-) -> tuple[Intervals, Intervals, Intervals, int]:
-    """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and the levels."""
+    function: IntervalFunction, limits: IsolationLimits, boxes: Intervals | None = None
+) -> tuple[Intervals, Intervals, Intervals, Intervals, int]:
+    """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, remote boxes that
+    were given up, and the levels. Of ``boxes``, where there are any, none is given up for being remote.
+    """
     settled: Intervals = []
     at_rounding: Intervals = []
-    lo, hi = _presplit(function.low, function.high, limits.presplit)
+    remote: Intervals = []
+    if boxes is None:
+        lo, hi = _presplit(function.low, function.high, limits.presplit)
+    else:
+        lo, hi = (np.array(ends) for ends in zip(*boxes, strict=True))
     level = 0
     for level in range(limits.levels):
         if not lo.size or lo.size > limits.alive or function.evaluations > limits.boxes:
@@ -120,10 +130,11 @@ def _branch_and_prune(
         settled += _pairs(sections, verdict.single)
         at_rounding += _pairs(sections, verdict.rounding) + _noise_at_ends(sections, verdict.noisy_end)
         lo, hi = _split(sections, verdict.open)
-        if level >= limits.remote_levels:
-            asked = ~function.is_remote(lo, hi)
-            lo, hi = lo[asked], hi[asked]
-    return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True)), level + 1
+        if boxes is None and level >= limits.remote_levels:
+            far = function.is_remote(lo, hi)
+            remote += zip(lo[far].tolist(), hi[far].tolist(), strict=True)
+            lo, hi = lo[~far], hi[~far]
+    return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True)), remote, level + 1
 
 
 def _presplit(low: float, high: float, levels: int) -> tuple[Array, Array]:

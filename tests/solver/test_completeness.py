@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import asin, atan2, pi, sqrt
+from math import asin, atan2, exp, pi, sqrt
 from typing import Any
 
 import mpmath
@@ -141,3 +141,10 @@ rules
     result = solver.solve(rulesheets.loads(sheet), {"b": 2.0})
     assert [(s["x"], s["y"]) for s in result.solutions] == [(5.0, 3.0)]
     assert result.complete
+
+
+@pytest.mark.parametrize("c", [-230.0, -600.0, -700.0])
+def test_a_root_next_to_zero_is_not_denied(c: float) -> None:
+    """ln(w) + w = c has one root, near exp(c), be that 1e-304."""
+    result = solved(f"ln(w) + w = {c}")
+    assert [s["w"] for s in result.solutions] == [pytest.approx(exp(c), rel=1e-12)]
