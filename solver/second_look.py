@@ -74,9 +74,10 @@ def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Si
         moves = look.moves(digits)
         total = sum(map(abs, moves.values()))
         scaled = abs(miss) / total if total else math.inf
-        limit = steep * look.gross(digits)
+        gross = look.gross(digits)
+        limit = steep * gross
         some = sum(abs(move) for move in moves.values() if share * abs(move) <= limit)
-        gentle = share * total <= limit or abs(miss) <= share * some
+        gentle = abs(miss) <= share * gross and (share * total <= limit or abs(miss) <= share * some)
         reaches = scaled <= share and (
             gentle or any(look.straddles(moves, 2 * t, digits) for t in (scaled, share, share / 1e3))
         )

@@ -61,7 +61,8 @@ def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     bound = BACKWARD * total
     if abs(miss) + noise <= bound < math.inf:
         limit = STEEP * (abs(a) + abs(b))
-        gentle = bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit)
+        near = abs(miss) <= BACKWARD * (abs(a) + abs(b))  # else slopes must show that they lead to 0
+        gentle = near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit))
         scaled = abs(miss) / total
         if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
             return Testimony(True, miss, scaled)

@@ -159,3 +159,9 @@ def test_a_quotient_of_floats_makes_no_root() -> None:
     loan without interest, which the formula does not hold for at 0, are no nearer to it beside 0.
     """
     assert not holds("6.7077*(x/(1 - (1 + x)^(-36))) = 6.7077/36", x=-2.684022334860396e-18)
+
+
+def test_a_slope_leads_no_farther_than_its_function() -> None:
+    """The slope of a cosine at 1e261 takes it by 1e245 within the last places of its angle: it is below 1."""
+    assert not holds("cos(d) + y = 7.28e252", d=-1.17e261, y=7.279999893284968e252)
+    assert holds("cos(d) + y = 7.28e252", d=-1.17e261, y=7.28e252)
