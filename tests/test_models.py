@@ -133,6 +133,7 @@ def test_no_singular_choice_is_solved_or_called_impossible(reference: Reference)
         for swap in draw.sample(singular, min(1000, len(singular))):
             result = solve_from(at.model, at.exact, swap.inputs)
             assert str(result.status) in {"partial", "singular"}, (dict(at.parameters), swap)
+            assert result.undetermined, (dict(at.parameters), swap)
             assert any(diagnosis.variables for diagnosis in result.diagnoses), (dict(at.parameters), swap)
 
 

@@ -9,7 +9,7 @@ one from which a way leads on along which all rules still hold is a point of a c
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +50,19 @@ def free_curve(question: Question) -> BlockOutcome | None:
             return None
 
 
+def curve_through(question: Question, point: Mapping[str, float]) -> BlockOutcome | None:
+    """What a block leaves free at an answer of it; None where no way leads on from there."""
+    if not question.kernel.smooth or len(question.unknowns) > MAX_UNKNOWNS:
+        return None
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        try:
+            return _Curve(question).through(np.array([point[name] for name in question.unknowns]))
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+
+
 class _Curve:
     def __init__(self, question: Question) -> None:
         import numpy as np
@@ -70,7 +83,7 @@ class _Curve:
         ends = self._projected(starts_of(self.question, self.sizes, 0, count // 2))
         for end in sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]:
             point = self._settled(end)
-            if point is not None and (freedom := self._freedom(point)) is not None:
+            if point is not None and (freedom := self.through(point)) is not None:
                 return freedom
         return None
 
@@ -107,7 +120,7 @@ class _Curve:
         rows = np.where(rows > 0.0, rows, 1.0)
         return matrix / rows[:, None], weight, rows
 
-    def _freedom(self, x: NDArray[Any]) -> BlockOutcome | None:
+    def through(self, x: NDArray[Any]) -> BlockOutcome | None:
         """What is free along every direction from the point in which all rules hold on."""
         import numpy as np
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 
 from solver.kernel.candidates import Candidates
 from solver.kernel.exact import NotPolynomial, Polynomial, residuals_in
@@ -25,8 +26,13 @@ HIGHEST = 6
 """Degree of the residuals in y."""
 REAL = 1e-4
 """How far from the real axis a root may be, relative to its size, that may be a real one but for rounding."""
+KEPT = Fraction(1, 10**8)
+"""Share of its terms that a polynomial may keep at the real part of such a root, however far that is."""
 STRANGE = 1e-3
 """A point that misses an equation by more than this, relative to its terms, is no answer."""
+BESIDE = 2.0**-20
+FADED = Fraction(1, 2**10)
+"""Share of its size so far beside a root which is left of a residual that holds there whatever y is."""
 SAME = 1e-2
 """Relative distance of an answer from the point that was refined to it."""
 
@@ -52,10 +58,14 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
     trial = Candidates(question)
     for x in roots:
         try:
-            p, q = residuals_in(question, forms, {tears[0]: Fraction(x)}, tears[1])
+            here = _residuals(question, forms, Fraction(x))
+            beside = _residuals(question, forms, Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE))
         except (NotPolynomial, OverflowError):
             return False
-        for y in _real_parts(p if len(p) > 1 else q):
+        pairs = [(p, q) for p, q in zip(here, beside, strict=True) if _size(p) > FADED * _size(q)]
+        if not pairs:
+            return False  # both hold for any y: a curve, of which this x may be but a part
+        for y in _real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)):
             if not _tried(question, trial, forms, {tears[0]: x, tears[1]: y}):
                 return False
     candidates.answers += trial.answers
@@ -65,9 +75,8 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
 
 def _resultant(question: Question, forms: Forms) -> Polynomial:
     """The resultant as a polynomial of the first tear. Raises NotPolynomial."""
-    first, second = question.kernel.block.tears
     at = [Fraction(k, 2) for k in range(1 - SAMPLES, SAMPLES, 2)]
-    pairs = [residuals_in(question, forms, {first: x}, second) for x in at]
+    pairs = [_residuals(question, forms, x) for x in at]
     m, n = (max(len(pair[side]) for pair in pairs) - 1 for side in (0, 1))
     if not 0 < max(m, n) <= HIGHEST:
         raise NotPolynomial
@@ -75,6 +84,16 @@ def _resultant(question: Question, forms: Forms) -> Polynomial:
     if any(found[-SPARE:]):
         raise NotPolynomial  # of a higher degree than the samples tell
     return found
+
+
+def _residuals(question: Question, forms: Forms, x: Fraction) -> tuple[Polynomial, ...]:
+    """The two residuals as polynomials of the second tear, the first being x. Raises NotPolynomial."""
+    first, second = question.kernel.block.tears
+    return residuals_in(question, forms, {first: x}, second)
+
+
+def _size(polynomial: Polynomial) -> Fraction:
+    return max(map(abs, polynomial), default=Fraction(0))
 
 
 def _sylvester(p: Polynomial, q: Polynomial, m: int, n: int) -> list[list[Fraction]]:
@@ -119,12 +138,21 @@ def _interpolated(at: Sequence[Fraction], values: Sequence[Fraction]) -> Polynom
     return found
 
 
-def _real_parts(polynomial: Polynomial) -> Iterator[float]:
-    """The real parts of the roots that may be real but for the rounding of the coefficients."""
+def _real_parts(polynomial: Polynomial, beside: Polynomial) -> Iterator[float]:
+    """The real parts of the roots that may be real but for the rounding of the coefficients.
+
+    ``beside``: the polynomial at a first tear that is further off than its digits are.
+    """
     import numpy as np
 
+    pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
+    slack = [abs(c) * KEPT + abs(other - c) for c, other in pairs]
     for root in np.roots([float(c) for c in reversed(polynomial)]).tolist():
-        if abs(complex(root).imag) <= REAL * abs(root):
+        real, size = Fraction(complex(root).real), Fraction(abs(root))
+        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
+        if abs(complex(root).imag) <= REAL * abs(root) or kept <= sum(
+            share * size**k for k, share in enumerate(slack)
+        ):
             yield complex(root).real
 
 

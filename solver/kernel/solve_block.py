@@ -16,6 +16,7 @@ from solver.kernel.block import BlockKernel
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.contradiction import contradiction
+from solver.kernel.curve_points import without_curves
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.linear_block import solve_linear_block
 from solver.kernel.methods import first_methods, last_resorts
@@ -72,7 +73,7 @@ def solve_block(
         from solver.kernel.fallback import fall_back
 
         fall_back(question, search.candidates, last_resorts(kernel))
-    return search.outcome()
+    return search.outcome() if assumed else search.isolated(search.outcome())
 
 
 class _Search:
@@ -110,8 +111,13 @@ class _Search:
 
     def curve_instead(self, outcome: BlockOutcome) -> BlockOutcome:
         """The outcome; a curve of answers instead where it has none, for rounding may have parted what all
-        but meets."""
-        return outcome if outcome.answers else self.curve() or outcome
+        but meets, or where its answers are no more than points of one.
+        """
+        return self.isolated(outcome) if outcome.answers else self.curve() or outcome
+
+    def isolated(self, outcome: BlockOutcome) -> BlockOutcome:
+        """The outcome without points of a curve."""
+        return outcome if self.budget.brief else without_curves(self.question, outcome)
 
     def _linear(self) -> BlockOutcome | None:
         linear = solve_linear_block(self.question, self.off)
