@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import zip_longest
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
@@ -97,8 +98,8 @@ class Preimages:
                     continue
                 inside = self._in_image(stage, target)
                 self._divisible(stage, inside)
-                for form in stage.forms:
-                    found.extend(self._form(stage, form, inside, rest))
+                turns = [self._form(stage, form, inside, rest) for form in stage.forms]
+                found.extend(_alternately(turns))
             except (Refused, Undefined) as error:
                 refused = error
         if not found and refused is not None:
@@ -233,6 +234,12 @@ class Preimages:
         q = -0.5 * (b - root if b < 0.0 else b + root)
         roots = [q / a, c / q if q else 0.0]
         return sorted(roots, reverse=True) if roots[0] != roots[1] else roots[:1]
+
+
+def _alternately(lists: Iterable[Sequence[float]]) -> Iterator[float]:
+    """The first of each, the second of each, …: whoever takes no more than some takes of every form."""
+    for some in zip_longest(*lists):
+        yield from (number for number in some if number is not None)
 
 
 def _reading(operation: str, target: float) -> str:

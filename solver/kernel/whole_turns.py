@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 
 MAX_TURNS = 2_000
 LISTED_TURNS = 128
-"""Turns either way that are listed where there are too many to list all."""
+"""Turns either way of the one nearest to the principal one that are listed where there are too many."""
 FEW_TURNS = 20
 AROUND = 3
 PLACES = (0.0, 0.31, 0.69, 1.0)
 """Shares of a finite range that holds too many whole turns: so many are looked for around each."""
+MOST = 1e300
+"""Turns that a float can count."""
 
 
 def whole_turns(
@@ -53,11 +55,12 @@ class _WholeTurns:
         if window is None or stride == 0 or not math.isfinite(stride):
             return [self.principal]
         low, high = window
-        ends = sorted(((low - first) / stride, (high - first) / stride))
-        counts = range(math.floor(ends[0]) - 1, math.ceil(ends[1]) + 2)
+        start, end = sorted(_bounded((x - first) / stride) for x in (low, high))
+        counts = range(math.floor(start) - 1, math.ceil(end) + 2)
         if counts.stop - counts.start > MAX_TURNS:
             self.preimages.complete = False
-            counts = range(-LISTED_TURNS, LISTED_TURNS)
+            nearest = min(max(0, counts.start), counts.stop)
+            counts = range(nearest - LISTED_TURNS, nearest + LISTED_TURNS)
         slack = 1e-12 * abs(stride)
         inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
         return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
@@ -87,7 +90,7 @@ class _WholeTurns:
             tried = set(range(math.floor(first), math.ceil(last) + 1))
         else:
             self.preimages.complete = False
-            middles = (round((x - self.principal) / self.period) for x in self._operands())
+            middles = (round(_bounded((x - self.principal) / self.period)) for x in self._operands())
             tried = {m + k for m in (0, *middles) for k in range(-AROUND, AROUND + 1)}
         inside = [k for k in tried if self._leads_inside(self._turn(k))]
         return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
@@ -156,3 +159,8 @@ class _WholeTurns:
         low, high = self.variable.low, self.variable.high
         slack = 1e-9 * max(abs(low), abs(high))
         return any(low - slack <= number <= high + slack for number in found)
+
+
+def _bounded(turns: float) -> float:
+    """A number of turns, or the most that are looked at: a range may hold more than there are floats."""
+    return min(max(turns, -MOST), MOST)
