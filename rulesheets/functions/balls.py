@@ -113,6 +113,16 @@ def _step(x: Ball, a: Ball) -> Ball:
     return arb(1) if x >= a else arb(0) if x < a else arb(0).union(arb(1))
 
 
+def _same(function: Callable[[Ball], Ball]) -> Callable[[Ball], bool]:
+    """Whether a monotonic function has one value all over a ball."""
+    return lambda x: bool(function(x.lower()) == function(x.upper()))
+
+
+def _on_one_side(y: Ball, x: Ball) -> bool:
+    """Whether a direction stays on one side of its cut, to which the half plane above it belongs."""
+    return bool(x > 0 or y < 0 or y >= 0)
+
+
 def _log_gamma(x: Ball) -> Ball:
     return x.lgamma() if x > 0 else abs(x.gamma()).log()
 
@@ -155,3 +165,15 @@ FUNCTIONS: Mapping[str, Callable[..., Ball]] = {
     "k0": lambda x: x.bessel_k(0),
     "bessel_k1": lambda x: x.bessel_k(1),
 }
+
+STEADY: Mapping[str, Callable[..., bool]] = {
+    "int": _same(_truncated),
+    "frac": _same(_truncated),
+    "mod": lambda x, y: _same(_truncated)(x / y),
+    "round": _same(_rounded),
+    "sgn": _same(arb.sgn),
+    "step": lambda x, a: bool(x >= a or x < a),
+    "atan2": _on_one_side,
+    "atan2d": _on_one_side,
+}
+"""The functions that jump: whether they do not for any arguments in some balls."""

@@ -2,7 +2,8 @@
 
 If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root in X,
 whatever the known numbers are within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A. Neumaier,
-*Interval Methods for Systems of Equations*, 1990, section 5.1).
+*Interval Methods for Systems of Equations*, 1990, section 5.1). F must be continuous in X: where a function
+jumps there, nothing is proved.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Mapping, Sequence
 
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.enclosing_ball import enclosing_ball
+from rulesheets.evaluate.jumps import jumps, steady
 from rulesheets.functions.balls import Ball, around, ball, preconditioned
 from rulesheets.nodes import Expression
 
@@ -52,6 +54,7 @@ def only_root(
 class _Proof:
     def __init__(self, square: Square, known: Mapping[str, Ball]) -> None:
         self.square, self.known = square, known
+        self.jumps = jumps(square.forms, square.unknowns)
 
     def near(self, middle: list[Ball]) -> dict[str, Ball] | None:
         """Inflate until the image lies inside; then tighten."""
@@ -105,6 +108,8 @@ class _Proof:
         return box
 
     def _image(self, middle: Sequence[Ball], box: Sequence[Ball]) -> list[Ball] | None:
+        if not steady(self.jumps, self._at(box)):
+            return None
         found = preconditioned(self._jacobian(box), self._jacobian(middle), self._residual(middle))
         if found is None:
             return None
