@@ -256,7 +256,7 @@ class _Proving:
         for name, found in self.balls.items():
             number = self.values[name]
             computed = name in self.leaf.branch.origins
-            radius[name] = _up(float((found - ball(number)).abs_upper())) if computed else 0.0
+            radius[name] = _up((found - ball(number)).abs_upper()) if computed else 0.0
             nearest = nearest and float(found.lower()) == float(found.upper()) == number
         return Proof(True, radius, nearest)
 
@@ -269,8 +269,9 @@ def _apart(roots: Sequence[Mapping[str, Any]]) -> Mapping[str, float]:
     return {name: max(0.0, float(abs(number - other[name]).lower())) for name, number in one.items()}
 
 
-def _up(number: float) -> float:
-    return math.nextafter(number, math.inf) if number else 0.0
+def _up(number: Any) -> float:
+    """A float that is no less, and 0 for 0 alone."""
+    return 0.0 if number.is_zero() else math.nextafter(float(number), math.inf)
 
 
 def _all(outcomes: Iterable[bool | None]) -> bool | None:

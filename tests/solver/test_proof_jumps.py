@@ -55,3 +55,11 @@ def test_a_root_away_from_the_jumps_is_proved(rule: str, smooth: Callable[[Any],
         found = [answer for x, answer in proofs(rule) if abs(x - root) < 1e-9]
         assert len(found) == 1 and found[0].proof.proved
         assert abs(root - found[0]["x"]) <= found[0].proof.radius["x"] < 1e-15
+
+
+def test_a_number_too_small_for_a_float_is_not_within_0_of_its_answer() -> None:
+    """1e-400 is answered by 0, the nearest float."""
+    result = solver.solve(rulesheets.loads("x = 1e-200*a"), {"a": 1e-200}, prove=True)
+    (answer,) = result.solutions
+    assert answer.proof.proved and answer.proof.nearest
+    assert answer["x"] == 0.0 < answer.proof.radius["x"]
