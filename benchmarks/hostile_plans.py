@@ -33,7 +33,7 @@ from benchmarks.hostile_sheets import NAMES, Sheet, names_of
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model
 from solver import Result, Status
-from solver.forward_error import forward_errors
+from solver.accuracy.forward_error import forward_errors
 from solver.path.activity import activity
 from solver.plan import Plan
 from solver.result import Solution

@@ -14,13 +14,13 @@ from solver.arguments import arguments
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.scalar import with_resort
 from solver.compiled.way import Pattern
-from solver.explain import explain
-from solver.leaves import Exploration
 from solver.path.activity import activity
 from solver.path.planner import planner
-from solver.refinement import explore_refined
 from solver.result import Status
-from solver.verdict import Verdict, judge
+from solver.solution.leaves import Exploration
+from solver.solution.refinement import explore_refined
+from solver.verdicts.explain import explain
+from solver.verdicts.verdict import Verdict, judge
 
 if TYPE_CHECKING:
     import numpy as np
@@ -178,7 +178,7 @@ class Plan:
         paths.keep()
         verdict = judge(self.model, found, values, self.guesses)
         if verdict.status in (Status.SINGULAR, Status.PARTIAL):
-            from solver.vanishing import look_behind
+            from solver.verdicts.vanishing import look_behind
 
             behind = look_behind(self.model, found, verdict, values, self.want, self.guesses, self.want)
             if behind is not None:

@@ -18,9 +18,9 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
 from solver.facts import DoubleRoot
-from solver.leaves import Leaf
 from solver.path.activity import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
+from solver.solution.leaves import Leaf
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,20 +11,20 @@ from functools import partial
 
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.record import dataclass, replace
+from solver.accuracy.witness import testify
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.way import Pattern
 from solver.path.activity import activity
 from solver.result import Result, Solution, Status
-from solver.witness import testify
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping
 
     from rulesheets.model import Model, Value
-    from solver.forward_error import ForwardErrors
-    from solver.leaves import Leaf
+    from solver.accuracy.forward_error import ForwardErrors
     from solver.path.planner import Planner
+    from solver.solution.leaves import Leaf
 
 CLEAR = 1e-3
 """Discriminants nearer to zero than this are left to the step-by-step way."""
@@ -143,7 +143,7 @@ def _worst_residual(model: Model, values: Mapping[str, Value], given: Mapping[st
 def _errors(
     model: Model, values: Mapping[str, Value], given: Mapping[str, Value], template: Result
 ) -> ForwardErrors:
-    from solver.forward_error import forward_errors
+    from solver.accuracy.forward_error import forward_errors
 
     decided = _decided(model, values, given)
     return forward_errors(model, values, list(template.path.steps), lambda e: activity(e, decided))

@@ -13,13 +13,13 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from rulesheets.model import Model, Tolerance
+    from solver.accuracy.forward_error import ForwardErrors
     from solver.attempts import Attempt
-    from solver.forward_error import ForwardErrors
-    from solver.one_sided import Near
+    from solver.derivatives.one_sided import Near
+    from solver.derivatives.sensitivities import Sensitivities
+    from solver.derivatives.tolerances import ToleranceBands
     from solver.path.steps import Path, SolveBlock, Step
     from solver.proof import Proof
-    from solver.sensitivities import Sensitivities
-    from solver.tolerances import ToleranceBands
 
 
 SHOWN = 6
@@ -66,7 +66,7 @@ class Solution(Mapping[str, Value]):
 
     @cached_property
     def accuracy(self) -> ForwardErrors:
-        from solver.forward_error import ForwardErrors
+        from solver.accuracy.forward_error import ForwardErrors
 
         return self.measure() if self.measure else ForwardErrors({})
 
@@ -150,8 +150,8 @@ class Result:
         where there is none, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model
         does not have, and for an input that was not given as a number; IndexError for an answer too many.
         """
+        from solver.derivatives.sensitivities import chosen_inputs, chosen_outputs, sensitivities
         from solver.path.steps import equations_of
-        from solver.sensitivities import chosen_inputs, chosen_outputs, sensitivities
 
         values = self._answer(answer)
         shown = chosen_outputs(self.model, outputs, self.wanted, self.inputs, values)
@@ -170,7 +170,7 @@ class Result:
         ``tolerances`` override those of the sheet, in the units of the inputs. Raises RuleSheetError for
         names that the model does not have.
         """
-        from solver.tolerances import ToleranceBands, tolerances_of
+        from solver.derivatives.tolerances import ToleranceBands, tolerances_of
 
         sizes = tolerances_of(self.model, self.inputs, tolerances)
         found = self.sensitivity(outputs, sizes, answer)

@@ -8,12 +8,12 @@ from functools import partial
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
 from rulesheets.record import replace
-from solver.leaves import Leaf, leaf_errors
 from solver.path.planner import planner
 from solver.path.steps import Path
-from solver.refinement import explore_refined
 from solver.result import Result, Solution, Status
-from solver.verdict import Verdict, judge
+from solver.solution.leaves import Leaf, leaf_errors
+from solver.solution.refinement import explore_refined
+from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
 """The code of a note on a list of answers that was cut off."""
@@ -21,8 +21,8 @@ CUT = "S593"
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
+    from solver.derivatives.one_sided import Near
     from solver.facts import Gap
-    from solver.one_sided import Near
     from solver.repeats import Repeats
 
 
@@ -62,7 +62,7 @@ def solve(
     paths.keep()
     verdict, by = judge(model, found, given, hints), model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
-        from solver.vanishing import look_behind
+        from solver.verdicts.vanishing import look_behind
 
         behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
         by, found, verdict = behind or (by, found, verdict)
@@ -77,7 +77,7 @@ def solve(
 
 def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
     """The result with what it says of answers that are not listed; where a list was cut off, in a note."""
-    from solver.completeness import gap_notes
+    from solver.verdicts.completeness import gap_notes
 
     gaps = gap_notes(result.model, found)
     cut = tuple(note for note in gaps if note.code == CUT)
@@ -161,7 +161,7 @@ def _explained(
     branch = verdict.leaves[0].branch if verdict.leaves else None
     if verdict.status is Status.SOLVED and branch is not None and not branch.facts and not branch.void:
         return ()
-    from solver.explain import explain
+    from solver.verdicts.explain import explain
 
     return explain(model, verdict, inputs, judged)
 

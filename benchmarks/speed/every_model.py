@@ -20,8 +20,8 @@ from benchmarks.speed.rules_as_equations import System, system_of
 from rulesheets.model import Model
 from solver.compiled.native import available
 from solver.plan import Plan
-from solver.refinement import explore_refined
 from solver.result import Status
+from solver.solution.refinement import explore_refined
 from solver.table import CODES
 
 ROOT = Path(__file__).parents[2] / "models"

@@ -15,7 +15,7 @@ from rulesheets.model import Model, Value
 from solver.kernel.scalar import compile_expressions
 from solver.path.steps import Evaluate, Select, SolveBlock, equations_of
 from solver.plan import Plan
-from solver.verdict import Verdict
+from solver.verdicts.verdict import Verdict
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
 from rulesheets.record import dataclass
-from solver.linearization import active_equations, linearize
+from solver.derivatives.linearization import active_equations, linearize
 from solver.numerics.elimination import eliminate
 
 DIGITS = 60

@@ -10,10 +10,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
+    from solver.derivatives.sensitivities import Sensitivities
+    from solver.derivatives.tolerances import ToleranceBands
     from solver.result import Result
     from solver.sampling import Samples
-    from solver.sensitivities import Sensitivities
-    from solver.tolerances import ToleranceBands
 
 
 def add_derived_options(parser: ArgumentParser) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from solver.accuracy.witness import BACKWARD
 from solver.compiled.coverage import HARMLESS, covered, inverted
 from solver.compiled.flow import NotCompilable
 from solver.compiled.preimages import Preimages
@@ -9,7 +10,6 @@ from solver.compiled.rounding import quiet
 from solver.compiled.way import symbol_of
 from solver.path.activity import activity
 from solver.path.isolate import TARGET
-from solver.witness import BACKWARD
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
+from solver.accuracy.witness import BACKWARD, STEEP
 from solver.compiled.conditions import Conditions
 from solver.compiled.coverage import HARMLESS, covered, steep
 from solver.compiled.flow import NotCompilable
 from solver.compiled.rounding import UNIT, Analysis
 from solver.compiled.way import STRANGE, symbol_of
-from solver.witness import BACKWARD, STEEP
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -18,12 +18,12 @@ from solver.curves.system import CoreSystem
 from solver.curves.table import Branch, CurveTable, Limit
 from solver.curves.tracing import Curve, traced
 from solver.files.columns import free_name
-from solver.leaves import Leaf
 from solver.numerics.continuation import End
 from solver.numerics.curve import CurvePoint, Vector
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
 from solver.result import Status
+from solver.solution.leaves import Leaf
 from solver.table import CODES
 
 BREAK = "a value jumps or grows without bound"

@@ -14,8 +14,8 @@ from solver.curves.tracing import Curve, Piece
 from solver.numerics.corrector import crossing
 from solver.numerics.curve import CurvePoint, Problem, Vector
 from solver.result import Status
-from solver.solution import explore
-from solver.verdict import judge
+from solver.solution.explore import explore
+from solver.verdicts.verdict import judge
 
 NOUGHT = 1e-15
 """Share of its magnitude below which a coordinate may be what is left of an exact 0."""

@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rulesheets.record import dataclass
+from solver.accuracy.witness import BACKWARD, gross, size
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
 from solver.kernel.question import Question
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.outcome import Outcome
 from solver.numerics.small_inverse import LARGEST, inverse
-from solver.witness import BACKWARD, gross, size
 
 EPSILON = 2.0**-52
 

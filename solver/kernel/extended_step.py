@@ -16,14 +16,14 @@ from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
+from solver.accuracy.last_places import half_unit, with_named_numbers
+from solver.accuracy.witness import gross, testify
 from solver.facts import AsksNothing, DoubleRoot
 from solver.kernel.near_rank import Blur
 from solver.kernel.preimages import SAMPLES
 from solver.kernel.step import StepOutcome, StepSolver
-from solver.last_places import half_unit, with_named_numbers
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
-from solver.witness import gross, testify
 
 SPARE = 8
 """Decimal digits of the working precision that rounding may take."""

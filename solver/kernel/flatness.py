@@ -13,8 +13,8 @@ from typing import Any
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
 from rulesheets.nodes import Expression, Name, Number, children, rebuilt
+from solver.accuracy.witness import BACKWARD
 from solver.kernel.chain import Chain
-from solver.witness import BACKWARD
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""

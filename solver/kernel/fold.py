@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives
+from solver.accuracy.last_places import half_unit
+from solver.accuracy.witness import gross
 from solver.kernel.extended_system import ExtendedSystem
-from solver.last_places import half_unit
 from solver.numerics.elimination import eliminate
-from solver.witness import gross
 
 MAX_ITERATIONS = 60
 NEAR = 1e-2

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from rulesheets.evaluate import value
 from rulesheets.model import Value
 from rulesheets.record import dataclass
+from solver.accuracy.witness import gross
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.path.closed_form import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
-from solver.witness import gross
 
 CLEAR = 1e-9
 """What is nearer to zero than this, relative to its terms, is left to a search."""

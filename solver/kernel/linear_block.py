@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from rulesheets.evaluate import rounded_derivatives
 from rulesheets.record import replace
+from solver.accuracy.witness import ROUNDINGS
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
@@ -17,7 +18,6 @@ from solver.kernel.question import Question
 from solver.numerics.linear import EXACT_LIMIT, solve_linear
 from solver.numerics.linear_outcome import LinearOutcome
 from solver.numerics.newton import newton
-from solver.witness import ROUNDINGS
 
 
 def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:

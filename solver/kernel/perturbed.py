@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
+from solver.accuracy.last_places import blur, half_unit, with_named_numbers
+from solver.accuracy.witness import BACKWARD, size, testify
 from solver.kernel.question import Question
-from solver.last_places import blur, half_unit, with_named_numbers
-from solver.witness import BACKWARD, size, testify
 
 NUDGE = 1e-5
 """Relative step of the differences that tell how a coefficient depends on a known number."""

@@ -14,12 +14,12 @@ from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Expression
+from solver.accuracy.witness import BACKWARD, gross
 from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
 from solver.numerics.sturm import real_roots, simple_part
-from solver.witness import BACKWARD, gross
 
 TOUCHING = Fraction(1, 10**9)
 """An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""

@@ -10,11 +10,11 @@ from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient, Symbol
+from solver.accuracy.witness import testify
 from solver.facts import AsksNothing, Fact, NoValue
 from solver.kernel.exponents import exponents
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
-from solver.witness import testify
 
 DIGITS = 50
 """With which numbers are looked at that floats make 0 of."""

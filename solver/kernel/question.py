@@ -9,8 +9,8 @@ from functools import cached_property
 from rulesheets.model import Value
 from rulesheets.nodes import Number
 from rulesheets.program import walk
+from solver.accuracy.witness import testify
 from solver.kernel.block import BlockKernel
-from solver.witness import testify
 
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""

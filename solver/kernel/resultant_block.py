@@ -12,12 +12,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 
+from solver.accuracy.witness import gross
 from solver.kernel.candidates import Candidates
 from solver.kernel.exact import NotPolynomial, Polynomial, residuals_in
 from solver.kernel.polynomial_block import Forms, doubtful_extremum, explicit_forms, point_at
 from solver.kernel.question import Question
 from solver.numerics.sturm import real_roots, simple_part
-from solver.witness import gross
 
 SAMPLES = 20
 """Values of x at which the resultant is computed; its degree has to be smaller by ``SPARE`` at least."""

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Value
 from rulesheets.record import dataclass
+from solver.accuracy.witness import gross, testify
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.preimages import DELICATE, DIGITS, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
-from solver.witness import gross, testify
 
 EPSILON = 2.0**-52
 SMALLEST = 2.0**-1022

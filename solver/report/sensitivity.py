@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 from rulesheets.diagnosis import render
 from rulesheets.model import Model
+from solver.derivatives.sensitivities import Sensitivities
 from solver.report.numbers import readable
 from solver.report.table import table
-from solver.sensitivities import Sensitivities
 
 NONE = "none"
 """What stands for a derivative that does not exist, or cannot be told."""

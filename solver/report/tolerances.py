@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import render
 from rulesheets.spelling import plural
+from solver.derivatives.tolerances import Band, ToleranceBands
 from solver.report.numbers import readable
 from solver.report.table import table
-from solver.tolerances import Band, ToleranceBands
 
 if TYPE_CHECKING:
     from solver.sampling import Samples

@@ -9,7 +9,7 @@ import pytest
 import rulesheets
 import solver
 from benchmarks.sheets import Sheet, backward_chain, chain, cubic_blocks, linear_blocks
-from solver import block_outcomes
+from solver.solution import block_outcomes
 
 
 def check(sheet: Sheet) -> solver.Result:

@@ -21,7 +21,7 @@ from solver.compiled.coverage import covered, inverted
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.rounding import Analysis
 from solver.path.isolate import isolate
-from solver.solution import planner
+from solver.solution.explore import planner
 from solver.table import CODES
 
 UNIT = 2.0**-52

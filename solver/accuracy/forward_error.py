@@ -1,0 +1,310 @@
+"""Error bars: how far the values of an answer may be from those that satisfy the rules exactly.
+
+The inputs are taken as the exact numbers that they are. At the answer every rule that was solved with is
+off by the rounding of its own operations; the Jacobian of these rules, followed in the order of the path,
+turns that into errors of the unknowns: conditioning × rounding. Rounding errors have signs, and what
+cancels must not be added up: the errors are followed for a few choices of signs at once, and the largest
+counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sci. Comput. 15 (1994) 36–61).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from rulesheets.construct import subtract
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
+from rulesheets.model import Equation, Model, Value
+from rulesheets.record import dataclass, field
+from solver.facts import DoubleRoot
+from solver.path.steps import Evaluate, Select, SolveBlock, Step
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+SAMPLES = 16
+UNIT = 2.0**-53
+CANCELLED = 1e-12
+"""Share of its terms that a difference may be no more of than their rounding."""
+HALF = 2.0**-26
+"""Relative error of a number of which half the digits are known."""
+FREE = 1e-9
+"""Share of the largest unknown from which on one moves along a null direction."""
+DENSE = 400
+"""Unknowns from which on a block is factored as a sparse matrix."""
+
+Errors = list[float]
+"""One error a choice of signs."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockCondition:
+    """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if deficient).
+
+    Unknowns count in units of their values, rules in units of their largest term.
+    """
+
+    unknowns: tuple[str, ...]
+    rank: int
+    condition: float
+
+
+@dataclass(frozen=True)
+class ForwardErrors:
+    """``error``: an estimate of the absolute error of every variable that has a number, infinite where
+    nothing can be said. ``blocks``: the conditions of the blocks, by their unknowns. ``cancelled``: some
+    variable is next to nothing beside the terms that it was computed from."""
+
+    error: Mapping[str, float]
+    blocks: Mapping[tuple[str, ...], BlockCondition] = field(default_factory=dict)
+    cancelled: bool = False
+
+
+def forward_errors(
+    model: Model,
+    values: Mapping[str, Value],
+    steps: Sequence[Step],
+    active: Callable[[Equation], bool | None],
+    doubles: Sequence[DoubleRoot] = (),
+) -> ForwardErrors:
+    """The errors of the ``values`` that ``steps`` have led to; ``active`` tells which guarded rules apply.
+
+    Where answers coincide (``doubles``), half the digits are known; errors are infinite then of what the
+    rules do not determine at the double root itself.
+    """
+    return _Propagation(model, values, active, doubles).run(steps)
+
+
+def input_errors(
+    model: Model,
+    values: Mapping[str, Value],
+    steps: Sequence[Step],
+    active: Callable[[Equation], bool | None],
+    inputs: Mapping[str, float],
+) -> Mapping[str, float]:
+    """How far every number moves as the ``inputs`` are off by these errors, and the numbers in the rules by
+    half a unit of their last places; rounding left aside."""
+    propagation = _Propagation(model, values, active, ())
+    propagation.rounds = False
+    for place, (name, error) in enumerate(inputs.items()):
+        propagation.errors[name] = [error * sign for sign in _signs(-2 - place)]
+    return propagation.run(steps).error
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
+
+    slopes: Mapping[str, float]
+    off: Errors
+
+
+class _Propagation:
+    def __init__(
+        self,
+        model: Model,
+        values: Mapping[str, Value],
+        active: Callable[[Equation], bool | None],
+        doubles: Sequence[DoubleRoot],
+    ) -> None:
+        self.model, self.values, self.active = model, values, active
+        self.doubles = {double.equations: double for double in doubles}
+        self.rounds = True
+        self.cancelled = False
+        self.errors: dict[str, Errors] = {}
+        self.blocks: dict[tuple[str, ...], BlockCondition] = {}
+
+    def run(self, steps: Sequence[Step]) -> ForwardErrors:
+        for step in dict.fromkeys(steps):
+            match step:
+                case Evaluate(equation=equation, unknown=unknown):
+                    self._direct(self.model.equations[equation], unknown)
+                case Select(equations=equations, unknown=unknown):
+                    chosen = [e for i in equations if self.active(e := self.model.equations[i])]
+                    if chosen:
+                        self._direct(chosen[0], unknown)
+                case SolveBlock(equations=equations, unknowns=unknowns):
+                    self._block([self.model.equations[i] for i in equations], unknowns)
+        return ForwardErrors(dict(self._largest()), self.blocks, self.cancelled)
+
+    def _largest(self) -> Iterator[tuple[str, float]]:
+        """The largest error over the signs, and what rounding the value itself adds."""
+        for name, number in self.values.items():
+            if isinstance(number, str):
+                continue
+            errors = self.errors.get(name)
+            if errors is None:
+                yield name, 0.0
+            else:
+                worst = max(map(abs, errors))
+                yield name, worst + UNIT * abs(number) if worst and self.rounds else worst
+
+    def _direct(self, equation: Equation, unknown: str) -> None:
+        if not isinstance(self.values.get(unknown), float):
+            return
+        if (double := self.doubles.get((equation.index,))) is not None:
+            self._spread(double, (unknown,))
+            return
+        row = self._row(equation, (unknown,))
+        slope = 0.0 if row is None else row.slopes.get(unknown, 0.0)
+        if row is not None and slope and self._cancels(row, unknown):
+            self.cancelled = True
+        if row is None or not any(row.off):
+            self.errors[unknown] = [0.0 if row else math.inf] * SAMPLES
+        elif slope == 0.0 or math.isnan(slope) or (self.doubles and self._vanishes([equation], (unknown,))):
+            self.errors[unknown] = [math.inf] * SAMPLES
+        else:
+            self.errors[unknown] = [_finite(-off / slope) for off in row.off]
+
+    def _cancels(self, row: _Row, unknown: str) -> bool:
+        """Whether an unknown that is not 0 is next to nothing beside what its rule adds up."""
+        terms = {n: abs(s * v) for n, s in row.slopes.items() if isinstance(v := self.values.get(n), float)}
+        own = terms.pop(unknown)
+        return 0.0 < own <= CANCELLED * max(terms.values(), default=0.0)
+
+    def _row(self, equation: Equation, unknowns: Sequence[str]) -> _Row | None:
+        """None where the rule cannot be evaluated."""
+        try:
+            left, slopes, noise = rounded_derivatives(equation.left, self.values)
+            right, others, more = rounded_derivatives(equation.right, self.values)
+        except (Undefined, KeyError):
+            return None
+        for name, slope in others.items():
+            slopes[name] = slopes.get(name, 0.0) - slope
+        size = noise + more + abs(left - right) if self.rounds else self._last_places(equation)
+        off = [size * sign for sign in _signs(equation.index)] if size else [0.0] * SAMPLES
+        for name, slope in slopes.items():
+            known = self.errors.get(name)
+            if known is not None and name not in unknowns and any(known):
+                off = [a + slope * b for a, b in zip(off, known, strict=True)]
+        return _Row(slopes, [_finite(number) for number in off])
+
+    def _last_places(self, equation: Equation) -> float:
+        from solver.accuracy.last_places import blur
+
+        return blur(subtract(equation.left, equation.right), self.values, {})
+
+    def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
+        if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:
+            self._spread(double, unknowns)
+            return
+        present = [name for name in unknowns if name in self.values]
+        rows = (
+            [self._row(equation, unknowns) for equation in equations] if len(present) == len(unknowns) else []
+        )
+        solved = self._solved([row for row in rows if row], unknowns) if rows and all(rows) else None
+        if solved is not None and self.doubles and self._vanishes(equations, unknowns):
+            self._free(rows, unknowns)
+            return
+        for place, name in enumerate(unknowns):
+            self.errors[name] = [math.inf] * SAMPLES if solved is None else [s[place] for s in solved]
+
+    # --- at a double root ---
+
+    def _spread(self, double: DoubleRoot, unknowns: Sequence[str]) -> None:
+        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go,
+        or as far as the rules hold."""
+        numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
+        along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
+        reach = HALF * max([1.0, *along])
+        moving = {n: d for n, d in double.direction.items() if d and n in numbers}
+        if moving:
+            from solver.accuracy.flat_roots import flat_reach
+
+            equations = [self.model.equations[index] for index in double.equations]
+            if all(name in self.values for equation in equations for name in equation.names):
+                reach = flat_reach(equations, self.values, moving, reach)
+        for name in unknowns:
+            far = reach * double.direction.get(name, 0.0)
+            self.errors[name] = [far * sign for sign in _signs(double.equations[0])]
+
+    def _vanishes(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> bool:
+        """Whether the determinant of the rules may be 0 within the errors of what is known."""
+        reads = {name for equation in equations for name in equation.names}
+        if not any(any(self.errors.get(name, ())) for name in reads):
+            return False
+        here = self._determinant(equations, unknowns, 0.0)
+        return any(
+            there * here <= 0.0 or abs(there - here) > 0.5 * abs(here)
+            for share in (1.0, -1.0)
+            for there in (self._determinant(equations, unknowns, share),)
+        )
+
+    def _determinant(self, equations: Sequence[Equation], unknowns: Sequence[str], share: float) -> float:
+        moved = dict(self.values)
+        for name, errors in self.errors.items():
+            if isinstance(number := moved.get(name), float) and math.isfinite(errors[0]):
+                moved[name] = number + share * errors[0]
+        try:
+            found = [slopes(equation, moved) for equation in equations]
+        except Undefined:
+            return 0.0
+        if len(unknowns) == 1:
+            return found[0].get(unknowns[0], 0.0)
+        import numpy as np
+
+        return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
+
+    def _free(self, rows: Sequence[_Row | None], unknowns: Sequence[str]) -> None:
+        from solver.numerics.nullspace import null_direction
+
+        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows if row is not None]
+        numbers = [float(self.values[name]) for name in unknowns]
+        for name, number, moves in zip(unknowns, numbers, null_direction(matrix, numbers), strict=True):
+            far = math.inf if abs(moves) > FREE else HALF * abs(number)
+            self.errors[name] = [far] * SAMPLES
+
+    def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
+        """The errors of the unknowns for every choice of signs; None where they are not determined."""
+        from solver.numerics.factor import factorise
+
+        if not all(math.isfinite(row.slopes.get(name, 0.0)) for row in rows for name in row.slopes):
+            return None
+        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
+        factor = factorise(_matrix(rows, unknowns), weights)
+        key = tuple(unknowns)
+        if factor.rank < len(unknowns):
+            self.blocks[key] = BlockCondition(key, factor.rank, math.inf)
+            return None
+        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition())
+        columns = ([-row.off[k] for row in rows] for k in range(SAMPLES))
+        if not all(math.isfinite(off) for row in rows for off in row.off):
+            return None
+        return [[_finite(e) for e in factor.solve(column)] for column in columns]
+
+
+def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
+    """The derivatives of left minus right. Raises Undefined as ``derivatives`` does."""
+    found = derivatives(equation.left, values)[1]
+    for name, slope in derivatives(equation.right, values)[1].items():
+        found[name] = found.get(name, 0.0) - slope
+    return found
+
+
+def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
+    """Rows for a small block, an array for a larger one, a sparse matrix for a large one."""
+    from solver.numerics.factor import as_matrix, sparse_matrix
+
+    if len(unknowns) <= DENSE:
+        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
+        return as_matrix(matrix, len(unknowns))
+    column = {name: place for place, name in enumerate(unknowns)}
+    entries = (
+        (i, column[name], slope)
+        for i, row in enumerate(rows)
+        for name, slope in row.slopes.items()
+        if name in column
+    )
+    return sparse_matrix(entries, len(rows), len(unknowns))
+
+
+def _signs(index: int) -> Iterator[float]:
+    """Sixteen signs that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
+    bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
+    bits = ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
+    return (1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES))
+
+
+def _finite(number: float) -> float:
+    return number if not math.isnan(number) else math.inf

@@ -1,0 +1,156 @@
+"""The independent witness: does a rule, as written, hold at an answer?
+
+A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
+is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
+may have made F (``cosd(x + 90)`` at a small x), or have hidden it (``tanh(x) = 1`` at 20), F and its slopes
+are evaluated again to as many digits as it takes. Where F goes far within so small a change, slopes alone do
+not tell (``cosd(x) = 2`` at 1e90): the other values must be enough, or F must change its sign there.
+Every decision that a rule is satisfied is made here, and nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.model import Equation, Value
+from rulesheets.nodes import Expression, Name, Sum, Symbol
+from rulesheets.record import dataclass
+
+EPSILON = 2.0**-52
+BACKWARD = 64 * EPSILON
+STEEP = 1e-6
+"""The share of its sides that a rule may change by with its values, to be judged by its slopes."""
+ROUNDINGS = 4
+"""How many times the rounding of an evaluation may come out larger than to first order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Testimony:
+    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
+
+    ``delicate``: floats could not decide; values to more digits may well satisfy a rule that these do not.
+    """
+
+    holds: bool
+    miss: float | None
+    scaled: float = 0.0
+    delicate: bool = False
+
+
+def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
+    """Evaluate an equation all of whose variables have values."""
+    left, right = equation.left, equation.right
+    symbols = _symbol(left, values), _symbol(right, values)
+    if symbols != (None, None):
+        same = symbols[0] == symbols[1]
+        return Testimony(same, None, 0.0 if same else math.inf)
+    try:
+        a, slopes, noise = rounded_derivatives(left, values)
+        b, others, more = rounded_derivatives(right, values)
+    except Undefined as error:
+        underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
+        if error.overflow or underflow:
+            return _look_again(equation, values, math.inf)
+        return Testimony(False, None, math.inf)
+    miss, noise = a - b, noise + more
+    if miss == 0.0 and noise == 0.0:
+        return Testimony(True, miss)
+    total = _size(slopes, others, values)
+    bound = BACKWARD * total
+    if abs(miss) + noise <= bound < math.inf:
+        limit = STEEP * (abs(a) + abs(b))
+        near = abs(miss) <= BACKWARD * (abs(a) + abs(b))  # else slopes must show that they lead to 0
+        gentle = near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit))
+        scaled = abs(miss) / total
+        if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
+            return Testimony(True, miss, scaled)
+    if abs(miss) > bound + ROUNDINGS * noise:
+        return Testimony(False, miss, abs(miss) / total if total else math.inf)
+    return _look_again(equation, values, noise)
+
+
+def size(equation: Equation, values: Mapping[str, Value]) -> float:
+    """Σ|∂F/∂v · v| over the variables of an equation; infinite where a slope has no value."""
+    try:
+        slopes = derivatives(equation.left, values)[1], derivatives(equation.right, values)[1]
+    except Undefined:
+        return math.inf
+    total = _size(*slopes, values)
+    return total if math.isfinite(total) else math.inf
+
+
+def gross(equation: Equation, values: Mapping[str, Value]) -> float:
+    """How large the terms of an equation are before they cancel: what its rounding errors go by."""
+    terms = [
+        part
+        for side in (equation.left, equation.right)
+        for part in (side.terms if isinstance(side, Sum) else (side,))
+    ]
+    try:
+        return sum(abs(value(term, values)) for term in terms)
+    except Undefined:
+        return math.inf
+
+
+def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> Testimony:
+    from solver.accuracy.second_look import look_again
+
+    if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
+        return Testimony(False, None, math.inf)
+    sight = look_again(equation, values, BACKWARD, STEEP, noise)
+    return Testimony(sight.reaches, sight.miss if math.isfinite(sight.miss) else None, sight.scaled, True)
+
+
+def _straddles(
+    equation: Equation,
+    values: Mapping[str, Value],
+    left: Mapping[str, float],
+    right: Mapping[str, float],
+    share: float,
+) -> bool:
+    """Whether F changes its sign as all values move along its slopes, and against them, by that share."""
+    found = []
+    for change in (share, -share):
+        moved = dict(values)
+        for name in equation.names:
+            slope = left.get(name, 0.0) - right.get(name, 0.0)
+            if isinstance(number := values[name], float) and slope:
+                moved[name] = number + math.copysign(change * abs(number), change * slope)
+        try:
+            found.append(value(equation.left, moved) - value(equation.right, moved))
+        except Undefined:
+            return False
+    return found[0] >= 0.0 >= found[1]
+
+
+def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:
+    return sum(_moves(left, right, values))
+
+
+def _gentle(
+    left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value], limit: float
+) -> float:
+    """How far F goes with those values alone of which each takes it no farther than the limit."""
+    reaches = (BACKWARD * move for move in _moves(left, right, values))
+    return sum(reach for reach in reaches if reach <= limit)
+
+
+def _moves(
+    left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]
+) -> Iterator[float]:
+    """|∂F/∂v · v| for each variable."""
+    slopes = dict(left)
+    for name, slope in right.items():
+        slopes[name] = slopes.get(name, 0.0) - slope
+    return (abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
+
+
+def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
+    if isinstance(expression, Symbol):
+        return expression.name
+    if isinstance(expression, Name):
+        found = values[expression.name]
+        return found if isinstance(found, str) else None
+    return None

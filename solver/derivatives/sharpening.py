@@ -1,0 +1,154 @@
+"""An answer to many digits, and the slopes of the rules there.
+
+The inputs are exact numbers, so the answer exists to all digits, however ill-conditioned its rounding
+to floats is. It is reached from the float answer by Newton steps on the square part of the active
+rules, block by block: the misses to many digits, the slopes in floats as long as that brings the digits
+of a float with every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any, TypeAlias
+
+from rulesheets.evaluate import Undefined, extended, extended_derivatives
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Expression
+from solver.derivatives.linearization import Linearization, SquareBlock
+from solver.numerics.elimination import Singular
+from solver.numerics.refinement import solve_exactly
+
+Extended: TypeAlias = Any
+"""A number of mpmath."""
+
+DIGITS = 100
+"""Digits that are computed with."""
+
+ROUNDS = 24
+SETTLED = 1e-60
+"""Share of its size by which a Newton step moves an unknown at the end."""
+
+SLOW = 1e-3
+"""A step that is this share of the last one asks for slopes of its own."""
+
+FAR, ASTRAY = 1e-2, 1e-6
+"""Share of its size, and of the terms that it is made of, by which an unknown may move and still be the
+same answer."""
+
+
+class _Blunt(ArithmeticError):
+    """A block could not be sharpened: its rules are singular there."""
+
+
+@dataclass(frozen=True)
+class Sharp:
+    """``values`` to many digits (symbols as they are); ``rows[e]`` are ∂(left − right)/∂v there.
+
+    ``blocks`` are those that were sharpened. ``lost`` are the other unknowns: free ones, those of rough
+    rules, and all that is computed from lost ones, even with a slope of 0 (``y = x^2`` where x is free
+    at 0: what moves without bound times 0 is not 0).
+    """
+
+    values: Mapping[str, Any]
+    rows: Mapping[int, Mapping[str, Extended]]
+    blocks: tuple[SquareBlock, ...]
+    lost: frozenset[str]
+
+
+def sharpened(
+    model: Model, linear: Linearization, values: Mapping[str, Value], inputs: Collection[str]
+) -> Sharp:
+    """The answer near ``values`` for ``inputs`` (names), and the slopes of its active rules there."""
+    exact: dict[str, Any] = {n: v if isinstance(v, str) else number(v) for n, v in values.items()}
+    rows: dict[int, Mapping[str, Extended]] = {}
+    blocks: list[SquareBlock] = []
+    sound = {*linear.unknowns, *linear.parameters}
+    read = (name for e in linear.rough for name in model.equations[e].names)
+    lost = {*linear.free, *(name for name in read if name not in inputs and name not in sound)}
+    for block in linear.blocks:
+        equations = [model.equations[e] for e in block.equations]
+        try:
+            if any(lost.intersection(equation.names) for equation in equations):
+                raise _Blunt
+            _settle(equations, linear.rows, block, exact)
+            rows.update((e.index, slopes(e.left, e.right, exact)) for e in equations)
+            blocks.append(block)
+        except (Undefined, Singular, _Blunt):
+            lost.update(block.unknowns)
+            exact.update((name, number(v)) for name in block.unknowns if isinstance(v := values[name], float))
+    for index in linear.redundant:
+        rule = model.equations[index]
+        try:
+            rows[index] = slopes(rule.left, rule.right, exact)
+        except Undefined:
+            continue
+    return Sharp(exact, rows, tuple(blocks), frozenset(lost))
+
+
+def number(value: float) -> Extended:
+    """A float as the exact number that it is."""
+    from rulesheets.functions.extended import context
+
+    return context(DIGITS).mpf(value)
+
+
+def miss(left: Expression, right: Expression, values: Mapping[str, Any]) -> Extended:
+    """left − right. Raises Undefined."""
+    return extended(left, values, DIGITS) - extended(right, values, DIGITS)
+
+
+def slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
+    """∂(left − right)/∂v for every variable in them. Raises Undefined."""
+    found = extended_derivatives(left, values, DIGITS)[1]
+    for name, slope in extended_derivatives(right, values, DIGITS)[1].items():
+        found[name] = found[name] - slope if name in found else -slope
+    return found
+
+
+def _settle(
+    equations: Sequence[Equation],
+    rows: Mapping[int, Mapping[str, float]],
+    block: SquareBlock,
+    exact: dict[str, Any],
+) -> None:
+    """Newton steps with the ``rows`` of slopes in floats; with sharp slopes where these contract slowly."""
+    start = {name: exact[name] for name in block.unknowns}
+    flat = [rows[e.index] for e in equations]
+    matrix, sizes = _matrix(flat, block), _sizes(flat, block, exact)
+    reach = {name: FAR * abs(float(x)) + ASTRAY * sizes[name] for name, x in start.items()}
+    scale = {name: max(abs(float(x)), sizes[name]) or 1.0 for name, x in start.items()}
+    before = inf
+    for _ in range(ROUNDS):
+        misses = [miss(e.left, e.right, exact) for e in equations]
+        if not any(misses):
+            return
+        (step,) = solve_exactly(matrix, [misses])
+        exact.update((name, exact[name] - d) for name, d in zip(block.unknowns, step, strict=True))
+        if any(abs(float(exact[name] - x)) > reach[name] for name, x in start.items()):
+            raise _Blunt
+        moved = max(abs(float(d)) / scale[name] for name, d in zip(block.unknowns, step, strict=True))
+        if moved <= SETTLED:
+            return
+        if moved > SLOW * before:
+            matrix = _matrix([slopes(e.left, e.right, exact) for e in equations], block)
+        before = moved
+    raise _Blunt
+
+
+def _sizes(
+    rows: Sequence[Mapping[str, float]], block: SquareBlock, values: Mapping[str, Any]
+) -> dict[str, float]:
+    """How large the terms are that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules."""
+    found = dict.fromkeys(block.unknowns, 0.0)
+    for row in rows:
+        total = sum(abs(slope * float(values[name])) for name, slope in row.items())
+        for name in found.keys() & row.keys():
+            if row[name]:
+                found[name] = max(found[name], total / abs(row[name]))
+    return found
+
+
+def _matrix(rows: Sequence[Mapping[str, Any]], block: SquareBlock) -> list[dict[int, Any]]:
+    return [{j: row[name] for j, name in enumerate(block.unknowns) if name in row} for row in rows]

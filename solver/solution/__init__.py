@@ -1,0 +1,1 @@
+"""A path followed to every answer, case by case, with more digits where floats do not tell."""

@@ -1,0 +1,329 @@
+"""Follow a path: from inputs to every answer, each one checked by the independent witness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
+
+from rulesheets.model import Model, Value
+from solver.accuracy.witness import testify
+from solver.facts import AsksNothing, Fact, NoRoot, NoValue, OutOfRange, RankLoss
+from solver.kernel.budget import PLAN, STEP, Budget
+from solver.kernel.step import solve_step
+from solver.path.activity import activity
+from solver.path.cases import EQUAL, Pair, possible, value_of_equality
+from solver.path.planner import planner
+from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
+from solver.solution.casework import Casework
+from solver.solution.findings import Findings
+from solver.solution.leaves import Branch, Exploration, Leaf
+from solver.solution.turns import settled
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from solver.kernel.outcome import BlockOutcome
+    from solver.kernel.step import StepOutcome
+    from solver.path.isolate import Isolation
+    from solver.solution.block_outcomes import BlockOutcomes
+    from solver.solution.leaves import Outcomes
+
+MAX_ASSUMPTIONS = 16
+MAX_CASES = 100
+
+Rest: TypeAlias = Callable[[Branch], bool]
+"""The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
+
+
+def explore(
+    model: Model,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    thorough: bool = False,
+    brief: bool = False,
+    enough: Callable[[Leaf], bool] | None = None,
+) -> Exploration:
+    """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have.
+
+    ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
+    of a block are left out, and so are curves of answers where it has none. ``enough``: the search ends at
+    the first such answer.
+    """
+    explorer = Explorer(model, inputs, want, guesses, judged, enough)
+    explorer.budget.thorough = thorough
+    explorer.budget.brief = brief
+    return explorer.run()
+
+
+class Explorer:
+    """Follows every way in floats; a subclass may solve the steps in another arithmetic."""
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: Mapping[str, Value],
+        want: Sequence[str] | None,
+        guesses: Mapping[str, float],
+        judged: Sequence[str],
+        enough: Callable[[Leaf], bool] | None = None,
+    ) -> None:
+        self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
+        self.want = None if want is None else frozenset(want)
+        self.planner = planner(model)
+        self.graph = self.planner.graph
+        self.casework = Casework(model, self.inputs)
+        self.findings = Findings(model, judged, enough)
+        self.budget = Budget()
+        self.outcomes: Outcomes = {}
+        self.cases = 0
+
+    def run(self) -> Exploration:
+        start = Branch(dict(self.inputs), {})
+        start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
+        self._explore(start)
+        return self.findings.exploration(self.outcomes, self.budget.used, self._refused)
+
+    def _refused(self, leaf: Leaf) -> bool:
+        """Whether no value satisfies a rule that leads to what a leaf lacks."""
+        missing = frozenset(leaf.missing)
+        path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
+        leading = {equation for step in path.steps for equation in equations_of(step)}
+
+        def refuses(fact: Fact) -> bool:
+            match fact:
+                case NoValue(equation=equation, pole=False) | OutOfRange(equation=equation):
+                    return equation in leading
+                case NoRoot(equations=equations, proven=True):
+                    return not leading.isdisjoint(equations)
+                case _:
+                    return False
+
+        return any(map(refuses, leaf.branch.void.values()))
+
+    # --- following a path ---
+
+    def _explore(self, branch: Branch) -> None:
+        """Plan from what is known, follow, and plan again where an outcome asks for it."""
+        while True:
+            if self.findings.full:
+                self.findings.truncate(branch, "answers")
+                return
+            self.budget.used += PLAN
+            known = frozenset(branch.values)
+            path = self.planner.path(known, branch.conditions, frozenset(branch.void), self.want)
+            if not self._follow(branch, path.steps):
+                return
+
+    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
+        """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
+        for place in range(start, len(steps)):
+            step = steps[place]
+            rest = partial(self._follow, steps=steps, start=place + 1)
+            match step:
+                case Evaluate(equation=equation, unknown=unknown):
+                    again = self._evaluate(branch, step, equation, unknown, rest)
+                case Select():
+                    again = self._select(branch, step, rest)
+                case SolveBlock():
+                    again = self._block(branch, step, rest)
+                case Check(equation=equation):
+                    again = self._check(branch, step, equation)
+                case Decide(conditions=conditions):
+                    branch.decided.update(self.casework.outcomes(conditions, branch))
+                    branch.steps.append(step)
+                    return True
+                case Assume():
+                    return self._assume(branch, step)
+            if again is not None:
+                return again
+        self._finish(branch)
+        return False
+
+    def _learn(self, branch: Branch, step: Step, found: Mapping[str, Value]) -> None:
+        self.budget.used += STEP
+        branch.values.update(found)
+        branch.origins.update(dict.fromkeys(found, step))
+        branch.steps.append(step)
+        match step:
+            case Evaluate(equation=equation):
+                branch.settled.add(equation)
+            case SolveBlock(equations=equations):
+                branch.settled.update(equations)
+
+    def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str, rest: Rest) -> bool | None:
+        """None: go on; True: plan anew; False: ended (each fork has gone its own way)."""
+        isolation = self.graph.isolation(equation, self.graph.number[unknown])
+        assert isolation is not None
+        outcome = self._stepped(branch, equation, isolation)
+        complete, cut = outcome.complete and not self._turned(unknown), not outcome.complete
+        self.findings.note(complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], cut)
+        self.findings.delicate |= outcome.delicate
+        if outcome.fact is not None:
+            if isinstance(outcome.fact, AsksNothing):
+                branch.void[equation] = outcome.fact
+            else:
+                self._blank(branch, (unknown,), outcome.fact)
+            return True
+        facts = [() if outcome.double is None else (outcome.double,)] * len(outcome.values)
+        return self._forks(branch, step, [{unknown: v} for v in outcome.values], facts, rest)
+
+    def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
+        return solve_step(self.graph, equation, isolation, branch.values)
+
+    def _forks(
+        self,
+        branch: Branch,
+        step: Step,
+        found: Sequence[Mapping[str, Value]],
+        facts: Sequence[tuple[Fact, ...]],
+        rest: Rest,
+    ) -> bool | None:
+        """Go on with the one value there is (None), or send a fork on its way with each (False)."""
+        if len(found) == 1:
+            branch.facts = (*branch.facts, *facts[0])
+            self._learn(branch, step, found[0])
+            return None
+        for values, known in zip(found, facts, strict=True):
+            if self.findings.full:
+                self.findings.truncate(branch, "answers")
+                break
+            fork = branch.fork()
+            fork.facts = (*fork.facts, *known)
+            self._learn(fork, step, values)
+            if rest(fork):
+                self._explore(fork)
+        return False
+
+    def _select(self, branch: Branch, step: Select, rest: Rest) -> bool | None:
+        equations = self.model.equations
+        for equation in step.equations:
+            conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
+            branch.decided.update(self.casework.outcomes(conditions, branch))
+            if activity(equations[equation], branch.conditions):
+                return self._evaluate(branch, step, equation, step.unknown, rest)
+        return True
+
+    def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
+        if equation in branch.settled:
+            return None
+        branch.settled.add(equation)
+        branch.steps.append(step)
+        testimony = testify(self.model.equations[equation], branch.values)
+        if testimony.holds or self._agreed(branch, equation):
+            return None
+        self.findings.delicate |= testimony.delicate
+        self._finish(branch)
+        return False
+
+    def _agreed(self, branch: Branch, equation: int) -> bool:
+        """Whether another value, as good for all other rules, satisfies one that fails; then it is taken."""
+        from solver.solution.agreement import agreed
+
+        found = agreed(self.graph, equation, branch.values, self.inputs, branch.conditions)
+        if found is not None:
+            branch.values.update([found])
+            branch.precise.pop(found[0], None)
+        return found is not None
+
+    def _turned(self, unknown: str) -> bool:
+        """Whether whole turns of an angle, of which one is looked at, may be answers of their own."""
+        variable = self.model.variables[unknown]
+        endless = variable.low == -math.inf or variable.high == math.inf
+        return endless and self.graph.is_weighed(unknown)
+
+    def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
+        outcome = self._solved(step, branch)
+        listed = [answer.values for answer in outcome.answers]
+        complete = outcome.complete and not any(map(self._turned, step.unknowns))
+        self.findings.note(complete, step.equations, step.unknowns, listed, outcome.cut)
+        self.findings.delicate |= outcome.delicate
+        branch.attempts[step] = outcome.attempts
+        if outcome.free:
+            lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
+            branch.void.update(dict.fromkeys(step.equations, lost))
+            self._learn(branch, step, outcome.answers[0].values)
+            return True
+        if not outcome.answers:
+            self._blank(branch, step.unknowns, outcome.facts[-1])
+            return True
+        facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
+        return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
+
+    def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
+        return self.blocks.outcome(step, branch, self.findings.complete, partial(self._off, branch))
+
+    @cached_property
+    def blocks(self) -> BlockOutcomes:
+        from solver.solution.block_outcomes import BlockOutcomes
+
+        return BlockOutcomes(self.graph, self.guesses, self.budget, self.outcomes)
+
+    def _off(self, branch: Branch) -> Mapping[str, float]:
+        """How far each number of a branch may be from the one that it stands for."""
+        from solver.accuracy.forward_error import forward_errors
+        from solver.accuracy.last_places import half_unit
+
+        decided = branch.conditions
+        found = forward_errors(self.model, branch.values, branch.steps, lambda e: activity(e, decided))
+        numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
+        return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
+
+    def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
+        """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""
+        branch.blank.update(unknowns)
+        for name in unknowns:
+            for equation in self.graph.users(name):
+                branch.void.setdefault(equation, fact)
+
+    # --- case by case ---
+
+    def _assume(self, branch: Branch, step: Assume) -> bool:
+        """The cases of one comparison; each is dropped once it is known to come out otherwise."""
+        self.casework.infer(branch)
+        pair = self.casework.open_pair(branch, step.condition)
+        if pair is None:
+            return True
+        if any(name in branch.blank for name in self.judged):
+            self._finish(branch)
+            return False
+        self.cases += 1
+        if len(branch.signs) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
+            self.findings.truncate(branch, "cases")
+            self._finish(branch)
+            return False
+        adrift = len(self.findings.adrift)
+        for sign in self.casework.cases(pair):
+            if sign == EQUAL and self.findings.loose_since(adrift):
+                self.findings.complete = False
+            else:
+                self._case(branch, step, pair, sign)
+        if self.findings.loose_since(adrift):
+            self._finish(branch, loose=True)
+        return False
+
+    def _case(self, branch: Branch, step: Assume, pair: Pair, sign: int) -> None:
+        case = branch.fork()
+        case.signs[pair] = sign
+        case.steps.append(step)
+        said = value_of_equality(pair) if sign == EQUAL else None
+        if said is not None:
+            case.values.setdefault(*said)
+        self.casework.infer(case)
+        if possible(case.signs) and not self.casework.contradicted(case):
+            self._explore(case)
+
+    # --- the end of a branch ---
+
+    def _settled(self, branch: Branch) -> dict[str, Value]:
+        return settled(self.graph, branch.values, self.inputs)
+
+    def _finish(self, branch: Branch, loose: bool = False) -> None:
+        if self.casework.contradicted(branch):
+            return
+        branch.values = self._settled(branch)
+        decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
+        self.findings.add(branch, decided, loose, self.casework.unverified(branch))

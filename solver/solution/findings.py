@@ -1,0 +1,114 @@
+"""What an exploration has found so far, and where it may have left something out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from rulesheets.model import Model, Value
+from solver.accuracy.witness import testify
+from solver.facts import Conflict, Fact, Gap, Truncated
+from solver.path.activity import activity
+from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from solver.solution.leaves import Outcomes
+
+MAX_LEAVES = 256
+
+
+class Findings:
+    """The leaves of one exploration, and its gaps.
+
+    ``judged`` are the names that a leaf must have; ``enough`` ends the search at the first such leaf.
+    ``complete``: no step so far can have more answers than were followed. ``delicate``: somewhere rounding
+    decides how many there are, or whether a rule holds.
+    """
+
+    def __init__(
+        self, model: Model, judged: Sequence[str], enough: Callable[[Leaf], bool] | None = None
+    ) -> None:
+        self.model, self.judged = model, judged
+        self.leaves: list[Leaf] = []
+        self.dead: list[Leaf] = []
+        self.adrift: list[Leaf] = []
+        self.complete = True
+        self.delicate = False
+        self._gaps: dict[tuple[int, ...], Gap] = {}
+        self._enough = enough
+
+    @property
+    def full(self) -> bool:
+        """Whether nothing more is looked for."""
+        if self._enough is not None and any(map(self._enough, self.leaves)):
+            return True
+        return len(self.leaves) + len(self.dead) + len(self.adrift) >= MAX_LEAVES
+
+    def note(
+        self,
+        complete: bool,
+        equations: tuple[int, ...],
+        unknowns: tuple[str, ...],
+        listed: Sequence[Mapping[str, Value]],
+        cut: bool,
+    ) -> None:
+        """Remember where a step may have more answers than are listed, the first of each step."""
+        self.complete = self.complete and complete
+        if complete or equations in self._gaps:
+            return
+        numbers = [number for values in listed if isinstance(number := values.get(unknowns[0]), float)]
+        low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
+        cut = cut and len(listed) > 1
+        self._gaps[equations] = Gap(equations, unknowns, len(listed), float(low), float(high), cut)
+
+    def truncate(self, branch: Branch, what: str) -> None:
+        """Remember that a branch was given up: there are too many ``what``."""
+        self.complete = False
+        self._gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
+        branch.facts = (*branch.facts, Truncated(what))
+
+    def loose_since(self, adrift: int) -> bool:
+        """Whether the cases since so many were ``adrift`` leave a continuum that nothing contradicts.
+
+        Answers of other cases do not make it a solved one; a case of equality is but its edge.
+        """
+        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
+
+    def add(self, branch: Branch, decided: Mapping[int, bool], loose: bool, unverified: bool) -> None:
+        """The end of a branch: every rule that is active there is asked of the independent witness.
+
+        ``unverified``: an assumption was made on what is not known even now.
+        """
+        values = branch.values
+        conflicts: list[Fact] = []
+        worst, checked = 0.0, 0
+        for equation in self.model.equations:
+            if not activity(equation, decided) or not all(name in values for name in equation.names):
+                continue
+            testimony = testify(equation, values)
+            checked += 1
+            if testimony.holds:
+                worst = max(worst, testimony.scaled)
+            else:
+                self.delicate = self.delicate or testimony.delicate
+                conflicts.append(Conflict((equation.index,), testimony.miss, values))
+        missing = tuple(name for name in self.judged if name not in values)
+        leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)
+        if conflicts:
+            self.dead.append(leaf)
+        else:
+            (self.adrift if missing and unverified else self.leaves).append(leaf)
+
+    def exploration(self, outcomes: Outcomes, work: int, refused: Callable[[Leaf], bool]) -> Exploration:
+        """All of it, once every branch has ended. ``refused`` tells of a case that is adrift whether what it
+        lacks is refused, so that no answer is hidden there."""
+        return Exploration(
+            tuple(self.leaves),
+            self.complete and all(excluded(leaf) or refused(leaf) for leaf in self.adrift),
+            tuple(self.dead),
+            tuple(self.adrift),
+            self.delicate,
+            outcomes,
+            work,
+            tuple(self._gaps.values()),
+        )

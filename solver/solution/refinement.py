@@ -1,0 +1,107 @@
+"""Answers that floats leave too vague, solved again to as many digits as it takes.
+
+The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
+error bar of an answer says that floats lose more than their rounding, the path is followed once more in
+numbers of higher precision, and of twice that, until two precisions agree: then every value is the float
+nearest to the exact one. Where they never do, what floats found stands, with its error bars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.evaluate.conditions import equal
+from rulesheets.model import Model, Value
+from rulesheets.nodes import Comparison, Condition, names
+from solver.accuracy.forward_error import slopes
+from solver.facts import Conflict
+from solver.path.cases import comparisons
+from solver.solution.explore import explore
+from solver.solution.leaves import Exploration, Leaf, leaf_errors
+
+VAGUE = 1e-13
+"""Relative error from which on an answer is solved again."""
+LOST = 1e-9
+"""Relative error of a value from which on a contradiction further on may come of it."""
+SAFETY = 4.0
+"""How far the error bars of values may be too short where a contradiction is weighed against them."""
+NOTHING = 0.5
+"""Relative error of a number of which no digit is known: it may well be 0."""
+MAX_STEPS = 2_000
+"""Steps of a path, over all answers, that are worth following in extended precision."""
+
+
+def explore_refined(
+    model: Model,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    always: bool = False,
+) -> Exploration:
+    """As ``explore``, with every judged value that has a number right to the last digit of a float.
+
+    Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
+    needed or not.
+    """
+    found = explore(model, inputs, want, guesses, judged, thorough=always)
+    if not always and not _delicate(model, found, judged):
+        return found
+    from solver.solution.precise_explorer import explore_precisely
+
+    return explore_precisely(model, inputs, want, guesses, judged, found) or found
+
+
+def _delicate(model: Model, found: Exploration, judged: Sequence[str]) -> bool:
+    """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
+    leaves = (*found.leaves, *found.dead)
+    if sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS:
+        return False
+    return found.delicate or any(_vague(model, leaf, judged) for leaf in leaves)
+
+
+def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
+    told, values = leaf_errors(model, leaf), leaf.branch.values
+    errors = told.error
+    numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
+    asked, limit = (judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
+    return (
+        told.cancelled
+        or any(errors[name] > limit * numbers[name] for name in asked if name in numbers)
+        or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
+        or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
+        or any(_undecided(condition, values, errors) for condition in model.conditions)
+    )
+
+
+def _within_errors(
+    model: Model, conflict: Conflict, values: Mapping[str, Value], errors: Mapping[str, float]
+) -> bool:
+    """Whether a rule is missed by no more than the errors of the values explain."""
+    for equation in (model.equations[index] for index in conflict.equations):
+        try:
+            reach = sum(abs(s) * errors.get(name, 0.0) for name, s in slopes(equation, values).items())
+        except Undefined:
+            return True
+        if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
+            return True
+    return False
+
+
+def _undecided(condition: Condition, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:
+    """Whether numbers came out equal in a comparison that are not known to be the same."""
+    near: list[bool] = []
+
+    def same(comparison: Comparison, left: float, right: float) -> bool:
+        meets = equal(left, right)
+        near.append(meets and (left != right or any(errors.get(name) for name in names(comparison))))
+        return meets
+
+    for comparison in comparisons(condition):
+        if comparison.operator in ("=", "<>"):
+            try:
+                holds(comparison, values, (), same)
+            except (KeyError, Undefined):
+                continue
+    return any(near)

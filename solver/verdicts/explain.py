@@ -1,0 +1,322 @@
+"""Facts to diagnoses, in the user's names and places. Every sentence about an outcome is written here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import assert_never
+
+from rulesheets.diagnosis import Diagnosis, Label, Severity
+from rulesheets.evaluate.number import number_text
+from rulesheets.model import Model, Value
+from rulesheets.nodes import Name
+from solver.facts import (
+    AsksNothing,
+    BeyondFloats,
+    Conflict,
+    DoubleRoot,
+    Fact,
+    NoRoot,
+    NoValue,
+    OutOfRange,
+    RankLoss,
+    RestsOnRounding,
+    Truncated,
+    Unfixed,
+)
+from solver.result import Status
+from solver.solution.leaves import Leaf
+from solver.verdicts.remedy import Patience, bounds, clash, cures, derivation, givings
+from solver.verdicts.verdict import Verdict
+
+MAX_NAMED = 8
+MAX_INPUTS = 10
+
+
+def explain(
+    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
+) -> tuple[Diagnosis, ...]:
+    """One diagnosis for each thing that keeps a solve from being plainly solved."""
+    return tuple(_Explanation(model, verdict, inputs, judged).diagnoses())
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``; long lists are cut."""
+    if len(names) > MAX_NAMED:
+        return f"{', '.join(names[:MAX_NAMED])} and {len(names) - MAX_NAMED} more"
+    return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+class _Explanation:
+    def __init__(
+        self, model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
+    ) -> None:
+        self.model, self.verdict, self.inputs, self.judged = model, verdict, inputs, judged
+        self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
+        self.patience = Patience()
+
+    def diagnoses(self) -> Iterator[Diagnosis]:
+        verdict = self.verdict
+        if verdict.status is Status.INCONSISTENT:
+            yield self._clash()
+            return
+        if verdict.status in (Status.INFEASIBLE, Status.FAILED, Status.SINGULAR, Status.PARTIAL):
+            yield from dict.fromkeys(map(self._of, verdict.facts))
+        if verdict.status in (Status.INFEASIBLE, Status.FAILED) and not verdict.facts:
+            yield self._symbol_in(range(len(self.model.equations))) or self._no_case()
+        if verdict.structural:
+            yield self._undetermined()
+        yield from self._remarks()
+
+    def _remarks(self) -> Iterator[Diagnosis]:
+        """Notes on an answer that stands: what stays blank, what was cut off."""
+        if self.leaf is None:
+            return
+        for fact in self.leaf.branch.facts:
+            if isinstance(fact, Truncated):
+                yield self._note("S590", f"there are too many {fact.what} to list them all", ())
+        if self.verdict.status is Status.SOLVED:
+            for fact in {id(fact): fact for fact in self.leaf.branch.void.values()}.values():
+                if isinstance(fact, NoValue) and fact.unknown not in self.leaf.branch.values:
+                    text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
+                    yield self._note("S591", text, (fact.equation,), (fact.unknown,))
+
+    # --- one fact, one sentence ---
+
+    def _of(self, fact: Fact) -> Diagnosis:
+        return self._computes_with_symbol(fact) or self._said(fact)
+
+    def _computes_with_symbol(self, fact: Fact) -> Diagnosis | None:
+        """Where a rule fails that reads a symbol, that is why."""
+        match fact:
+            case NoValue(equation):
+                return self._symbol_in((equation,))
+            case NoRoot(equations):
+                return self._symbol_in(equations)
+            case _:
+                return None
+
+    def _symbol_in(self, equations: Iterable[int]) -> Diagnosis | None:
+        """The first of these rules that computes with what is a symbol."""
+        values = {**self.inputs, **(self.leaf.branch.values if self.leaf else {})}
+        symbols = {name: value for name, value in values.items() if isinstance(value, str)}
+        for equation in (self.model.equations[index] for index in equations):
+            for name in symbols.keys() & set(equation.names):
+                if Name(name) not in (equation.left, equation.right):
+                    message = f"this rule computes with {name}, which is the symbol '{symbols[name]}"
+                    notes = (f"give a number for {name}, or clear it to have it solved",)
+                    given = notes if name in self.inputs else ()
+                    return self._error("S534", message, (equation.index,), (name,), given)
+        return None
+
+    def _said(self, fact: Fact) -> Diagnosis:
+        match fact:
+            case NoValue(equation, unknown, reading):
+                message = f"no value of {unknown} satisfies this rule: it needs {reading}"
+                return self._error(
+                    "S530", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
+                )
+            case OutOfRange(equation, unknown, value):
+                message = (
+                    f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
+                )
+                return self._error(
+                    "S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
+                )
+            case NoRoot(equations, unknowns, True):
+                message = (
+                    f"no values of {listed(unknowns)} satisfy these rules together{self._ranges(unknowns)}"
+                )
+                return self._error("S532", message, equations, unknowns, self._bounds(equations, unknowns))
+            case NoRoot():
+                return self._not_found(fact)
+            case AsksNothing(equation, unknown):
+                free = dict.fromkeys((unknown, *(self.leaf.missing if self.leaf else ())))
+                message = f"{listed(tuple(free))} not determined here: this rule holds whatever {unknown} is"
+                message = message.replace(
+                    " not determined", " is not determined" if len(free) == 1 else " are not determined"
+                )
+                notes = (*self._zeros(equation), f"give {listed(tuple(free), 'or')}, or change the position")
+                return self._error("S540", message, (equation,), tuple(free), notes)
+            case RankLoss():
+                return self._rank(fact)
+            case DoubleRoot(equations, unknowns, direction):
+                message = (
+                    f"two answers coincide here: {listed(unknowns)} is a double root, not an isolated answer"
+                )
+                if len(unknowns) > 1:
+                    message = message.replace(" is a double root", " have a double root")
+                notes = (f"to first order the rules let it move along {_direction(direction)}",)
+                return self._error("S541", message, equations, unknowns, notes)
+            case Unfixed(unknowns, double):
+                posted = [name for name in unknowns if self.model.variables[name].posted]
+                message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
+                notes = (f"give {listed(double.unknowns, 'or')} first, or move away from the double root",)
+                return self._error("S543", message, double.equations, unknowns, notes)
+            case RestsOnRounding(equation, unknown, unknowns):
+                message = f"{unknown} rests on no more than the last places of the given numbers"
+                notes = (f"to their last places they leave {listed(unknowns)} any value", f"give {unknown}")
+                return self._error("S544", message, (equation,), unknowns, notes)
+            case Conflict(equations, miss):
+                note = () if miss is None else (f"together they miss by {number_text(miss)}",)
+                return self._error("S520", "these rules contradict each other", equations, (), note)
+            case BeyondFloats(equation, unknown):
+                message = (
+                    f"the value that this rule asks of {unknown} can't be held by a floating point number"
+                )
+                notes = (
+                    "it is too large, too small, or too near another number: scale the rule, or its units",
+                )
+                return self._error("S551", message, (equation,), (unknown,), notes)
+            case Truncated(what):
+                return self._note("S590", f"there are too many {what} to list them all", ())
+            case _:
+                assert_never(fact)
+
+    def _rank(self, fact: RankLoss) -> Diagnosis:
+        if fact.everywhere:
+            message = f"these rules do not tell {listed(fact.free)}: they say the same thing twice"
+            if len(fact.equations) == 1:
+                message = f"{listed(fact.free)} can take many values here, and this rule still holds"
+            code = "S511"
+        else:
+            message = f"at these values the rules leave {listed(fact.free)} free"
+            code = "S542"
+        notes = (
+            f"give {listed(fact.free, 'or')}",
+            f"they can move along {_direction(fact.direction)}",
+        )
+        return self._error(code, message, fact.equations, fact.free, notes)
+
+    def _not_found(self, fact: NoRoot) -> Diagnosis:
+        best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
+        notes = [f"the nearest miss was at {best}"] if best else []
+        for equation, miss in zip(fact.equations, fact.misses, strict=False):
+            notes.append(f"rule {self._line(equation)} is off by {number_text(miss)} there")
+        notes.append(f"give a guess for {listed(fact.unknowns, 'or')}, or a range: name in [a, b]")
+        message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
+        return self._error("S550", message, fact.equations, fact.unknowns, tuple(notes))
+
+    def _no_case(self) -> Diagnosis:
+        if self.verdict.status is Status.FAILED:
+            return self._not_exhausted()
+        conditional = tuple(e.index for e in self.model.equations if e.guard)
+        message = "no case of the conditional rules fits the inputs"
+        return self._error("S533", message, conditional[:MAX_NAMED], (), self._bounds((), self.judged))
+
+    def _not_exhausted(self) -> Diagnosis:
+        message = "no answer was found, and the search did not cover every case"
+        unknown = self.leaf.missing if self.leaf else tuple(self.judged)
+        notes = (f"give a guess for {listed(unknown, 'or')}, or a range: name in [a, b]",) if unknown else ()
+        return self._error("S552", message, (), unknown, notes)
+
+    def _undetermined(self) -> Diagnosis:
+        assert self.leaf is not None
+        branch = self.leaf.branch
+        missing = self.verdict.structural
+        ways = givings(
+            self.model,
+            tuple(self.inputs),
+            branch.conditions,
+            frozenset(),
+            missing,
+        )
+        enough = [way.names for way in ways if way.enough]
+        notes = []
+        if enough and len(enough[0]) == 1:
+            notes.append(f"give {listed([names[0] for names in enough], 'or')}")
+        elif enough:
+            notes.append("give " + ", or ".join(listed(names) for names in enough[:MAX_NAMED]))
+        elif ways:
+            notes.append(f"more than one input is missing; {ways[0].names[0]} would determine most")
+        message = f"the inputs do not determine {listed(missing)}"
+        return self._error("S510", message, (), missing, tuple(notes))
+
+    def _clash(self) -> Diagnosis:
+        assert self.leaf is not None
+        facts = [f for f in self.verdict.facts if isinstance(f, Conflict)]
+        fact = facts[0]
+        found = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
+        given = [f"{name} = {_text(self.inputs[name])}" for name in found.inputs]
+        message = "these rules contradict each other"
+        if given:
+            message = f"these rules contradict {listed(given)}"
+        notes = (
+            []
+            if fact.miss is None
+            else [f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"]
+        )
+        tried = found.inputs[:MAX_INPUTS]
+        for name, value in cures(self.model, self.inputs, tried, self.judged, self.patience):
+            notes.append(f"leave out {name}: the other inputs make it {_output(value)}")
+        return self._error("S520", message, found.equations, found.inputs, tuple(notes))
+
+    def _bounds(self, equations: Sequence[int], unknowns: Sequence[str]) -> tuple[str, ...]:
+        """How far each input that these rules depend on would have to move."""
+        if self.leaf is None:
+            numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
+        else:
+            _, numeric = derivation(self.model, self.inputs, self.leaf, equations)
+        own = {name: variable.value for name, variable in self.model.variables.items()}
+        changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
+        found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns, self.patience)
+        sides = [f"{b.name} {b.relation} {number_text(_rounded(b.value))}" for b in found]
+        return (
+            (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
+        )
+
+    def _ranges(self, unknowns: Sequence[str]) -> str:
+        variables = [self.model.variables[name] for name in unknowns]
+        bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
+        return " within the ranges that the sheet gives them (proven)" if bounded else " (proven)"
+
+    def _zeros(self, equation: int) -> tuple[str, ...]:
+        assert self.leaf is not None
+        values = self.leaf.branch.values
+        zero = [name for name in self.model.equations[equation].names if values.get(name) == 0.0]
+        return (f"because {listed([f'{name} = 0' for name in zero])}",) if zero else ()
+
+    # --- making diagnoses ---
+
+    def _line(self, equation: int) -> str:
+        rule = self.model.equations[equation].rule
+        return f"{rule.file}:{rule.line}"
+
+    def _labels(self, equations: Sequence[int]) -> tuple[Label, ...]:
+        spans = dict.fromkeys(self.model.equations[e].rule for e in equations)
+        return tuple(Label(span) for span in spans)
+
+    def _error(
+        self,
+        code: str,
+        message: str,
+        equations: Sequence[int],
+        variables: Sequence[str],
+        notes: tuple[str, ...] = (),
+    ) -> Diagnosis:
+        return Diagnosis(code, Severity.ERROR, message, self._labels(equations), notes, tuple(variables))
+
+    def _note(
+        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str] = ()
+    ) -> Diagnosis:
+        return Diagnosis(code, Severity.NOTE, message, self._labels(equations), (), tuple(variables))
+
+
+def _direction(direction: Mapping[str, float]) -> str:
+    parts = [f"{name}: {number_text(_rounded(value, 3))}" for name, value in direction.items() if value]
+    return f"({', '.join(parts)})"
+
+
+def _rounded(value: float, digits: int = 6) -> float:
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    return round(value, digits - 1 - math.floor(math.log10(abs(value))))
+
+
+def _text(value: Value) -> str:
+    return f"'{value}" if isinstance(value, str) else number_text(value)
+
+
+def _output(value: Value) -> str:
+    """As the sheet prints a value that it has computed."""
+    return f"'{value}" if isinstance(value, str) else f"{value:.10g}"

@@ -1,0 +1,279 @@
+"""What to do about a refusal: which inputs would help, which rules clash, how far an input may go."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from rulesheets import nodes
+from rulesheets.model import Model, Value
+from rulesheets.record import dataclass, replace
+from solver.path.planner import planner
+from solver.path.steps import equations_of
+from solver.solution.explore import explore
+from solver.solution.leaves import Exploration, Leaf
+
+MAX_CANDIDATES = 200
+MAX_SETS = 400
+MAX_FILTER = 60
+MAX_TRIALS = 26
+ROUGH = 1e-6
+"""How near to a number, relative to the given value, an edge is taken for that number."""
+PATIENCE = 50_000
+"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
+
+
+class Patience:
+    """Runs out with the work of the explorations it is shown: counted, so the same anywhere.
+
+    One for all that is said of a solve.
+    """
+
+    def __init__(self) -> None:
+        self._left = PATIENCE
+
+    @property
+    def lost(self) -> bool:
+        return self._left <= 0
+
+    def shown(self, found: Exploration) -> Exploration:
+        self._left -= found.work
+        return found
+
+
+# --- under-determined: what to give ------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Giving:
+    """Giving ``names`` determines ``determines`` further variables; ``enough`` if nothing stays unknown."""
+
+    names: tuple[str, ...]
+    determines: int
+    enough: bool
+
+
+def givings(
+    model: Model,
+    known: Sequence[str],
+    decided: Mapping[int, bool],
+    void: frozenset[int],
+    missing: Sequence[str],
+) -> tuple[Giving, ...]:
+    """The smallest sets of further inputs that would determine ``missing``, the most determining first.
+
+    Single variables first; pairs and triples only where no single one is enough.
+    """
+    plan = planner(model)
+    start = frozenset(known)
+    unknown = [n for n in plan.path(start, decided, void).undetermined if n in model.variables]
+    posted = [n for n in unknown if model.variables[n].posted] or unknown
+    candidates = posted[:MAX_CANDIDATES]
+    trials = 0
+    best: list[Giving] = []
+    for size in range(1, min(4, len(candidates)) + 1):
+        for names in itertools.combinations(candidates, size):
+            trials += 1
+            if trials > MAX_SETS:
+                return tuple(sorted(best, key=_rank))
+            left = plan.path(start.union(names), decided, void).undetermined
+            enough = not set(left).intersection(missing)
+            if enough or size == 1:
+                best.append(Giving(names, len(unknown) - len(left) - size, enough))
+        if any(giving.enough for giving in best):
+            break
+    return tuple(sorted(best, key=_rank))
+
+
+def _rank(giving: Giving) -> tuple[bool, int, int]:
+    return (not giving.enough, len(giving.names), -giving.determines)
+
+
+# --- inconsistent: the smallest conflicting set --------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Clash:
+    """Rules (by equation) and inputs that can't hold together, none of them superfluous."""
+
+    equations: tuple[int, ...]
+    inputs: tuple[str, ...]
+
+
+def clash(
+    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int], patience: Patience
+) -> Clash:
+    """From the derivation of a contradiction, what is left when nothing more can be taken away."""
+    rules, given = derivation(model, inputs, leaf, equations)
+    if len(rules) + len(given) > MAX_FILTER:
+        return Clash(tuple(rules), tuple(given))
+    for item in (*reversed(rules), *reversed(given)):
+        if patience.lost:
+            break
+        fewer = [e for e in rules if e != item], [n for n in given if n != item]
+        if _contradictory(model, inputs, *fewer, patience):
+            rules, given = fewer
+    return Clash(tuple(rules), tuple(given))
+
+
+def derivation(
+    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]
+) -> tuple[list[int], list[str]]:
+    """Every rule and input that the values in ``equations`` come from."""
+    rules = dict.fromkeys(equations)
+    given: dict[str, None] = {}
+    names = [name for e in equations for name in _reads(model, e)]
+    seen: set[str] = set()
+    while names:
+        name = names.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        if name in inputs:
+            given[name] = None
+        step = leaf.branch.origins.get(name)
+        for equation in () if step is None else equations_of(step):
+            rules[equation] = None
+            names.extend(_reads(model, equation))
+    return sorted(rules), [name for name in inputs if name in given]
+
+
+def _reads(model: Model, equation: int) -> Iterator[str]:
+    body = model.equations[equation]
+    yield from body.names
+    for premise in body.guard:
+        yield from nodes.names(model.conditions[premise.condition])
+
+
+def restricted(model: Model, equations: Sequence[int]) -> Model:
+    """The model with some of its equations, and the variables that these and their guards read."""
+    kept = tuple(replace(model.equations[e], index=i) for i, e in enumerate(equations))
+    names = {name for e in equations for name in _reads(model, e)}
+    every = {name for condition in model.conditions for name in nodes.names(condition)}
+    variables = {n: v for n, v in model.variables.items() if n in names | every}
+    return Model(model.name, variables, kept, model.conditions)
+
+
+def _contradictory(
+    model: Model,
+    inputs: Mapping[str, Value],
+    rules: Sequence[int],
+    given: Sequence[str],
+    patience: Patience,
+) -> bool:
+    if not rules:
+        return False
+    part = restricted(model, rules)
+    values = {name: inputs[name] for name in given if name in part.variables}
+    found = patience.shown(explore(part, values, None, {}, (), brief=True, enough=_possible))
+    return not any(map(_possible, found.leaves)) and bool(found.dead or found.leaves)
+
+
+def _possible(leaf: Leaf) -> bool:
+    from solver.facts import Conflict
+
+    return leaf.solved and not any(isinstance(fact, Conflict) for fact in leaf.branch.void.values())
+
+
+# --- what an input could be ---------------------------------------------------------------------
+
+
+def cures(
+    model: Model,
+    inputs: Mapping[str, Value],
+    names: Sequence[str],
+    judged: Sequence[str],
+    patience: Patience,
+) -> tuple[tuple[str, Value], ...]:
+    """Inputs that make the rest solvable when left out, each with the value that it would take then."""
+    found: list[tuple[str, Value]] = []
+    for name in names:
+        if patience.lost:
+            break
+        rest = {n: v for n, v in inputs.items() if n != name}
+        tried = patience.shown(explore(model, rest, None, {}, judged, brief=True))
+        leaves = [leaf for leaf in tried.leaves if leaf.solved]
+        values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
+        if values:
+            found.append((name, _nearest(inputs[name], values)))
+    return tuple(found)
+
+
+def _solved(leaf: Leaf) -> bool:
+    return leaf.solved
+
+
+def _nearest(given: Value, values: Sequence[Value]) -> Value:
+    numbers = [v for v in values if isinstance(v, float)]
+    if isinstance(given, str) or not numbers:
+        return values[0]
+    return min(numbers, key=lambda v: abs(v - given))
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The input ``name`` admits a solution where it is in ``relation`` (``≤``, ``>``, ``≠``) to ``value``."""
+
+    name: str
+    relation: str
+    value: float
+
+
+def bounds(
+    model: Model,
+    inputs: Mapping[str, Value],
+    names: Sequence[str],
+    judged: Sequence[str],
+    patience: Patience,
+) -> tuple[Bound, ...]:
+    """How far each single input would have to move within its range for a solution to exist, by bisection."""
+    found = []
+    for name in names:
+        given = inputs[name]
+        if not isinstance(given, float) or patience.lost:
+            continue
+
+        def feasible(value: float, name: str = name) -> bool:
+            if patience.lost or not model.variables[name].admits(value):
+                return False
+            moved = {**inputs, name: value}
+            tried = explore(model, moved, judged, {}, judged, brief=True, enough=_solved)
+            return any(map(_solved, patience.shown(tried).leaves))
+
+        edge = _edge(feasible, given)
+        if edge is not None and not patience.lost:
+            found.append(_bound(name, given, edge, feasible))
+    return tuple(found)
+
+
+def _bound(name: str, given: float, edge: float, feasible: Callable[[float], bool]) -> Bound:
+    """What an edge says: next to 0 whether 0 is in, and next to the given value that nothing else is out."""
+    size = abs(given) or 1.0
+    if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
+        return Bound(name, "≠", given)
+    if abs(edge) <= ROUGH * size and given != 0.0:
+        strict = not feasible(0.0)
+        return Bound(name, ("<" if edge < given else ">") if strict else ("≤" if edge < given else "≥"), 0.0)
+    return Bound(name, "≤" if edge < given else "≥", edge)
+
+
+def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
+    """The feasible value nearest to the given one along the line, as far as a short search tells."""
+    size = abs(given) or 1.0
+    for share in (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0):
+        for trial in (given - share * size, given + share * size):
+            if feasible(trial):
+                return _bisected(feasible, given, trial)
+    return None
+
+
+def _bisected(feasible: Callable[[float], bool], outside: float, inside: float) -> float:
+    for _ in range(MAX_TRIALS):
+        middle = 0.5 * (outside + inside)
+        if abs(outside - inside) <= 1e-7 * max(abs(inside), 1e-7) or middle in (outside, inside):
+            break
+        if feasible(middle):
+            inside = middle
+        else:
+            outside = middle
+    return inside

@@ -1,0 +1,200 @@
+"""What rules still say of one another where one of them loses an unknown: at a dead centre, above all.
+
+A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
+such a product does not tie that unknown to the others. Without it the rules may determine what was left open:
+at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not. So they
+are read once more without these products, and explored anew. So it is where the rules of a block say the same
+thing at these values: one of them is left out, and the others are solved together with those that read them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from rulesheets.construct import ZERO, add, is_number, multiply, negative
+from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
+from rulesheets.record import replace
+from solver.accuracy.witness import testify
+from solver.facts import AsksNothing, DoubleRoot, RankLoss
+from solver.path.activity import activity
+from solver.result import Status
+from solver.solution.leaves import Exploration, Leaf
+from solver.solution.refinement import explore_refined
+from solver.verdicts.verdict import Verdict, judge
+
+DIGITS = (50, 100)
+"""A factor is 0 that is so to as many digits as are looked at."""
+
+
+def look_behind(
+    model: Model,
+    found: Exploration,
+    verdict: Verdict,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    always: bool = False,
+) -> tuple[Model, Exploration, Verdict] | None:
+    """The rules without products that vanish, and what comes of them; None where that is no more.
+
+    For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
+    what the rules read there is the edge between those two.
+    """
+    coincide = any(isinstance(fact, DoubleRoot) for fact in verdict.facts)
+    if coincide or verdict.status not in (Status.SINGULAR, Status.PARTIAL):
+        return None
+    void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
+    lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
+    if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
+        return None
+    values = _shared(found.leaves)
+    reduced, open_ = _reduced(model, values)
+    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    if not open_ and not repeated:
+        return None
+    reduced = _left_out(reduced, repeated)
+    again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
+    told = replace(judge(reduced, again, inputs, guesses), reread=True)
+    if told.status is Status.INFEASIBLE:
+        return reduced, again, told
+    if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+        return None
+    if told.status is Status.SOLVED:
+        return reduced, again, told
+    if told.status not in (Status.PARTIAL, Status.SINGULAR) or _known(told, judged) <= _known(
+        verdict, judged
+    ):
+        return None
+    if verdict.status is Status.PARTIAL:
+        return reduced, again, told
+    return reduced, again, _singular(model, told, open_)
+
+
+def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
+    """What is determined, by the leaves that know most; the rules that tell nothing here say what is not."""
+    fewest = min(len(leaf.missing) for leaf in told.leaves)
+    leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
+    decided = leaves[0].branch.conditions
+    facts = tuple(
+        fact
+        for fact in open_
+        if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
+    )
+    return replace(told, status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+
+
+def _known(verdict: Verdict, judged: Sequence[str]) -> int:
+    return sum(name in verdict.leaves[0].branch.values for name in judged) if verdict.leaves else 0
+
+
+def _stands(model: Model, leaf: Leaf) -> bool:
+    """Whether the rules as they are written hold, all that can be read."""
+    values, decided = leaf.branch.values, leaf.branch.conditions
+    return all(
+        testify(rule, values).holds
+        for rule in model.equations
+        if all(decided.get(p.condition) is p.holds for p in rule.guard)
+        and all(n in values for n in rule.names)
+    )
+
+
+def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    from solver.numerics.nullspace import null_direction
+
+    equations = [model.equations[index] for index in fact.equations]
+    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
+    at = {**values, **dict.fromkeys(unknowns, 1.0)}
+    try:
+        slopes = [[derivatives(side, at)[1] for side in (e.left, e.right)] for e in equations]
+    except Undefined:
+        return None
+    rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
+    sizes = [max(map(abs, row)) for row in rows]
+    if len(rows) != len(unknowns) or not all(sizes):
+        return None
+    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
+    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
+    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
+
+
+def _left_out(model: Model, places: Collection[int]) -> Model:
+    """The model with rules that say nothing in these places."""
+    equations = (replace(e, left=ZERO, right=ZERO) if e.index in places else e for e in model.equations)
+    return replace(model, equations=tuple(equations))
+
+
+def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
+    """Numbers that all leaves have."""
+    first, *others = (leaf.branch.values for leaf in leaves)
+    return {
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(values.get(name) == value for values in others)
+    }
+
+
+def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
+    """The model without products that vanish at the values; which rule tells nothing of which unknown."""
+    equations: list[Equation] = []
+    told_nothing: list[AsksNothing] = []
+    for equation in model.equations:
+        left, right = (_without(side, values) for side in (equation.left, equation.right))
+        without = replace(equation, left=left, right=right)
+        lost = set(equation.names) - set(without.names) - values.keys()
+        if lost and (not _readable(without, values) or testify(without, values).holds):
+            told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
+            equation = without
+        equations.append(equation)  # one that is left with a contradiction has no value for what it loses
+    return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
+
+
+def _without(side: Expression, values: Mapping[str, float]) -> Expression:
+    """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
+    parts = children(side)
+    if not parts:
+        return side
+    done: list[Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        done.append(_without(part, values))  # type: ignore[arg-type]
+    match side:
+        case Product():
+            for factor, other in (done, done[::-1]):
+                if _vanishes(factor, values) and not _read(other, values):
+                    return ZERO
+        case Quotient():
+            if _vanishes(done[0], values) and not _read(done[1], values):
+                return ZERO
+    if all(new is old for new, old in zip(done, parts, strict=True)):
+        return side
+    match side:
+        case Sum():
+            return add(*done)
+        case Negative():
+            return negative(done[0])
+        case Product():
+            return multiply(*done)
+        case _:
+            return rebuilt(side, tuple(done))
+
+
+def _readable(equation: Equation, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in equation.names)
+
+
+def _read(part: Expression, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in names(part))
+
+
+def _vanishes(factor: Expression, values: Mapping[str, float]) -> bool:
+    if is_number(factor, 0.0):
+        return True
+    if not _read(factor, values):
+        return False
+    try:
+        return not any(extended(factor, values, digits) for digits in DIGITS)
+    except Undefined:
+        return False

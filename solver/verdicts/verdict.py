@@ -1,0 +1,295 @@
+"""From the leaves of an exploration to one status: the judgement that a result stands on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+from rulesheets.model import Model, Value
+from rulesheets.record import dataclass, replace
+from solver.facts import (
+    AsksNothing,
+    BeyondFloats,
+    Conflict,
+    DoubleRoot,
+    Fact,
+    NoRoot,
+    NoValue,
+    OutOfRange,
+    RankLoss,
+    RestsOnRounding,
+    Truncated,
+    Unfixed,
+)
+from solver.path.planner import planner
+from solver.path.steps import Evaluate, SolveBlock, equations_of
+from solver.result import Status
+from solver.solution.leaves import Exploration, Leaf, leaf_errors
+from solver.solution.turns import within_one_turn
+
+ROUNDED = 2.0**-51
+"""Relative difference of two floats next to the same number."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """``leaves`` are the answers (or what is determined of them), the primary first.
+
+    ``facts`` are what the status rests on; ``undetermined`` the names that stay unknown in the
+    primary leaf, ``structural`` those of them that these inputs could not determine at any values.
+    ``reread``: by rules as they read at these values alone, so that it tells nothing of others.
+    """
+
+    status: Status
+    leaves: tuple[Leaf, ...]
+    facts: tuple[Fact, ...] = ()
+    undetermined: tuple[str, ...] = ()
+    structural: tuple[str, ...] = ()
+    reread: bool = False
+
+
+def judge(
+    model: Model, found: Exploration, inputs: Mapping[str, Value], guesses: Mapping[str, float]
+) -> Verdict:
+    """The status of a solve, by what its leaves reached."""
+    loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
+    if loose:
+        return _unfinished(model, loose, inputs)
+    solved = _preferred([leaf for leaf in found.leaves if leaf.solved])
+    graph = planner(model).graph
+    near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
+    solved = _ordered(model, near or solved, guesses)
+    solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
+    if solved:
+        if not _unsettled(solved[0]):
+            return Verdict(Status.SOLVED, tuple(solved), (), _unknown(model, solved[0]))
+        fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
+        facts = (*_unsettled(solved[0]), *unfixed[0])
+        return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
+    if found.leaves:
+        leaves = _open(model, found.leaves, inputs)
+        fewest = min(len(leaf.missing) for leaf in leaves)
+        leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
+        verdict = _unfinished(model, _ordered(model, leaves, guesses), inputs)
+        if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
+            return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
+        if verdict.status is Status.INFEASIBLE and found.dead:
+            return _contradicted(found)  # there is a way that has every value, and only a rule against it
+        return verdict
+    if found.dead:
+        return _contradicted(found)
+    status = Status.INFEASIBLE if found.complete else Status.FAILED
+    return Verdict(status, ())
+
+
+def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:
+    """The leaves at which something is free, and nothing refused; all, where there are none of these.
+
+    One of two roots may lead to a contradiction: that says nothing of the other.
+    """
+    if len(leaves) == 1:
+        return leaves
+    told = [_unfinished(model, [leaf], inputs).status for leaf in leaves]
+    free = [
+        leaf for leaf, status in zip(leaves, told, strict=True) if status in (Status.PARTIAL, Status.SINGULAR)
+    ]
+    return free or leaves
+
+
+def _unsettled(leaf: Leaf) -> tuple[DoubleRoot | RestsOnRounding, ...]:
+    """Why values of a leaf are no isolated answer."""
+    return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot | RestsOnRounding))
+
+
+def _doubles(leaf: Leaf) -> tuple[DoubleRoot, ...]:
+    return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot))
+
+
+def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[Unfixed, ...]]:
+    """A leaf at a double root without the numbers that the rules do not determine there."""
+    doubles = _doubles(leaf)
+    resting = (fact for fact in leaf.branch.facts if isinstance(fact, RestsOnRounding))
+    leaf = _without(leaf, {name for fact in resting for name in fact.unknowns})
+    if not doubles:
+        return leaf, ()
+    error, origins = leaf_errors(model, leaf).error, leaf.branch.origins
+    lost = tuple(name for name in leaf.branch.values if name in origins and error.get(name) == math.inf)
+    return _without(leaf, lost), (Unfixed(lost, doubles[0]),) if lost else ()
+
+
+def _without(leaf: Leaf, names: Collection[str]) -> Leaf:
+    """A leaf without the values of some variables."""
+    branch = leaf.branch.fork()
+    branch.values = {name: value for name, value in branch.values.items() if name not in names}
+    return replace(leaf, branch=branch)
+
+
+def _free_there(leaf: Leaf, facts: Sequence[Fact]) -> tuple[Unfixed, ...]:
+    """What is missing at a double root, where no other fact names it."""
+    doubles = _doubles(leaf)
+    if not doubles or any(isinstance(fact, AsksNothing) for fact in facts):
+        return ()
+    return (Unfixed(leaf.missing, doubles[0]),)
+
+
+def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
+    return tuple(name for name in model.variables if name not in leaf.branch.values)
+
+
+def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
+    """Wanted variables are missing: because of values (void rules), or of the inputs' pattern."""
+    leaf = leaves[0]
+    structural = _structurally_missing(model, leaf, inputs)
+    by_value = [name for name in leaf.missing if name not in structural]
+    facts = _relevant(model, leaf, inputs)
+    status = Status.PARTIAL
+    if by_value or (facts and not structural):
+        status = _worst(facts)
+    if status is Status.PARTIAL and any(isinstance(f, Truncated) for f in leaf.branch.facts):
+        status = Status.FAILED
+    unknown = _unknown(model, leaf)
+    if status is Status.SINGULAR:
+        facts = (*_doubles(leaf), *facts, *_free_there(leaf, facts))
+    kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
+    return Verdict(status, kept, facts, unknown, tuple(n for n in leaf.missing if n in structural))
+
+
+def _relevant(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> tuple[Fact, ...]:
+    """What stands in the way of the missing names; all there is, where none of it is on their path."""
+    facts = {id(fact): fact for fact in leaf.branch.void.values()}
+    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
+    used = {equation for step in way.steps for equation in equations_of(step)}
+    met = [fact for fact in facts.values() if used.intersection(_about(fact))]
+    return tuple(met or facts.values())
+
+
+def _about(fact: Fact) -> tuple[int, ...]:
+    match fact:
+        case NoValue(equation=equation) | OutOfRange(equation=equation) | AsksNothing(equation=equation):
+            return (equation,)
+        case BeyondFloats(equation=equation):
+            return (equation,)
+        case Conflict(equations=equations) | NoRoot(equations=equations) | RankLoss(equations=equations):
+            return equations
+        case _:
+            return ()
+
+
+def _structurally_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> frozenset[str]:
+    """Wanted names that no path reaches from these inputs, however the values come out."""
+    path = planner(model).path(frozenset(inputs), leaf.branch.conditions)
+    return frozenset(path.undetermined).intersection(leaf.missing)
+
+
+_SEVERITY: tuple[tuple[Status, type[object]], ...] = (
+    (Status.INCONSISTENT, Conflict),
+    (Status.INFEASIBLE, NoValue),
+    (Status.INFEASIBLE, OutOfRange),
+    (Status.FAILED, BeyondFloats),
+)
+
+
+def _worst(facts: Sequence[Fact]) -> Status:
+    for status, kind in _SEVERITY:
+        if any(isinstance(fact, kind) for fact in facts):
+            return status
+    roots = [fact for fact in facts if isinstance(fact, NoRoot)]
+    if roots:
+        return Status.INFEASIBLE if any(fact.proven for fact in roots) else Status.FAILED
+    lost = [fact for fact in facts if isinstance(fact, RankLoss)]
+    if any(isinstance(fact, AsksNothing) for fact in facts) or any(not f.everywhere for f in lost):
+        return Status.SINGULAR
+    return Status.PARTIAL
+
+
+def _contradicted(found: Exploration) -> Verdict:
+    """Every way ended at a rule that does not hold."""
+    leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
+    beyond = _beyond_floats(leaf)
+    if beyond is not None:
+        return Verdict(Status.FAILED, (leaf,), (beyond,))
+    if not _conclusive(found):
+        return Verdict(Status.FAILED, (leaf,))
+    status = Status.INCONSISTENT
+    return Verdict(status, (leaf,), leaf.conflicts)
+
+
+def _conclusive(found: Exploration) -> bool:
+    """Whether refusals on every way prove that there is no answer.
+
+    They do if every way was followed to its end; or if there was one way only, of direct steps.
+    """
+    ends = (*found.leaves, *found.dead, *found.adrift)
+    direct = not any(
+        leaf.branch.attempts or any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
+        for leaf in ends
+    )
+    return found.complete or (len(ends) == 1 and not ends[0].branch.signs and direct)
+
+
+def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:
+    """A single rule that fails for the very unknown that it was solved for contradicts nothing."""
+    if len(leaf.conflicts) != 1 or not isinstance(leaf.conflicts[0], Conflict):
+        return None
+    for name, step in leaf.branch.origins.items():
+        if isinstance(step, Evaluate) and (step.equation,) == leaf.conflicts[0].equations:
+            return BeyondFloats(step.equation, name)
+    return None
+
+
+# --- which answer comes first -------------------------------------------------------
+
+
+def _preferred(leaves: list[Leaf]) -> list[Leaf]:
+    """Distinct leaves; one in which an auxiliary has no value gives way to one where all have."""
+    whole = [leaf for leaf in leaves if not _violates(leaf)]
+    distinct: list[Leaf] = []
+    for leaf in whole or leaves:
+        if not any(_same_leaf(leaf, other) for other in distinct):
+            distinct.append(leaf)
+    return distinct
+
+
+def _violates(leaf: Leaf) -> bool:
+    """An auxiliary outside a domain (a pole is no violation: it has a limit)."""
+    unmet = (f for f in leaf.branch.void.values() if isinstance(f, NoValue | OutOfRange))
+    return any(f.unknown not in leaf.branch.values and not getattr(f, "pole", False) for f in unmet)
+
+
+def _same_leaf(leaf: Leaf, other: Leaf) -> bool:
+    tolerance = ROUNDED if leaf.branch.precise and other.branch.precise else 1e-11
+    return _same(leaf.branch.values, other.branch.values, tolerance)
+
+
+def _same(one: Mapping[str, Value], other: Mapping[str, Value], tolerance: float) -> bool:
+    if one.keys() != other.keys():
+        return False
+    return all(_equal(value, other[name], tolerance) for name, value in one.items())
+
+
+def _equal(a: Value, b: Value, tolerance: float) -> bool:
+    if isinstance(a, str) or isinstance(b, str):
+        return a == b
+    return abs(a - b) <= tolerance * max(abs(a), abs(b))
+
+
+def _ordered(model: Model, leaves: list[Leaf], guesses: Mapping[str, float]) -> list[Leaf]:
+    """Nearest to the guesses first; without guesses in the order of the branches, principal first."""
+    if not guesses:
+        return leaves
+    graph = planner(model).graph
+
+    def distance(leaf: Leaf) -> float:
+        total = 0.0
+        for name, guess in guesses.items():
+            value = leaf.branch.values.get(name)
+            if isinstance(value, float):
+                apart = abs(value - guess)
+                turn = graph.turn(name)
+                if turn:
+                    apart = min(apart % turn, turn - apart % turn)
+                share = apart / max(abs(guess), 1.0)
+                total += share * share  # a power would raise where it overflows
+        return total
+
+    return sorted(leaves, key=distance)

@@ -1,0 +1,249 @@
+"""Small probes with a known verdict: the status, and a sentence that names rules, variables and values."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import pytest
+
+import rulesheets
+import solver
+
+CRANK = Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk"
+
+
+def solve(*rules: str, **given: Any) -> Any:
+    return solver.solve(rulesheets.loads("\n".join(rules) + "\n"), given)
+
+
+def said(result: Any) -> str:
+    """Everything that the diagnoses say, the rules that they point at included."""
+    lines = []
+    for diagnosis in result.diagnoses:
+        lines += [diagnosis.message, *diagnosis.notes]
+        lines += [label.span.source.text[label.span.start : label.span.end] for label in diagnosis.labels]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("x", ["x", "(x - 1)", "(2*x)"])
+def test_cubic_has_one_real_root(x: str) -> None:
+    result = solve(f"3*{x}^3 - 200*{x}^2 - {x} - 1 = 0")
+    with mpmath.workdps(50):
+        (root,) = (r for r in mpmath.polyroots([3, -200, -1, -1], maxsteps=200) if not mpmath.im(r))
+        expected = {"x": root, "(x - 1)": root + 1, "(2*x)": root / 2}[x]
+    assert str(result.status) == "solved"
+    assert result.complete
+    assert [s["x"] for s in result.solutions] == [pytest.approx(float(expected), rel=1e-14)]
+
+
+def test_cubic_with_three_real_roots() -> None:
+    result = solve("x^3 - 7*x + 6 = 0")
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx([-3.0, 1.0, 2.0])
+    assert result.complete
+
+
+@pytest.mark.parametrize("second", ["2*x + 2*y = 52", "26 - y = x", "0.1*x + 0.1*y = 2.6"])
+def test_redundant_pair_determines_too_little(second: str) -> None:
+    result = solve("x + y = 26", second)
+    assert str(result.status) == "partial"
+    assert set(result.undetermined) == {"x", "y"}
+    assert "x and y" in said(result)
+
+
+def test_redundant_pair_of_decimals_is_not_called_a_contradiction() -> None:
+    assert str(solve("x + y = 26.1", "3*x + 3*y = 78.3").status) == "partial"
+
+
+@pytest.mark.parametrize("rules", [("x + y = 26", "x + y = 27"), ("2*x + 2*y = 52", "x + y = 27", "z = x")])
+def test_pair_that_contradicts_is_named(rules: tuple[str, ...]) -> None:
+    result = solve(*rules)
+    assert str(result.status) == "inconsistent"
+    assert {line for line in said(result).splitlines() if line in rules} == set(rules[:2])
+
+
+@pytest.mark.parametrize(
+    ("rules", "guilty"),
+    [
+        (("x*y = 6", "x*y = 7"), (0, 1)),
+        (("exp(x)*y = 0.3", "7*y*exp(x) = 2.2"), (0, 1)),
+        (("x*y + z = 1", "x + z = 2", "x*y + x + 2*z = 4"), (0, 1, 2)),
+        (("a*x*y = 6", "w*sin(x) = y", "y*x/2 = 2", "a = 2"), (0, 2, 3)),
+    ],
+)
+def test_rules_that_contradict_each_other_in_products_are_named(
+    rules: tuple[str, ...], guilty: tuple[int, ...]
+) -> None:
+    """Far out, where x is 1e20, floats cannot tell them from rules that say the same thing twice."""
+    result = solve(*rules)
+    assert str(result.status) == "inconsistent"
+    assert {line for line in said(result).splitlines() if line in rules} == {rules[k] for k in guilty}
+
+
+def test_rules_that_say_the_same_in_products_leave_unknowns_free() -> None:
+    for rules in (("x*y = 0.1", "3*x*y = 0.3"), ("x*y + z = 1", "x + z = 2", "x*y + x + 2*z = 3")):
+        result = solve(*rules)
+        assert str(result.status) == "partial"
+        assert {"x", "y"} <= set(result.undetermined)
+
+
+def test_ohms_law_asks_for_one_of_three() -> None:
+    result = solve("V = I*R", "P = V*I", V=12.0)
+    assert str(result.status) == "partial"
+    assert set(result.undetermined) == {"I", "R", "P"}
+    assert "give I, or R, or P" in said(result).replace("give I, R or P", "give I, or R, or P")
+
+
+def test_both_modes_of_the_crank() -> None:
+    result = solver.solve(rulesheets.load(CRANK), {"xB": 9.791823496, "thetaAO": None})
+    assert str(result.status) == "solved"
+    angles = sorted(s["thetaAO"] for s in result.solutions)
+    assert angles == pytest.approx([-30.0, 53.0879880], abs=1e-6)
+
+
+def test_slider_out_of_reach() -> None:
+    """The reach: hypot(xB, offset) is at most AO + AB, so xB alone has a bound."""
+    result = solver.solve(rulesheets.load(CRANK), {"xB": 11.0, "thetaAO": None})
+    assert str(result.status) == "infeasible"
+    assert result.solutions == () and result.complete
+    bound = re.search(r"xB ≤ ([\d.]+\d)", said(result))  # the input that the caller changed comes first
+    assert bound
+    assert float(bound[1]) == pytest.approx(math.sqrt(11.0**2 - 2.0**2), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("rule", "given", "bound"),
+    [
+        ("y = ln(x)", {"x": -2.0}, "x > 0"),
+        ("y = sqrt(x)", {"x": -2.0}, "x ≥ 0"),
+        ("y = sqrt(x - 5)", {"x": 1.8}, "x ≥ 5"),
+        ("y = sqrt(-x)", {"x": 1.8}, "x ≤ 0"),
+        ("y = ln(-x)", {"x": 1.8}, "x < 0"),
+        ("y = 1/x", {"x": 0.0}, "x ≠ 0"),
+        ("y = 1/(x - 3)", {"x": 3.0}, "x ≠ 3"),
+        ("a*y = 5", {"a": 0.0}, "a ≠ 0"),
+        ("a = 3*cosd(y)", {"a": 3.24}, "a ≤ 3"),
+    ],
+)
+def test_a_bound_says_whether_it_belongs_to_what_is_feasible(
+    rule: str, given: dict[str, float], bound: str
+) -> None:
+    result = solve(rule, **given)
+    assert str(result.status) == "infeasible"
+    assert f"a solution needs {bound}" in said(result)
+
+
+def test_rates_at_dead_centre_are_not_determined() -> None:
+    """Stretched out along the x-axis: whatever the crank's rate, the slider stands."""
+    given = {"offset": 0.0, "thetaAO": 0.0, "omegaAO": None, "vB": 0.0}
+    result = solver.solve(rulesheets.load(CRANK), given)
+    assert str(result.status) == "singular"
+    assert "omegaAO" in said(result)
+
+
+def test_slider_that_moves_at_dead_centre_is_infeasible() -> None:
+    given = {"offset": 0.0, "thetaAO": 0.0, "omegaAO": None, "vB": 5.0}
+    result = solver.solve(rulesheets.load(CRANK), given)
+    assert str(result.status) == "infeasible"
+
+
+@pytest.mark.parametrize(
+    ("rule", "reading"),
+    [
+        ("sqrt(x) = -3.2", "sqrt = -3.2"),
+        ("x^2 = -3.2", "sqrt of -3.2"),
+        ("cosd(x) = 1.08", "cosd = 1.08"),
+        ("0*x = 1", "0 times x = 1"),
+        ("x/0 = 1", "division by 0"),
+        ("exp(x) = 0", "exp = 0"),
+    ],
+)
+def test_infeasible_rule_tells_the_operation_and_its_value(rule: str, reading: str) -> None:
+    result = solve(rule)
+    assert str(result.status) == "infeasible"
+    assert reading in said(result)
+    assert rule in said(result)
+
+
+@pytest.mark.parametrize(
+    "rules", [("x = x",), ("0*x = 0",), ("x^y = 1", "y = 0"), ("atan2d(x, y) = 90", "y = 0")]
+)
+def test_rule_that_holds_for_any_value_leaves_it_free(rules: tuple[str, ...]) -> None:
+    result = solve(*rules)
+    assert str(result.status) == "singular"
+    assert result.undetermined == ("x",)
+    assert "x is not determined" in said(result)
+
+
+@pytest.mark.parametrize(
+    ("rule", "roots"),
+    [
+        ("(-2)^x = 4", [2.0]),
+        ("(-2)^x = -8", [3.0]),
+        ("0^x = 1", [0.0]),
+        ("x^(-2) = 4", [-0.5, 0.5]),
+        ("(x^2 - 1)/(x - 1) = 3", [2.0]),
+        ("sqrt(x) = x - 1", [(3 + 5**0.5) / 2]),
+        ("abs(x - 2) = 3", [-1.0, 5.0]),
+        ("sind(2*x) = -0.5", [-75.0, -15.0, 105.0, 165.0]),
+    ],
+)
+def test_every_answer_of_one_rule(rule: str, roots: list[float]) -> None:
+    result = solve(rule)
+    assert str(result.status) == "solved"
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(roots)
+    assert result.complete
+
+
+@pytest.mark.parametrize("rule", ["mod(x, 3) = 1", "tan(x) = x/2 + 1", "sind(x^2) = 0.5"])
+def test_no_list_of_infinitely_many_answers_is_called_complete(rule: str) -> None:
+    assert not solve(rule).complete
+
+
+@pytest.mark.parametrize("rule", ["int(x) = 3", "round(x) = 3", "max(x, 3) = 3", "abs(x) = x"])
+def test_stretch_of_answers_is_neither_solved_nor_refuted(rule: str) -> None:
+    assert str(solve(rule).status) in ("partial", "singular")
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        ("if x > 0 then x = -1 else x = 1",),
+        ("if x > 0 then y = x else y = -x", "y = -4"),
+        ("if x > y then z = 1 else z = 2", "x + y = 5", "x - z = 1"),
+    ],
+)
+def test_rules_of_which_no_case_fits_are_refuted(rules: tuple[str, ...]) -> None:
+    assert str(solve(*rules).status) in ("infeasible", "inconsistent")
+
+
+def test_value_given_by_the_case_where_a_rule_asks_nothing() -> None:
+    result = solve("if x <> 3 then y = 1", "x + y = 4")
+    assert [(s["x"], s["y"]) for s in result.solutions] == [(3.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("y = 2*x", {"x": "open"}),
+        ("y^2 = 2*x + sin(z)\nz = y", {"x": "open"}),
+        ("if y > 2 then z = x*2 else z = 3\ny = z + 1", {"x": "open"}),
+        ("x = y\nz = x*2", {"y": "open"}),
+    ],
+)
+def test_a_rule_that_computes_with_a_symbol_says_so(text: str, given: dict[str, str]) -> None:
+    result = solver.solve(rulesheets.loads(text), given)
+    assert result.status in (solver.Status.INFEASIBLE, solver.Status.FAILED)
+    (diagnosis,) = result.diagnoses
+    assert (diagnosis.code, diagnosis.variables) == ("S534", ("x",))
+    assert "x, which is the symbol 'open" in diagnosis.message
+
+
+def test_a_symbol_that_is_only_compared_is_no_mistake() -> None:
+    result = solver.solve(
+        rulesheets.loads("if x > 2 then y = 2 else y = 3\nz = w"), {"x": "open", "w": "off"}
+    )
+    assert (result["y"], result["z"]) == (3.0, "off")
