@@ -4,7 +4,8 @@ A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v
 is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
 may have made F (``cosd(x + 90)`` at a small x), or have hidden it (``tanh(x) = 1`` at 20), F and its slopes
 are evaluated again to as many digits as it takes. Where F goes far within so small a change, slopes alone do
-not tell (``cosd(x) = 2`` at 1e90): the other values must be enough, or F must change its sign there.
+not tell (``cosd(x) = 2`` at 1e90): the other values must be enough, or F must change its sign there. Nor do
+they next to a jump (``int(x) + x = 3`` below 2), where the values that they promise may lie beyond it.
 Every decision that a rule is satisfied is made here, and nowhere else.
 """
 
@@ -15,8 +16,12 @@ from collections.abc import Iterator, Mapping
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.model import Equation, Value
-from rulesheets.nodes import Expression, Name, Sum, Symbol
+from rulesheets.nodes import Call, Expression, Name, Sum, Symbol, children
 from rulesheets.record import dataclass
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 EPSILON = 2.0**-52
 BACKWARD = 64 * EPSILON
@@ -24,6 +29,7 @@ STEEP = 1e-6
 """The share of its sides that a rule may change by with its values, to be judged by its slopes."""
 ROUNDINGS = 4
 """How many times the rounding of an evaluation may come out larger than to first order."""
+_JUMPING = frozenset({"int", "frac", "round", "mod", "sgn", "step"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +47,16 @@ class Testimony:
 
 def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     """Evaluate an equation all of whose variables have values."""
+    found = _slopes_testify(equation, values)
+    if found.holds and found.miss is not None and jumps(equation):
+        from solver.accuracy.attained import attained
+
+        if not attained(equation, values, BACKWARD):
+            return Testimony(False, found.miss, found.scaled)
+    return found
+
+
+def _slopes_testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     left, right = equation.left, equation.right
     symbols = _symbol(left, values), _symbol(right, values)
     if symbols != (None, None):
@@ -101,6 +117,24 @@ def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -
         return Testimony(False, None, math.inf)
     sight = look_again(equation, values, BACKWARD, STEEP, noise)
     return Testimony(sight.reaches, sight.miss if math.isfinite(sight.miss) else None, sight.scaled, True)
+
+
+def jumps(equation: Equation) -> bool:
+    """Whether some function in the equation jumps (found once)."""
+    found = equation.__dict__.get("_jumps")
+    if found is None:
+        found = equation.__dict__["_jumps"] = any(map(_has_jump, (equation.left, equation.right)))
+    return bool(found)
+
+
+def _has_jump(expression: Expression) -> bool:
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Call) and node.function in _JUMPING:
+            return True
+        stack.extend(children(node))
+    return False
 
 
 def _straddles(

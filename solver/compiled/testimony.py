@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from solver.accuracy.witness import BACKWARD, STEEP
+from rulesheets.nodes import names
+from solver.accuracy.attained import heights
+from solver.accuracy.witness import BACKWARD, STEEP, jumps
 from solver.compiled.conditions import Conditions
 from solver.compiled.coverage import HARMLESS, covered, steep
 from solver.compiled.flow import NotCompilable
 from solver.compiled.rounding import UNIT, Analysis
+from solver.compiled.schedule import LEAVES
 from solver.compiled.way import STRANGE, symbol_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from rulesheets.model import Equation
     from solver.compiled.way import Way
@@ -37,6 +40,8 @@ class Testimony(Conditions):
             if flow.value_of(miss) == 0.0 and not flow.off(miss):
                 return flow.true
             size, quick = self._sizes(way, equation)
+            for clear in self._clear_of_edges(way, equation):
+                flow.require(clear)
         apart = flow.add("abs", miss)
         rounded = covered(equation, not flow.plain)
         if rounded > HARMLESS:
@@ -76,6 +81,26 @@ class Testimony(Conditions):
             if flow.value_of(slope) is not None:
                 quick = flow.add("add", quick, term)
         return size, quick
+
+    def _clear_of_edges(self, way: Way, equation: Equation) -> Iterator[int]:
+        """Whether no function jumps next to what was computed: there slopes do not tell."""
+        flow = self.flow
+        for function, height in heights(equation) if jumps(equation) else ():
+            if all(flow.nodes[way.values[name]][0] in LEAVES for name in names(height)):
+                continue
+            at = self._expression(way, height)
+            apart = at if function in ("sgn", "step") else flow.add("sub", at, flow.add("rint", at))
+            if function == "round":
+                apart = flow.add("sub", flow.add("abs", apart), flow.constant(0.5))
+            reach = flow.constant(0.0)
+            for name in dict.fromkeys(names(height)):
+                try:
+                    slope = self._expression(way, differentiate(height, name))
+                except NotDifferentiable:
+                    raise NotCompilable from None
+                reach = flow.add("add", reach, flow.add("abs", flow.add("mul", slope, way.values[name])))
+            reach = flow.add("mul", flow.constant(2.0 * BACKWARD), reach)
+            yield flow.add("lt", reach, flow.add("abs", apart))
 
     def _gentle(self, sides: Sequence[int], size: int) -> int:
         """Whether a rule does not go far within so small a change: slopes do not tell of it where it does."""
