@@ -62,9 +62,14 @@ class GrowingFile:
             os.close(handle)
 
     def _put(self, batch: mmap) -> None:
-        way, began = self._way(), perf_counter()
-        _divert(self._handle, way)
-        left = _write(self._handle, memoryview(batch), way)
+        way, began, left = self._way(), perf_counter(), memoryview(batch)
+        try:
+            _divert(self._handle, way)
+        except OSError:
+            if not way:
+                raise
+        else:
+            left = _write(self._handle, left, way)
         if left:
             del self._seconds[way]
             _divert(self._handle, 0)
@@ -86,7 +91,10 @@ class GrowingFile:
 
 
 def _divert(handle: int, flag: int) -> None:
-    """Let the next bytes of an open file go the way of a flag."""
+    """Let the next bytes of an open file go the way of a flag.
+
+    Raises OSError where the file system knows at once that it has no such way (others tell as they write).
+    """
     if DIRECT:
         import fcntl
 
@@ -101,7 +109,7 @@ def _write(handle: int, data: memoryview, way: int = 0) -> memoryview:
         try:
             data = data[os.write(handle, data) :]
         except OSError as failure:
-            if not way or failure.errno != errno.EINVAL:
+            if not way or failure.errno not in (errno.EINVAL, errno.EOPNOTSUPP):
                 raise
             return data
     return data

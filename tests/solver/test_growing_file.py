@@ -106,6 +106,31 @@ def test_a_file_system_that_refuses_the_way_gets_every_byte(tmp_path: Path, monk
     assert state["refused"] == 1
 
 
+def test_a_file_system_that_refuses_the_way_beforehand_gets_every_byte(
+    tmp_path: Path, monkeypatch: Patch
+) -> None:
+    """Some refuse the flag itself, before a byte is written past memory."""
+    fcntl = pytest.importorskip("fcntl")
+    if not growing.DIRECT:
+        pytest.skip("this system has no such flag")
+    plain, refused = fcntl.fcntl, []
+
+    def control(handle: int, command: int, argument: int = 0) -> int:
+        if command == fcntl.F_SETFL and argument & growing.DIRECT:
+            refused.append(argument)
+            raise OSError(errno.EINVAL, "Invalid argument")
+        return int(plain(handle, command, argument))
+
+    monkeypatch.setattr(fcntl, "fcntl", control)
+    file = opened(tmp_path / "file")
+    parts = [bytes([number]) * BATCH for number in range(8)]
+    for part in parts:
+        file.write(part)
+    file.close()
+    assert (tmp_path / "file").read_bytes() == b"".join(parts)
+    assert len(refused) == 1
+
+
 @pytest.mark.parametrize("flag", [0, 8])
 def test_a_full_disk_is_told_and_leaves_nothing(tmp_path: Path, monkeypatch: Patch, flag: int) -> None:
     monkeypatch.setattr(growing, "DIRECT", flag)
