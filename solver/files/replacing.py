@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from contextlib import suppress
 from types import TracebackType
 from typing import BinaryIO, Self
 
@@ -29,6 +30,7 @@ class Replacement:
         try:
             self._file = self._opened()
         except OSError as failure:
+            self._forget()
             raise RuleSheetError(unwritable(path, failure)) from None
 
     def write(self, data: bytes) -> None:
@@ -47,6 +49,9 @@ class Replacement:
         except OSError as failure:
             self.discard()
             raise RuleSheetError(unwritable(self._path, failure)) from None
+        except BaseException:  # an interruption while the last bytes are written
+            self.discard()
+            raise
 
     def discard(self) -> None:
         """Forget the file; what stood in its place before stays."""
@@ -55,9 +60,13 @@ class Replacement:
         except OSError:
             pass  # bytes that a full disk refused are not wanted any more
         finally:
-            if self._beside is not None:
+            self._forget()
+
+    def _forget(self) -> None:
+        if self._beside is not None:
+            with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
                 os.unlink(self._beside)
-                self._beside = None
+            self._beside = None
 
     def __enter__(self) -> Self:
         return self
@@ -78,6 +87,11 @@ class Replacement:
         if there is not None and not stat.S_ISREG(there.st_mode):
             return open(self._target, "wb")
         self._beside, handle = open_beside(self._target, 0o666)
+        file = GrowingFile(handle)
         if there is not None:
-            os.chmod(self._beside, stat.S_IMODE(there.st_mode))
-        return GrowingFile(handle)
+            try:
+                os.chmod(self._beside, stat.S_IMODE(there.st_mode))
+            except OSError:
+                file.close()
+                raise
+        return file

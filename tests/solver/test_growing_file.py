@@ -156,3 +156,39 @@ def test_the_last_bytes_may_find_the_disk_full(tmp_path: Path, monkeypatch: Patc
     with pytest.raises(RuleSheetError, match="No space left"), Replacement(str(tmp_path / "t")) as file:
         file.write(b"x" * 100)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interruption_at_the_last_bytes_leaves_nothing(tmp_path: Path, monkeypatch: Patch) -> None:
+    path = tmp_path / "table"
+    path.write_bytes(b"old")
+
+    def interrupted(handle: int, data: memoryview) -> int:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), Replacement(str(path)) as file:
+        file.write(b"x" * 100)
+        monkeypatch.setattr(growing.os, "write", interrupted)
+    assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]
+
+
+def test_a_mode_that_cannot_be_kept_is_told_and_leaves_nothing(tmp_path: Path, monkeypatch: Patch) -> None:
+    path = tmp_path / "table"
+    path.write_bytes(b"old")
+
+    def refused(target: str, mode: int) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr("solver.files.replacing.os.chmod", refused)
+    with pytest.raises(RuleSheetError, match="not permitted"):
+        Replacement(str(path))
+    assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]
+
+
+def test_a_folder_that_is_removed_meanwhile_is_told(tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    with pytest.raises(RuleSheetError, match="No such file"), Replacement(str(folder / "table")) as file:
+        file.write(b"x" * 100)
+        for found in folder.iterdir():
+            found.unlink()
+        folder.rmdir()
