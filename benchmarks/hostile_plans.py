@@ -1,8 +1,9 @@
 """Hostile sheets through compiled plans: what ``plan``, ``plan.all`` and sweeps say is what ``solve`` says.
 
 The inputs of a sheet are the inputs of its plan; of a sheet without inputs it is one number of its rules. The
-plan is taught by the numbers of the sheet, then asked at those, beside them, and at rough values. At each
-of these a fresh ``solve`` has the word:
+plan is taught by the numbers of the sheet, then asked at those, beside them, and at rough values: by calls,
+by sweeps, and for one sheet in eight, where the extra ``jit`` is installed, in machine code. At each of these
+a fresh ``solve`` has the word:
 
 - a *crash*: any exception but ``Unsolved``;
 - another *status*: ``Unsolved`` or solved where ``solve`` says something else;
@@ -34,6 +35,7 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
+from solver.compiled.native import available
 from solver.path.activity import activity
 from solver.plan import Plan
 from solver.result import Solution
@@ -46,6 +48,8 @@ BARS = 8.0
 CLOSE = 1e-13
 ROUNDS = 2
 """How often every point is asked: the second time all ways are learned."""
+MACHINE_CODE = 8
+"""Sheets of which one is compiled to machine code too, which takes longer than all else."""
 PATIENCE = 0.1
 """Seconds of the processor for one solve of what is asked twenty times."""
 
@@ -145,7 +149,10 @@ def _compared(made: Sheet, seed: int) -> tuple[str, tuple[str, str] | None]:
             said.append(told)
     if not asked:
         return "slow", None
-    return str(said[0].status), next(_differences(made, model, names, want, asked, said), None)
+    sweeps = ["sweep", "sweep_all"]
+    if seed % MACHINE_CODE == 0 and available():
+        sweeps += ["sweep jit", "sweep_all jit"]
+    return str(said[0].status), next(_differences(made, model, names, want, asked, said, sweeps), None)
 
 
 def _solved(text: str, names: Sequence[str], point: Sequence[float], want: Sequence[str]) -> Said:
@@ -184,6 +191,7 @@ def _differences(
     want: tuple[str, ...],
     asked: list[tuple[float, ...]],
     said: list[Said],
+    sweeps: Sequence[str],
 ) -> Iterator[tuple[str, str]]:
     plan = solver.prepare(model, names, want)
     for turn in range(ROUNDS):
@@ -191,7 +199,7 @@ def _differences(
             for kind in ("plan", "all"):
                 told = _called(plan, point, kind)
                 yield from _judged(made, names, want, point, f"{kind} {turn + 1}", told, right)
-    for kind in ("sweep", "sweep_all"):
+    for kind in sweeps:
         fresh = solver.prepare(model, names, want)
         for turn in range(ROUNDS):
             # So many rows that ways on arrays are worth their while.
@@ -222,14 +230,15 @@ def _swept(plan: Plan, asked: list[tuple[float, ...]], kind: str) -> Iterator[tu
     rows = asked * 3
     columns = [list(column) for column in zip(*rows, strict=True)]
     by_code = {CODES[status]: status for status in Status}
-    if kind == "sweep":
-        table = plan.sweep(*columns)
+    jit = kind.endswith(" jit")
+    if not kind.startswith("sweep_all"):
+        table = plan.sweep(*columns, jit=jit)
         for place, code in enumerate(table.status):
             status = by_code[int(code)]
             row = tuple(table[name][place] for name in plan.want)
             yield status, [row] if status is Status.SOLVED else []
         return
-    codes, answers = plan.sweep_all(*columns)
+    codes, answers = plan.sweep_all(*columns, jit=jit)
     start = 0
     for code, count in zip(codes, answers.counts, strict=True):
         every = [tuple(column[at] for column in answers.values) for at in range(start, start + int(count))]

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
+from rulesheets.record import replace
 from solver.compiled.flow import NotCompilable
+from solver.compiled.magnitude import whole
 from solver.compiled.preimages import Preimages
 from solver.compiled.program import Ending
-from solver.compiled.rounding import accurate, divisors_told_from_zero
-from solver.compiled.schedule import LEAVES
+from solver.compiled.rounding import accurate, apart_from_poles
+from solver.compiled.schedule import LEAVES, schedule
 from solver.compiled.testimony import Testimony
 from solver.compiled.trim import trimmed
 from solver.path.activity import activity
@@ -46,7 +48,7 @@ class Finish(Preimages, Testimony):
             self._turned(way, name, variable)
         self._accurate(way)
         results = tuple(self._result(way, name) for name in self.pattern.want)
-        for told in divisors_told_from_zero(flow, [node for node in results if isinstance(node, int)]):
+        for told in apart_from_poles(flow, [node for node in results if isinstance(node, int)]):
             flow.require(told)
         if way.drowned:
             self._known_to_some_digits(results)
@@ -55,7 +57,18 @@ class Finish(Preimages, Testimony):
                 flow.bound(node)
         order = (*self._guessed(way), *way.order) if way.order else ()
         ending = Ending(results, tuple(way.checks), tuple(way.finite), way.gone, order)
-        return trimmed(flow, ending)
+        return trimmed(flow, self._with_all_digits(way, ending))
+
+    def _with_all_digits(self, way: Way, ending: Ending) -> Ending:
+        """The same ending where no number that it reads was lost below what floats hold."""
+        flow = self.flow
+        results = [node for node in ending.results if isinstance(node, int)]
+        read = set(schedule(flow, [*results, *ending.holds, *ending.order, ending.gone]).order)
+        flow.checks = list(ending.holds)
+        for node in way.undone:
+            if node in read:
+                flow.require(whole(flow, node))
+        return replace(ending, holds=tuple(flow.checks))
 
     def _guessed(self, way: Way) -> list[int]:
         """How far an answer is from the guesses, which orders it before all else."""

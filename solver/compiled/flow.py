@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from typing import TypeAlias
 
+    from solver.compiled.magnitude import Size
     from solver.compiled.roots import RootFinder
 
     Operand: TypeAlias = int | float | str
@@ -93,6 +94,9 @@ class Flow:
         self.finite: list[int] = []
         self.finders: list[RootFinder] = []
         self.always: set[int] = set()
+        self.sizes: dict[int, Size] = {}
+        self.taken_away: list[tuple[int, int]] = []
+        """What was left of a sum that another number was taken away from, and that number."""
         self._numbers: dict[Node, int] = {}
         self._directions: dict[int, Direction] = {}
         self.true = self.constant(True)

@@ -9,6 +9,7 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Number
 from solver.compiled.conditions import Conditions
 from solver.compiled.flow import NotCompilable
+from solver.compiled.magnitude import stands_out
 from solver.compiled.rounding import Analysis
 from solver.compiled.twofold import Twofold
 from solver.path.isolate import TARGET
@@ -98,10 +99,24 @@ class Preimages(Conditions):
         if stage.high < math.inf:
             flow.require(self._below(target, stage.high, stage.high_open or several))
         here = {**way.values, TARGET.name: target}
+        before = len(flow.taken_away)
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
             flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
-        return [flow.expression(form, here) for form in stage.forms]
+        found = [flow.expression(form, here) for form in stage.forms]
+        if stage.divisor == TARGET:  # what is found is what the rule divides by
+            for node in found:
+                flow.require(flow.add("not", flow.add("eq", node, flow.constant(0.0))))
+        if stage.divides:
+            self._hold_what_is_left(before)
+        return found
+
+    def _hold_what_is_left(self, before: int) -> None:
+        """Numbers that another was taken away from must be more than what floats hold of them beside it: an
+        unknown that is multiplied by less is not determined."""
+        flow = self.flow
+        for left, taken in flow.taken_away[before:]:
+            flow.require(stands_out(flow, left, taken))
 
     def _turned_values(
         self, way: Way, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
@@ -158,7 +173,9 @@ class Preimages(Conditions):
         return [self.flow.add("add", node, self.flow.constant(k * period)) for k in counts]
 
     def _quadratic(self, way: Way, quadratic: Quadratic) -> list[int]:
+        before = len(self.flow.taken_away)
         a, b, c = (self._expression(way, part) for part in (quadratic.a, quadratic.b, quadratic.c))
+        self._hold_what_is_left(before)
         one, other = self._roots(a, b, c, self._fine(quadratic.a, quadratic.b, quadratic.c, way.values))
         larger = self.flow.add("lt", other, one)
         return [self.flow.add("where", larger, one, other), self.flow.add("where", larger, other, one)]

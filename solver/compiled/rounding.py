@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 UNIT = 2.0**-52
 CANCELLED = 1e-12
-"""Share of its terms that a difference may be no more of than their rounding."""
+"""Share of its terms that a difference, or of its angle that a sine, may be no more of than rounding."""
 RADIAN = 0.017453292519943295
 LIBRARY = 4.0
 """Units in the last place that a function of the library may be off by."""
@@ -60,18 +60,34 @@ def quiet(flow: Flow, node: int, known: Iterable[int], share: float) -> int:
     return Analysis(flow, known).within(node, share)
 
 
-def divisors_told_from_zero(flow: Flow, results: Sequence[int]) -> Iterator[int]:
-    """A node for each sum that the way to the results divides by, true where it is more than the last places
-    of its terms: what rests on less is no answer, and left to be told step by step."""
+def apart_from_poles(flow: Flow, results: Sequence[int]) -> Iterator[int]:
+    """A node for each divisor on the way to the results that may be 0 but for rounding, and for each tangent,
+    true where it is more than the last places of what it was computed from: what rests on less is no answer,
+    and left to be told step by step."""
     for node in schedule(flow, results).order:
-        if flow.nodes[node][0] == "div":
-            divisor = operands(flow, node)[1]
-            kind, *parts = flow.nodes[divisor]
-            sure = kind == "add" and all(not_negative(flow, int(part)) for part in parts)
-            if kind in ("add", "sub") and not sure:
-                one, other = (flow.add("abs", part) for part in operands(flow, divisor))
-                least = flow.add("mul", flow.constant(CANCELLED), flow.add("add", one, other))
-                yield flow.add("lt", least, flow.add("abs", divisor))
+        operation, *rest = flow.nodes[node]
+        if operation == "div":
+            yield from _told_from_zero(flow, operands(flow, node)[1])
+        elif operation == "call" and rest[0] in ("tan", "tand"):
+            angle = int(rest[1])
+            if flow.nodes[angle][0] not in LEAVES:
+                across = flow.add("mul", flow.constant(CANCELLED), flow.add("mul", angle, node))
+                yield flow.add("lt", flow.add("abs", across), flow.constant(1.0))
+
+
+def _told_from_zero(flow: Flow, divisor: int) -> Iterator[int]:
+    kind, *parts = flow.nodes[divisor]
+    if kind in ("add", "sub"):
+        if kind == "add" and all(not_negative(flow, int(part)) for part in parts):
+            return
+        one, other = (flow.add("abs", part) for part in operands(flow, divisor))
+        terms = flow.add("add", one, other)
+    elif kind in ("sin", "cos", "sind", "cosd") and flow.nodes[int(parts[0])][0] not in LEAVES:
+        terms = flow.add("abs", int(parts[0]))
+    else:
+        return
+    least = flow.add("mul", flow.constant(CANCELLED), terms)
+    yield flow.add("lt", least, flow.add("abs", divisor))
 
 
 class Analysis:

@@ -36,7 +36,7 @@ def _add(flow: Flow, a: int, b: int) -> int | None:
             return flow.add("sub", one, flow.constant(-value))
         kind, *parts = flow.nodes[one]
         if kind == "sub" and parts[1] == other and not (flow.plain or flow.reported):
-            return int(parts[0])
+            return _left(flow, int(parts[0]), other)
     return None
 
 
@@ -124,13 +124,19 @@ def _cancelled(flow: Flow, a: int, b: int) -> int | None:
         return None
     kind, *parts = flow.nodes[a]
     if kind == "add" and b in parts:
-        return int(parts[1] if parts[0] == b else parts[0])
+        return _left(flow, int(parts[1] if parts[0] == b else parts[0]), b)
     if kind == "sub" and parts[0] == b:
-        return flow.add("neg", int(parts[1]))
+        return flow.add("neg", _left(flow, int(parts[1]), b))
     kind, *parts = flow.nodes[b]
     if kind == "add" and a in parts:
-        return flow.add("neg", int(parts[1] if parts[0] == a else parts[0]))
-    return int(parts[1]) if kind == "sub" and parts[0] == a else None
+        return flow.add("neg", _left(flow, int(parts[1] if parts[0] == a else parts[0]), a))
+    return _left(flow, int(parts[1]), a) if kind == "sub" and parts[0] == a else None
+
+
+def _left(flow: Flow, number: int, beside: int) -> int:
+    """What is left of a sum when the other term is taken away again, and a note of that."""
+    flow.taken_away.append((number, beside))
+    return number
 
 
 def _equal(flow: Flow, a: int, b: int) -> int | None:

@@ -178,7 +178,6 @@ class Simultaneous(Preimages, Testimony):
                 apart = flow.add("sub", way.values[name], flow.constant(self.pattern.guesses[name]))
                 total = flow.add("add", total, flow.add("mul", apart, apart))
             way.order.append(total)
-            return
         first = step.tears[0] if step.tears else step.unknowns[0]
         node = way.values[first]
         zero, one = flow.constant(0.0), flow.constant(1.0)

@@ -98,9 +98,14 @@ class Single(Preimages):
         """A rule that was solved for an unknown holds by construction: one rounding an operation, no more.
 
         Where the form of the rule does not tell that its variables explain these, it is required that
-        the unknown does.
+        the unknown does. What is multiplied or divided must not be lost below what floats hold.
         """
         way.settled.add(equation)
+        target = self._expression(way, isolation.start)
+        for stage in isolation.stages:
+            (target,) = self._undone(way, stage, target)
+            if stage.operation in ("product", "quotient"):
+                way.undone.append(target)
         if inverted(isolation, not self.flow.plain) > HARMLESS:
             self.flow.require(quiet(self.flow, node, way.values.values(), BACKWARD / 2.0))
 

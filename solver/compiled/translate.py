@@ -79,9 +79,10 @@ class Translation(Single, Simultaneous, Finish):
             else:
                 values[name] = flow.input(place)
         way = Way(values, symbols, {}, gone=flow.false)
-        flow.checks = way.checks
+        flow.checks, flow.finite = way.checks, way.finite
         for name in self.pattern.inputs:
             if name in values:
+                flow.bound(values[name])  # a missing one comes out on some side of every comparison
                 self._within(way, self.model.variables[name], values[name])
         self._decide(way, range(len(self.model.conditions)))
         self._plan(way)
@@ -145,6 +146,7 @@ class Translation(Single, Simultaneous, Finish):
             best.apart |= other.apart
             best.checks += [check for check in other.checks if check not in best.checks]
             best.finite += [node for node in other.finite if node not in best.finite]
+            best.undone += [node for node in other.undone if node not in best.undone]
         best.order = []
         flow.checks = best.checks
         flow.require(flow.add("not", best.gone))

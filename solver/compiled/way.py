@@ -47,6 +47,8 @@ class Way:
     chosen: list[int] = field(default_factory=list)
     checks: list[int] = field(default_factory=list)
     finite: list[int] = field(default_factory=list)
+    undone: list[int] = field(default_factory=list)
+    """Products and quotients that make a rule hold if no digit of them is lost."""
     order: list[int] = field(default_factory=list)
     gone: int = 1
     drowned: bool = False
@@ -63,6 +65,7 @@ class Way:
             chosen=list(self.chosen),
             checks=list(self.checks),
             finite=list(self.finite),
+            undone=list(self.undone),
             order=list(self.order),
         )
 

@@ -25,6 +25,8 @@ STILL = 1e-9
 SECOND_ORDER = 2.0**-90
 """What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
 places, where it is 0."""
+SLIGHT = -500.0
+"""The power of two below which the weight of an equation, beside the largest one, does not matter."""
 
 REFINEMENTS = 2
 WITNESSED = 128.0
@@ -165,7 +167,9 @@ class _Nearly:
 
         u, s, v, b, columns = self.u, self.s, self.v, self.b, self.columns
         if allowances is not None:
-            weights = self.rows / np.array(allowances)
+            # Only their proportions count, which floats hold from 1 down where they do not from there up.
+            powers = np.log2(self.rows) - np.log2(allowances)
+            weights = np.exp2(np.maximum(powers - powers.max(), SLIGHT))
             b = b * weights
             a = self.a * weights[:, None]
             columns = np.abs(a).max(axis=0)

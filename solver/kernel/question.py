@@ -129,12 +129,10 @@ class Question:
         ]
 
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """Sort key: nearest to the guesses; else angles by size, other numbers positive first."""
-        guessed = [name for name in self.unknowns if name in self.guesses]
-        if guessed:
-            apart = [point[name] - self.guesses[name] for name in guessed]
-            return (sum(d * d for d in apart),)  # a power would raise where it overflows
+        """Sort key: nearest to the guesses; of those as near angles by size, other numbers positive first."""
+        apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
+        distance = sum(d * d for d in apart)  # a power would raise where it overflows
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)
-        return (abs(number), behind) if self.turn(first) else (behind, abs(number))
+        return (distance, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))

@@ -272,3 +272,12 @@ def test_rows_that_divide_by_the_last_places_are_no_answers_either() -> None:
     assert str(refused.value.status) == "singular"
     table = plan.sweep(numpy.array([0.7, 0.1 + 0.2, 0.9]))
     assert numpy.isnan(table["V"]).tolist() == [False, True, False]
+
+
+def test_contradiction_beside_a_coefficient_of_any_size_is_told() -> None:
+    """What the rules may miss by is far smaller than their coefficients, by more than floats hold."""
+    text = "a*c + d/1e6 = 0.0437\na*c + d/1e6 = 1.0690"
+    for a in (1e300, -1e300, 1e150, 3.0):
+        result = solved(text, {"a": a, "d": 0.106})
+        assert str(result.status) == "inconsistent"
+        assert {label.span.line for d in result.diagnoses for label in d.labels} >= {1, 2}

@@ -1,0 +1,137 @@
+"""How small and how large the numbers of a program can be, told from its form alone.
+
+Floats lose digits below 2^-1022, and hold nothing at all below 2^-1074: what is multiplied or divided may
+come out as 0 and be none. Where the form of a program does not rule that out it is asked of the numbers. Of
+a sum it is known how little two terms can leave: the difference of floats within a factor of two is exact, so
+that it is 0 or no less than a unit of their last places (P. H. Sterbenz, Floating-Point Computation, 1974).
+"""
+
+from __future__ import annotations
+
+import math
+
+from rulesheets.record import dataclass
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from solver.compiled.flow import Flow
+
+SMALLEST = 2.0**-1022
+"""The smallest float with all of its digits."""
+LEAST, LEAST_WHOLE, MOST = -1074.0, -1022.0, 1024.0
+"""Powers of two: of the smallest float, of the smallest with all digits, and beyond the largest."""
+DIGITS = 54.0
+"""Powers of two by which a difference that is not 0 can be smaller than its terms."""
+CIRCULAR = -64.0
+"""The power of two that sines and cosines of angles that are floats stay above where these are not tiny."""
+FEW = 6.0
+"""Binary digits of a float that may be lost at its lower end: the last places that the witness admits."""
+HIDDEN = 1e-12
+"""Share of a number below which what was added to it is lost with its last places."""
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Powers of two between which a number lies where it is not 0; ``zero``: whether it can be."""
+
+    low: float = LEAST
+    high: float = MOST
+    zero: bool = True
+
+
+ANY = Size()
+
+
+def whole(flow: Flow, node: int) -> int:
+    """The node that is true where a product or a quotient has all of its digits but a few, or is 0 because a
+    factor or the dividend is."""
+    operation, *parts = flow.nodes[node]
+    if operation == "neg":
+        return whole(flow, int(parts[0]))
+    if operation not in ("mul", "div"):
+        return flow.true
+    known = sizes(flow)
+    one, other = (known[int(part)] for part in parts)
+    if operation == "mul":
+        least, shrinks = one.low + other.low, -max(one.low, other.low)
+    else:
+        least, shrinks = one.low - other.high, other.high
+    if least > LEAST_WHOLE or shrinks <= FEW:
+        return flow.true
+    enough = flow.add("le", flow.constant(SMALLEST), flow.add("abs", node))
+    zero = flow.constant(0.0)
+    nothing = flow.add("eq", int(parts[0]), zero)
+    if operation == "mul":
+        nothing = flow.add("or", nothing, flow.add("eq", int(parts[1]), zero))
+    return flow.add("or", enough, nothing)
+
+
+def stands_out(flow: Flow, number: int, beside: int) -> int:
+    """The node that is true where a number is not lost in floats that it is added to, or is 0."""
+    known = sizes(flow)
+    if known[number].low > known[beside].high + math.log2(HIDDEN):
+        return flow.true
+    share = flow.add("mul", flow.constant(HIDDEN), flow.add("abs", beside))
+    apart = flow.add("le", share, flow.add("abs", number))
+    return flow.add("or", apart, flow.add("eq", number, flow.constant(0.0)))
+
+
+def sizes(flow: Flow) -> Mapping[int, Size]:
+    """The sizes of all nodes there are."""
+    known = flow.sizes
+    for node in range(len(known), len(flow.nodes)):
+        known[node] = _size(flow, node, known)
+    return known
+
+
+def _size(flow: Flow, node: int, known: Mapping[int, Size]) -> Size:
+    operation, *rest = flow.nodes[node]
+    if operation == "const":
+        return _of_number(float(rest[0]))
+    if operation in ("sind", "cosd", "sin", "cos"):
+        angle = known[int(rest[0])]
+        least = angle.low - 7.0 if operation in ("sind", "sin") else 0.0  # a degree is more than 2^-6
+        return Size(max(LEAST, min(least, CIRCULAR)), 0.0)
+    if operation in ("call", "root", "input"):
+        return ANY
+    parts = [known[int(part)] for part in rest]
+    match operation:
+        case "neg" | "abs":
+            return parts[0]
+        case "add" | "sub":
+            return _of_sum(*parts)
+        case "mul":
+            (a, b), zero = parts, any(part.zero for part in parts)
+            return _held(a.low + b.low, a.high + b.high, zero)
+        case "div":
+            a, b = parts
+            return _held(a.low - b.high, a.high - b.low, a.zero)
+        case "sqrt":
+            return Size(parts[0].low / 2.0 - 1.0, parts[0].high / 2.0 + 1.0, parts[0].zero)
+        case "where" | "seldom":
+            _, a, b = parts
+            return Size(min(a.low, b.low), max(a.high, b.high), a.zero or b.zero)
+        case _:
+            return ANY
+
+
+def _of_number(number: float) -> Size:
+    if number == 0.0:
+        return Size(MOST, LEAST)
+    if not math.isfinite(number):
+        return ANY
+    power = float(math.frexp(number)[1])
+    return Size(power - 1.0, power, zero=False)
+
+
+def _of_sum(a: Size, b: Size) -> Size:
+    least = [one.low for one, other in ((a, b), (b, a)) if not one.zero]
+    low = max(least) if least else min(a.low, b.low)
+    return Size(max(LEAST, low - DIGITS), min(MOST, max(a.high, b.high) + 1.0))
+
+
+def _held(low: float, high: float, zero: bool) -> Size:
+    """What floats hold of a product: one that is smaller than they hold is 0."""
+    return Size(max(LEAST, low - 1.0), min(MOST, high + 1.0), zero or low - 1.0 < LEAST)

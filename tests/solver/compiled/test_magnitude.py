@@ -1,0 +1,123 @@
+"""How small the numbers of a program can be, and rows that a compiled way has to leave for that."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from solver.compiled.array import ArrayKernel
+from solver.compiled.flow import Flow, NotCompilable
+from solver.compiled.magnitude import sizes, stands_out, whole
+from solver.table import CODES
+from tests.solver.compiled.test_rounding import NUMBERS, equation, expressions
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=True)
+
+
+@settings(max_examples=120, deadline=None)
+@given(expressions(st.one_of(NUMBERS, st.sampled_from(["x", "y"]))), FINITE, FINITE)
+def test_every_number_of_a_program_lies_within_its_size(text: str, x: float, y: float) -> None:
+    flow = Flow()
+    values = {"x": flow.input(0), "y": flow.input(1)}
+    try:
+        flow.expression(equation(f"z = {text}").right, values)
+    except NotCompilable:
+        return
+    known = sizes(flow)
+    nodes = [n for n, kind in enumerate(flow.nodes) if not isinstance(kind[1], bool) and kind[0] in COMPUTED]
+    found = [np.empty(1) for _ in nodes]
+    ArrayKernel(flow, nodes)([np.array([x]), np.array([y])], found)
+    for node, (number,) in zip(nodes, found, strict=True):
+        if not math.isfinite(number):
+            continue
+        assert number != 0.0 or known[node].zero, flow.nodes[node]
+        if number:
+            power = math.frexp(number)[1]
+            assert known[node].low <= power and power - 1 <= known[node].high, flow.nodes[node]
+
+
+COMPUTED = {"const", "input", "add", "sub", "mul", "div", "neg", "abs", "sqrt", "sin", "cos", "sind", "cosd"}
+
+
+@given(st.floats(0.5, 1.0), st.floats(0.5, 1.0), st.integers(-1070, 1020), st.integers(-60, 60))
+def test_a_difference_of_floats_is_0_or_no_less_than_their_last_places(
+    a: float, b: float, power: int, apart: int
+) -> None:
+    x, y = math.ldexp(a, power), math.ldexp(b, max(-1074, min(1020, power + apart)))
+    assume(x and y)
+    for rest in (x - y, x + y):
+        assert rest == 0.0 or abs(rest) >= 2.0**-54 * max(x, y)
+
+
+def test_what_the_form_of_a_program_tells_needs_no_look_at_its_numbers() -> None:
+    flow = Flow()
+    x = flow.input(0)
+    sine = flow.call("sind", x)
+    assert whole(flow, flow.add("mul", flow.constant(3.0), flow.call("cosd", x))) == flow.true
+    assert whole(flow, flow.add("div", flow.constant(3.0), flow.constant(7.0))) == flow.true
+    assert whole(flow, flow.add("mul", sine, sine)) != flow.true  # of a tiny angle
+    assert whole(flow, flow.add("div", flow.constant(3.0), x)) != flow.true
+    assert whole(flow, flow.add("div", x, flow.constant(3.0))) == flow.true  # two digits at most
+    root = flow.add("sqrt", flow.add("sub", flow.constant(64.0), flow.add("mul", sine, sine)))
+    assert stands_out(flow, root, sine) == flow.true
+    assert stands_out(flow, sine, root) != flow.true
+    assert stands_out(flow, sine, x) != flow.true
+
+
+LEFT_ALONE = {
+    "a product whose factor is far below floats": ("b*x = 3e-30", (2.0, 1.0, 1e300), "failed"),
+    "a quotient": ("x/1e-300 = b", (2.0, 3.0, 1e-300), "failed"),
+    "a factor of a product": ("x*b*1e-20 = 3e-30", (2.0, 1.0, 1e305), "failed"),
+    "a divisor that is 0": ("b/x = 3", (2.0, 1.0, 0.0), "failed"),
+    "a divisor of a divisor": ("360/(b/x) = 0.25", (2.0, -3.0, 0.0), "failed"),
+    "a divisor that its sum holds nothing of": ("y + b = 2.5\n(y + b)*x = 4", (2.0, 1.0, -1e300), "singular"),
+    "a sum that holds nothing of a number": ("y + b = 2.5\n(y + b)/x^3 = 4", (2.0, 1.0, -1e300), "singular"),
+    "the pole of a tangent": ("tan(pi/b) = x", (3.0, 2.5, 2.0), "failed"),
+    "a missing number": ("if b > 3 then x = b else x = 5", (2.0, 1.0, math.nan), "partial"),
+}
+
+
+@pytest.mark.parametrize(("rules", "points", "status"), LEFT_ALONE.values(), ids=LEFT_ALONE)
+def test_rows_that_a_solve_refuses_are_no_answers_of_a_plan(
+    rules: str, points: tuple[float, ...], status: str
+) -> None:
+    """``b``: two numbers to learn from, and one with which the rules have no answer in floats."""
+    model = rulesheets.loads(rules + "\n")
+    want = [name for name in model.variables if name != "b"]
+    *fine, bad = points
+    plan = solver.prepare(model, ["b"], want)
+    for b in fine:
+        expected = solver.solve(rulesheets.loads(rules + "\n"), {"b": b}, want)
+        assert plan(b) == pytest.approx([expected[name] for name in want], rel=1e-14)
+    assert plan.paths.programs, "nothing was learned, nothing is tried"
+    for call in (plan, plan.all):
+        with pytest.raises(solver.Unsolved) as refused:
+            call(bad)
+        assert str(refused.value.status) == status
+    rows = np.array([*fine, bad] * 12)
+    codes = {CODES[said]: str(said) for said in solver.Status}
+    expected_codes = ["solved", "solved", status] * 12
+    fresh = solver.prepare(model, ["b"], want)
+    table = fresh.sweep(rows)
+    assert [codes[int(code)] for code in table.status] == expected_codes
+    assert np.isnan(table["x"]).tolist() == [False, False, True] * 12
+    assert [codes[int(code)] for code in fresh.sweep_all(rows)[0]] == expected_codes
+
+
+def test_answers_as_near_to_the_guesses_come_in_the_order_of_those_without_guesses() -> None:
+    """Both lie 1e150 from the guesses, as far as floats tell."""
+    rules = "variables\n  a\n  x ~ -0.288\n  y ~ -0.423\nrules\n  x + y = -1.29\n  x*y = a\n"
+    plan = solver.prepare(rulesheets.loads(rules), ["a"])
+    plan(-7.0)
+    assert plan.paths.programs
+    for answers in (plan.all(-1e300), plan.sweep_all(np.full(40, -1e300))[1].values[0][:2]):
+        first = answers[0][0] if isinstance(answers, list) else answers[0]
+        assert first == pytest.approx(1e150)
+    result = solver.solve(rulesheets.loads(rules), {"a": -1e300})
+    assert [solution["x"] for solution in result.solutions] == pytest.approx([1e150, -1e150])
