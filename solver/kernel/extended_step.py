@@ -19,14 +19,13 @@ from rulesheets.nodes import Expression
 from solver.accuracy.last_places import half_unit, with_named_numbers
 from solver.accuracy.witness import gross, testify
 from solver.facts import AsksNothing, DoubleRoot
+from solver.kernel.extended_system import SPARE, TooFewDigits
 from solver.kernel.near_rank import Blur
 from solver.kernel.preimages import SAMPLES
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 
-SPARE = 8
-"""Decimal digits of the working precision that rounding may take."""
 MAX_POLISH = 4
 WIDE_SAMPLES = (*SAMPLES, *(1e3 * number for number in SAMPLES))
 """Where an equation is tried that may not depend on its unknown, whatever size that has."""
@@ -38,7 +37,7 @@ def solve_step_extended(
     """As ``solve_step``, computed with ``digits`` decimal digits.
 
     ``off`` tells how far the known values may be from what they stand for: an unknown that drops out of the
-    equation within that is not determined.
+    equation within that is not determined. Raises TooFewDigits where whole turns are lost beside a number.
     """
     step = _ExtendedStep(graph, equation, isolation, values, digits)
     if step.divides and step.drops_out(off()):
@@ -86,6 +85,9 @@ class _ExtendedStep(StepSolver):
     def _turns(self, principal: Any, period: float, rest: tuple[Stage, ...]) -> list[Any]:
         return super()._turns(principal, exact_turn(period, self.mp), rest)
 
+    def uncounted(self) -> None:
+        raise TooFewDigits
+
     def _wrapped(self, number: Any) -> Any:
         turn = self.graph.turn(self.isolation.unknown)
         bounded = self.variable.low > -math.inf or self.variable.high < math.inf
@@ -123,12 +125,8 @@ class _ExtendedStep(StepSolver):
         return {**known, self.isolation.unknown: float(number)}
 
     def _float_slope(self, number: Any) -> float:
-        at, unknown = self._floats(number), self.isolation.unknown
-        try:
-            left, right = (derivatives(side, at)[1] for side in (self.equation.left, self.equation.right))
-        except Undefined:
-            return math.nan
-        return left.get(unknown, 0.0) - right.get(unknown, 0.0)
+        miss, slope = self._slope_at(self._floats(number))
+        return math.nan if miss is None else slope
 
     @property
     def divides(self) -> bool:
@@ -138,12 +136,15 @@ class _ExtendedStep(StepSolver):
 
     def drops_out(self, off: Mapping[str, float]) -> bool:
         """Whether the equation holds wherever it is tried, and its terms with the unknown change by no more
-        from one trial to another than its numbers and the known ones leave open.
+        from one trial to another than its numbers and the known ones leave open. Raises TooFewDigits where it
+        has a slope, but the trials are lost beside larger numbers.
         """
         trials = list(self._trials(off))
         if len(trials) < 2:
             return False
         first, moved, rounding = trials[0]
+        if all(miss == first for miss, _, _ in trials) and self._float_slope(SAMPLES[0]):
+            raise TooFewDigits
         if not abs(first) <= sum(map(abs, moved.values())) + rounding < math.inf:
             return False
         return all(

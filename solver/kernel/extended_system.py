@@ -23,6 +23,10 @@ class Unresolved(Exception):
     """More digits do not settle the block."""
 
 
+class TooFewDigits(Unresolved):
+    """Numbers are lost beside others that still more digits would keep."""
+
+
 class Exhausted(Exception):
     """The work that may be done is; still more digits would take more."""
 

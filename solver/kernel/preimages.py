@@ -22,7 +22,7 @@ SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
 """How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
-
+EPSILON = 2.0**-52
 CANCELLED = 1e-12
 """Share of what a number is made of that may be no more than what cancellation has left of its rounding."""
 
@@ -73,6 +73,10 @@ class Preimages:
     def _near(self, share: float) -> float:
         """The relative error at which numbers are told apart where floats take ``share``."""
         return share
+
+    def rounding(self, number: float) -> float:
+        """How far a number may be off that was computed in one operation or two."""
+        return self._near(EPSILON) * abs(number)
 
     # --- stages ---
 
@@ -211,6 +215,10 @@ class Preimages:
         from solver.kernel.whole_turns import whole_turns
 
         return whole_turns(self, principal, period, rest)
+
+    def uncounted(self) -> None:
+        """Called where whole turns are lost beside the number that they are added to."""
+        self.complete, self.delicate = False, True
 
     # --- quadratics ---
 

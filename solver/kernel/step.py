@@ -10,11 +10,10 @@ from rulesheets.model import Value
 from rulesheets.record import dataclass
 from solver.accuracy.witness import gross, testify
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import DELICATE, DIGITS, SAMPLES, Preimages, Refused
+from solver.kernel.preimages import DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 
-EPSILON = 2.0**-52
 SMALLEST = 2.0**-1022
 """The smallest float with all of its digits."""
 LEVEL = 1e-6
@@ -90,7 +89,7 @@ class StepSolver(Preimages):
             return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, unknown))
-        if lost:
+        if lost or any(map(self._coarse, numbers)):
             return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
         if not self.complete:
             fact = NoRoot((self.index,), (unknown,), proven=False)
@@ -98,6 +97,12 @@ class StepSolver(Preimages):
         last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
         reading = f"{last} to come out otherwise"
         return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)
+
+    def _coarse(self, number: float) -> bool:
+        """Whether one last place of a preimage moves the equation farther than it misses by there, so that it
+        may well hold between two floats."""
+        miss, slope = self._slope_at(self._floats(number))
+        return miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number))
 
     def _inside(self, number: float) -> float:
         """The number; where rounding alone has led it beyond an end of its range, that end."""
@@ -178,13 +183,16 @@ class StepSolver(Preimages):
         return number
 
     def _slope(self, number: float) -> tuple[float | None, float]:
-        unknown = self.isolation.unknown
-        at = {**self.values, unknown: number}
+        return self._slope_at({**self.values, self.isolation.unknown: number})
+
+    def _slope_at(self, at: Mapping[str, Value]) -> tuple[float | None, float]:
+        """What the equation misses by at these values, and its slope along the unknown."""
         try:
             left, by_left = derivatives(self.equation.left, at)
             right, by_right = derivatives(self.equation.right, at)
         except Undefined:
             return None, 0.0
+        unknown = self.isolation.unknown
         return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
 
 

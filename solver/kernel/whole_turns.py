@@ -20,6 +20,8 @@ FEW_TURNS = 20
 AROUND = 3
 PLACES = (0.0, 0.31, 0.69, 1.0)
 """Shares of a finite range that holds too many whole turns: so many are looked for around each."""
+LOST = 1e-3
+"""Share of a turn up to which rounding may tell turns apart."""
 MOST = 1e300
 """Turns that a float can count."""
 
@@ -51,12 +53,14 @@ class _WholeTurns:
         """Where what is left to undo is affine: all turns in the window."""
         first = self._through(self.principal, self.rest)
         stride = self._through(self.principal + self.period, self.rest) - first
+        if self.preimages.rounding(first) > LOST * abs(stride):
+            self.preimages.uncounted()
         window = self._window(stride)
         if window is None or stride == 0 or not math.isfinite(stride):
             return [self.principal]
         low, high = window
         start, end = sorted(_bounded((x - first) / stride) for x in (low, high))
-        counts = range(math.floor(start) - 1, math.ceil(end) + 2)
+        counts = range(_floor(start) - 1, 2 - _floor(-end))
         if counts.stop - counts.start > MAX_TURNS:
             self.preimages.complete = False
             nearest = min(max(0, counts.start), counts.stop)
@@ -78,7 +82,7 @@ class _WholeTurns:
             ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
             if ends and ends[1] - ends[0] <= MAX_TURNS:
                 return [
-                    self._turn(k) for k in sorted(range(math.ceil(ends[0]), math.floor(ends[1]) + 1), key=abs)
+                    self._turn(k) for k in sorted(range(-_floor(-ends[0]), _floor(ends[1]) + 1), key=abs)
                 ]
         if not (math.isfinite(self.variable.low) and math.isfinite(self.variable.high)):
             self.preimages.complete = False
@@ -87,7 +91,7 @@ class _WholeTurns:
         low, high = self._range_of_operand()
         first, last = (low - self.principal) / self.period, (high - self.principal) / self.period
         if last - first <= MAX_TURNS:
-            tried = set(range(math.floor(first), math.ceil(last) + 1))
+            tried = set(range(_floor(first), 1 - _floor(-last)))
         else:
             self.preimages.complete = False
             middles = (round(_bounded((x - self.principal) / self.period)) for x in self._operands())
@@ -159,6 +163,12 @@ class _WholeTurns:
         low, high = self.variable.low, self.variable.high
         slack = 1e-9 * max(abs(low), abs(high))
         return any(low - slack <= number <= high + slack for number in found)
+
+
+def _floor(turns: float) -> int:
+    """All its digits, of a number of mpmath too (``math.floor`` takes the float next to it)."""
+    whole = int(turns)
+    return whole - 1 if whole > turns else whole
 
 
 def _bounded(turns: float) -> float:

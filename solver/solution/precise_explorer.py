@@ -22,7 +22,7 @@ from solver.facts import Conflict, DoubleRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.extended_block import solve_block_extended
 from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
-from solver.kernel.extended_system import Exhausted, ExtendedSystem, Unresolved, Work
+from solver.kernel.extended_system import Exhausted, ExtendedSystem, TooFewDigits, Unresolved, Work
 from solver.kernel.question import Question
 from solver.path.activity import activity
 from solver.path.isolate import Isolation
@@ -51,10 +51,14 @@ def explore_precisely(
 ) -> Exploration | None:
     """The exploration on which two precisions agree; None where none do. ``floats`` is the one in floats."""
 
+    lost = False
+
     def precisely(digits: int) -> Exploration | None:
+        nonlocal lost
         try:
             return _PreciseExplorer(model, inputs, want, guesses, judged, floats, digits).run()
-        except Unresolved:
+        except Unresolved as reason:
+            lost = isinstance(reason, TooFewDigits)
             return None
 
     def agreed(digits: Sequence[int]) -> Exploration | None:
@@ -67,7 +71,8 @@ def explore_precisely(
         return None
 
     found = agreed(DIGITS)
-    return found if found is None or not _faint(model, found) else agreed(FAINT) or found
+    faint = lost if found is None else _faint(model, found)
+    return (agreed(FAINT) or found) if faint else found
 
 
 def _faint(model: Model, found: Exploration) -> bool:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import rulesheets
 import solver
@@ -85,3 +89,29 @@ def test_a_curve_of_answers_is_told_as_what_it_leaves_free() -> None:
 def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
     text = "x^2 + y*sin(x) = 3 + 1/(2 - 2)\ny*cos(x) + x = 2"
     assert str(solver.solve(rulesheets.loads(text)).status) in ("failed", "infeasible", "inconsistent")
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.floats(1.0, 10.0),
+    st.integers(8, 290),
+    st.floats(-0.99, 0.99),
+    st.sampled_from([("sin(d + x) = c", mpmath.sin), ("d*cos(d + x) = c*d", mpmath.cos)]),
+)
+def test_an_angle_beside_a_number_that_drowns_it(
+    leading: float, exponent: int, c: float, rule: tuple[str, Callable[[Any], Any]]
+) -> None:
+    """The float d is an exact number, and so are the two angles in one turn, to as many digits as it takes."""
+    text, function = rule
+    d = leading * 10.0**exponent
+    result = solver.solve(rulesheets.loads(text), {"d": d, "c": c})
+    assert str(result.status) == "solved" or (text.startswith("d*") and d > 1e150)
+    assert str(result.status) != "infeasible"
+    if str(result.status) == "solved":
+        assert result.complete
+        assert len(result.solutions) == 2
+    with mpmath.workdps(400):
+        for solution in result.solutions:
+            x = mpmath.mpf(solution["x"])
+            assert abs(x) <= mpmath.pi
+            assert abs(function(mpmath.mpf(d) + x) - mpmath.mpf(c)) < 1e-15
