@@ -244,17 +244,20 @@ class _PreciseExplorer(Explorer):
         branch.precise.update(numbers)
 
     def _known_from_zero(self, branch: Branch, step: Step, found: Mapping[str, Any], name: str) -> bool:
-        """Whether a number is more than the rounding of the terms that it was solved from."""
+        """Whether a number is more than the rounding of the terms that it was solved from: in some equation,
+        whose other terms tell it from 0, or in all."""
         if not found[name] or abs(found[name]) > 10.0 ** (-0.5 * self.digits):
             return True
         values = {**branch.values, **{n: v if isinstance(v, str) else float(v) for n, v in found.items()}}
-        reach = 10.0 ** (SPARE - self.digits)
+        reach, lost = 10.0 ** (SPARE - self.digits), False
         for equation in (self.model.equations[index] for index in equations_of(step)):
             if name in equation.names and all(n in values for n in equation.names):
-                slope = _slope(equation, values, name)
-                if slope * float(abs(found[name])) <= reach * gross(equation, values):
-                    return False
-        return True
+                moved = _slope(equation, values, name) * float(abs(found[name]))
+                if moved <= reach * gross(equation, values):
+                    lost = True
+                elif gross(equation, {**values, name: 0.0}):
+                    return True
+        return not lost
 
     def _settled(self, branch: Branch) -> dict[str, Value]:
         """Whole turns are taken off the digits that floats do not hold, too."""

@@ -307,3 +307,15 @@ def test_angles_that_sums_tie_are_turned_together_or_not_at_all() -> None:
     for solution in result.solutions:
         assert solution["a"] + solution["x"] == pytest.approx(s, rel=1e-14)
         assert math.cos(solution["a"] - solution["x"]) == pytest.approx(math.cos(apart), abs=1e-7)
+
+
+def test_a_root_next_to_nothing_is_not_lost_beside_the_other() -> None:
+    """y and -w are the roots of t² + 6e226 t - 4e155: their sum alone tells nothing of the small one."""
+    text = "(y/y^3)*(w*z - sind(w)) = 1e285\nw*y = -4e155\ny - w = -6e226"
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) == "solved"
+    small, large = 4e155 / 6e226, 6e226
+    solution = result.solutions[0]
+    assert solution["y"] == pytest.approx(-small, rel=1e-14)
+    assert solution["w"] == pytest.approx(large, rel=1e-14)
+    assert solution["z"] == pytest.approx(1e285 * small * small / large, rel=1e-12)
