@@ -81,9 +81,7 @@ class _WholeTurns:
             slack = 1e-9 * max(abs(low), abs(high), abs(foot))
             ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
             if ends and ends[1] - ends[0] <= MAX_TURNS:
-                return [
-                    self._turn(k) for k in sorted(range(-_floor(-ends[0]), _floor(ends[1]) + 1), key=abs)
-                ]
+                return [self._turn(k) for k in sorted(range(-_floor(-ends[0]), _floor(ends[1]) + 1), key=abs)]
         if not (math.isfinite(self.variable.low) and math.isfinite(self.variable.high)):
             self.preimages.complete = False
             near = (self._turn(k) for k in sorted(range(-FEW_TURNS, FEW_TURNS + 1), key=abs))

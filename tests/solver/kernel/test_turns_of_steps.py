@@ -101,7 +101,7 @@ def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
 def test_an_angle_beside_a_number_that_drowns_it(
     leading: float, exponent: int, c: float, rule: tuple[str, Callable[[Any], Any]]
 ) -> None:
-    """The float d is an exact number, and so are the two angles in one turn, to as many digits as it takes."""
+    """The float d is an exact number, and the two angles are too in one turn, whatever digits that takes."""
     text, function = rule
     d = leading * 10.0**exponent
     result = solver.solve(rulesheets.loads(text), {"d": d, "c": c})
