@@ -21,8 +21,8 @@ from solver.accuracy.witness import gross, testify
 from solver.facts import Conflict, DoubleRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.extended_block import solve_block_extended
-from solver.kernel.extended_step import SPARE, exact_turn, solve_step_extended
-from solver.kernel.extended_system import Exhausted, ExtendedSystem, TooFewDigits, Unresolved, Work
+from solver.kernel.extended_step import exact_turn, solve_step_extended
+from solver.kernel.extended_system import SPARE, Exhausted, ExtendedSystem, TooFewDigits, Unresolved, Work
 from solver.kernel.question import Question
 from solver.path.activity import activity
 from solver.path.isolate import Isolation
