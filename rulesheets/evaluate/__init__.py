@@ -1,7 +1,7 @@
 """Expressions and conditions turned into numbers, slopes and enclosures.
 
 What a plain solve has no need of is loaded at its first use: symbolic derivatives, and ``enclose``,
-``extended`` and ``extended_derivatives``, which need numpy and mpmath.
+``extended`` and ``extended_derivatives``, which need mpmath.
 """
 
 from __future__ import annotations

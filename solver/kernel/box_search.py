@@ -9,10 +9,10 @@ import numpy as np
 from rulesheets.nodes import Expression
 from solver.kernel.candidates import Candidates
 from solver.kernel.hull import Hull
+from solver.kernel.interval_arrays import ARRAYS
 from solver.kernel.interval_code import IntervalEmitter
 from solver.kernel.question import Question
-from solver.numerics.interval_function import Array
-from solver.numerics.interval_newton import BoxFunction
+from solver.numerics.interval_newton import Array, BoxFunction
 from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune
 
 LIMITS = SubdivisionLimits(boxes=20_000, alive=2_000)
@@ -40,7 +40,7 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
 
 def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> BoxFunction:
     """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
-    emitter = IntervalEmitter(question.unknowns, question.kernel.known)
+    emitter = IntervalEmitter(question.unknowns, question.kernel.known, ARRAYS)
     ends = [end for form in forms for end in emitter.pair(form)]
     compiled = emitter.function(", ".join(ends))
     known = [np.float64(number) for number in question.known]

@@ -152,8 +152,6 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
 
 def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
     """Whether a preimage of a periodic operation lies outside the range whatever its target is."""
-    import numpy as np
-
     from rulesheets.evaluate.enclosure import enclose
 
     at = next(i for i, stage in enumerate(stages) if stage.period)
@@ -162,8 +160,8 @@ def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], vari
         expression = substitute(form, {TARGET.name: expression})
     if any(name != TARGET.name for name in nodes.names(expression)):
         return False
-    low, high = enclose(expression, {TARGET.name: (np.array([stages[at].low]), np.array([stages[at].high]))})
-    return bool(high[0] < variable.low or low[0] > variable.high)
+    low, high = enclose(expression, {TARGET.name: (stages[at].low, stages[at].high)})
+    return high < variable.low or low > variable.high
 
 
 def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:

@@ -73,20 +73,16 @@ class Convex:
 
 def convex(stretch: Stretch, known: Mapping[str, Value]) -> Convex | None:
     """The stretch, if f'' is proven not to vanish on it (``known`` in floats)."""
-    import numpy as np
-
     from solver.kernel.enclosure import Enclosure, slope_chain
 
     slope = slope_chain(stretch.chain)
     if slope is None:
         return None
-    numbers = {name: np.float64(v) for name, v in known.items() if isinstance(v, float)}
+    numbers = {name: v for name, v in known.items() if isinstance(v, float)}
     enclosure = Enclosure(slope, tuple(numbers))
     if enclosure.slopes is None:
         return None
-    ends = np.array([stretch.low]), np.array([stretch.high])
-    below, above = enclosure.slope_on(*ends, list(numbers.values()))
-    low, high = float(below[0]), float(above[0])
+    ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
     if not (low > 0.0 or high < 0.0):
         return None
     return Convex(stretch, slope, low if low > 0.0 else high, known)

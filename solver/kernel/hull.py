@@ -19,7 +19,8 @@ from rulesheets.functions.intervals import INTERVALS, power
 from rulesheets.functions.intervals.bounds import Array, Interval, Mask
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.record import dataclass
-from solver.kernel.interval_code import ROUNDED, plain, square
+from solver.kernel.interval_arrays import plain, square
+from solver.kernel.interval_code import ROUNDED
 from solver.kernel.inverse_hull import (
     INVERSES,
     divisor,

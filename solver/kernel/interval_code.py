@@ -1,19 +1,13 @@
-"""Expressions compiled to Python source for arrays of intervals: straight-line code, common parts once.
+"""Expressions compiled to Python source for intervals: straight-line code, common parts once.
 
-The operations are those of ``rulesheets.functions.intervals`` without their guards against warnings (callers
-silence those once), and cheaper ones where a factor is a number that is known, or both factors are one.
+The same code works on arrays of boxes (``interval_arrays``) and on one box of floats (``interval_floats``):
+what differs are the functions that it calls.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
 
-import numpy as np
-
-from rulesheets.functions.intervals import INTERVALS, add, divide, multiply, power
-from rulesheets.functions.intervals.bounds import Array, Interval, Mask, magnitudes, where_not
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -26,8 +20,14 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
+from rulesheets.record import dataclass
 
-Pair: TypeAlias = tuple[str, str]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any, TypeAlias
+
+    Pair: TypeAlias = tuple[str, str]
 
 ROUNDED: Mapping[float, tuple[float, float]] = {
     number: (math.nextafter(number, -math.inf), math.nextafter(number, math.inf))
@@ -37,12 +37,23 @@ ROUNDED: Mapping[float, tuple[float, float]] = {
 """Floats that derivatives have in place of numbers next to them that no float holds."""
 
 
+@dataclass(frozen=True, slots=True)
+class Operations:
+    """What compiled code calls: ``number`` makes a constant of a float, ``calls`` are the interval forms of
+    the functions of the language, ``forms`` those of arithmetic and of what callers of the emitter add."""
+
+    number: Callable[[float], Any]
+    calls: Mapping[str, Callable[..., Any]]
+    forms: Mapping[str, Callable[..., Any]]
+
+
 class IntervalEmitter:
     """Lines that compute pairs of ends. Names in ``points`` are single numbers: their two ends are one."""
 
-    def __init__(self, boxes: Sequence[str], points: Sequence[str]) -> None:
+    def __init__(self, boxes: Sequence[str], points: Sequence[str], operations: Operations) -> None:
         self.lines: list[str] = []
-        self.globals: dict[str, Any] = {"__builtins__": {}, "isnan": np.isnan}
+        self.globals: dict[str, Any] = {"__builtins__": {}, **operations.forms}
+        self._operations = operations
         self._pairs: dict[tuple[str, ...], Pair] = {}
         self._names: dict[str, Pair] = {name: (f"l{i}", f"h{i}") for i, name in enumerate(boxes)}
         self._names |= {name: (f"p{i}", f"p{i}") for i, name in enumerate(points)}
@@ -63,19 +74,20 @@ class IntervalEmitter:
             case Sum(terms):
                 total = self.pair(terms[0])
                 for term in terms[1:]:
-                    total = self.apply("add", plain(add), total, self.pair(term))
+                    total = self.apply("add", total, self.pair(term))
                 return total
             case Product(left, right):
                 return self._product(self.pair(left), self.pair(right))
             case Quotient(left, right):
-                return self.apply("divide", plain(divide), self.pair(left), self.pair(right))
+                return self.apply("divide", self.pair(left), self.pair(right))
             case Power(base, Number(2.0)):
-                return self.apply("square", square, self.pair(base))
+                return self.apply("square", self.pair(base))
             case Power(base, exponent):
-                return self.apply("power", plain(power), self.pair(base), self.pair(exponent))
+                return self.apply("power", self.pair(base), self.pair(exponent))
             case Call(function, arguments):
                 pairs = [self.pair(argument) for argument in arguments]
-                return self.apply(f"f_{function}", plain(INTERVALS[function]), *pairs)
+                self.globals[f"f_{function}"] = self._operations.calls[function]
+                return self.apply(f"f_{function}", *pairs)
             case Symbol(name):
                 raise ValueError(f"the symbol '{name} has no range")
 
@@ -83,14 +95,12 @@ class IntervalEmitter:
         """From here on ``name`` stands for the pair."""
         self._names[name] = pair
 
-    def apply(self, name: str, function: Callable[..., Any], *operands: Pair, more: str = "") -> Pair:
-        """The pair that a function of the ends of the operands returns."""
-        self.globals[name] = function
+    def apply(self, name: str, *operands: Pair, more: str = "") -> Pair:
+        """The pair that the operation of that name returns for the ends of the operands."""
         ends = ", ".join(end for pair in operands for end in pair)
         return self._assigned(f"{name}({ends}{more})")
 
-    def line(self, text: str, **functions: Callable[..., Any]) -> None:
-        self.globals |= functions
+    def line(self, text: str) -> None:
         self.lines.append(text)
 
     def function(self, results: str) -> Callable[..., Any]:
@@ -103,18 +113,19 @@ class IntervalEmitter:
     def _number(self, value: float) -> Pair:
         token = f"c{value!r}".replace("-", "m").replace(".", "_").replace("+", "")
         if value in ROUNDED:
-            self.globals |= {f"{token}_{side}": np.float64(end) for side, end in enumerate(ROUNDED[value])}
+            for side, end in enumerate(ROUNDED[value]):
+                self.globals[f"{token}_{side}"] = self._operations.number(end)
             return f"{token}_0", f"{token}_1"
-        self.globals[token] = np.float64(value)
+        self.globals[token] = self._operations.number(value)
         return token, token
 
     def _product(self, left: Pair, right: Pair) -> Pair:
         if left == right:
-            return self.apply("square", square, left)
+            return self.apply("square", left)
         for factor, other in ((left, right), (right, left)):
             if factor[0] == factor[1]:
-                return self.apply("scaled", scaled, factor, other)
-        return self.apply("multiply", plain(multiply), left, right)
+                return self.apply("scaled", factor, other)
+        return self.apply("multiply", left, right)
 
     def _point(self, text: str) -> Pair:
         return self._assigned(f"{text}, {text}")
@@ -127,33 +138,3 @@ class IntervalEmitter:
             self._pairs[text,] = pair
             self.lines.append(f"{pair[0]}, {pair[1]} = {text}")
         return pair
-
-
-def plain(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function itself, where it is wrapped in a guard against warnings."""
-    plain: Callable[..., Any] = getattr(function, "__wrapped__", function)
-    return plain
-
-
-def scaled(factor: Array, _: Array, low: Array, high: Array) -> Interval:
-    """A number times an interval, rounded outward but not across 0."""
-    if factor == 0.0:
-        return where_not(np.isnan(low), np.zeros_like(low), np.zeros_like(high))
-    first, last = (low, high) if factor > 0.0 else (-high, -low)
-    size = abs(factor)
-    below, above = np.nextafter(size * first, -np.inf), np.nextafter(size * last, np.inf)
-    return np.where(first >= 0.0, np.maximum(below, 0.0), below), np.where(
-        last <= 0.0, np.minimum(above, 0.0), above
-    )
-
-
-def square(low: Array, high: Array) -> Interval:
-    least, greatest = magnitudes(low, high)
-    below = np.maximum(np.nextafter(least * least, -np.inf), 0.0)
-    above = np.nextafter(greatest * greatest, np.inf)
-    return below, np.where(greatest == 0.0, 0.0, above)
-
-
-def cut(y_low: Array, y_high: Array, x_low: Array, _: Array) -> Mask:
-    """Where the direction of (x, y) may jump from one half turn to the other, or is undefined."""
-    return ~((y_low > 0.0) | (y_high < 0.0) | (x_low > 0.0))

@@ -15,7 +15,7 @@ import numpy as np
 
 from rulesheets.functions.intervals import INTERVALS, add, divide, multiply
 from rulesheets.functions.intervals.bounds import Array, Interval, magnitudes
-from solver.kernel.interval_code import plain
+from solver.kernel.interval_arrays import plain
 
 ROOT_SLACK = 4096 * 2.0**-52
 """Relative: x^(1/n) with a rounded 1/n is off by at most |ln x| of them, 745 at most."""

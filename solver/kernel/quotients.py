@@ -7,19 +7,19 @@ value theorem), so that the slopes over the hull of 0 and the box bound the quot
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
-
-import numpy as np
 
 from rulesheets import nodes
 from rulesheets.construct import substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.functions.intervals import divide
-from rulesheets.functions.intervals.bounds import Array, Interval
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.chain import Chain
-from solver.kernel.interval_code import IntervalEmitter, Pair
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from solver.kernel.interval_code import IntervalEmitter, Pair
 
 _FROM_ZERO = "#from zero"
 _AT_ZERO = {
@@ -44,10 +44,10 @@ def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
             slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
         except NotDifferentiable:
             continue
-        emitter.name(_FROM_ZERO, emitter.apply("from_zero", _from_zero, emitter.pair(Name(tear))))
+        emitter.name(_FROM_ZERO, emitter.apply("from_zero", emitter.pair(Name(tear))))
         pairs = [emitter.pair(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
         bounded = f"#quotient {number}"
-        emitter.name(bounded, emitter.apply("by_slopes", _by_slopes, *pairs))
+        emitter.name(bounded, emitter.apply("by_slopes", *pairs))
         yield emitter.pair(_put(residual, quotient, Name(bounded)))
 
 
@@ -95,14 +95,3 @@ def _at_zero(expression: Expression, tear: str) -> Fraction | None:
             return Fraction(_AT_ZERO[function])
         case _:
             return None
-
-
-def _from_zero(low: Array, high: Array) -> Interval:
-    return np.minimum(low, 0.0), np.maximum(high, 0.0)
-
-
-def _by_slopes(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
-    """The quotient of two slopes where both are bounded: where they are not, they may not be defined."""
-    low, high = divide(a_low, a_high, b_low, b_high)
-    known = np.isfinite(a_low) & np.isfinite(a_high) & np.isfinite(b_low) & np.isfinite(b_high)
-    return np.where(known, low, np.nan), np.where(known, high, np.nan)

@@ -45,8 +45,6 @@ class TearSearch:
 
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
-        import numpy as np
-
         from solver.numerics.isolation import IsolationLimits, isolate_roots
 
         every = self.kernel.chains()
@@ -56,15 +54,15 @@ class TearSearch:
             return False
         low, high = self._within(*self.question.domain(self.tear))
         turn = self.question.turn(self.tear)
-        complete, known = True, [np.float64(v) for v in self.question.known]
+        complete, known = True, self.question.known
         for place, chain in enumerate(every):
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
             limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
             search = isolate_roots(
-                partial(enclosure.range_on, known=known),
-                partial(enclosure.slope_on, known=known) if smooth else None,
+                partial(enclosure.ranges, known=known),
+                partial(enclosure.slopes_over, known=known) if smooth else None,
                 self._residual(place),
                 low,
                 high,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import Undefined
 from rulesheets.nodes import Expression
@@ -143,16 +143,11 @@ class _WholeTurns:
 
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""
-        import numpy as np
-
         from rulesheets.evaluate.enclosure import enclose
 
         known = self.preimages.values
-        boxes: dict[str, Any] = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}
-        boxes[self.unknown] = np.array([self.variable.low]), np.array([self.variable.high])
-        with np.errstate(all="ignore"):
-            low, high = enclose(self._operand, boxes)
-        bounds = float(np.min(low)), float(np.max(high))
+        box = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}
+        bounds = enclose(self._operand, {**box, self.unknown: (self.variable.low, self.variable.high)})
         return (-math.inf, math.inf) if any(map(math.isnan, bounds)) else bounds
 
     def _leads_inside(self, target: float) -> bool:

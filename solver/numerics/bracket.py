@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
-from typing import TypeAlias
 
-ScalarFunction: TypeAlias = Callable[[float], float]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import TypeAlias
+
+    ScalarFunction: TypeAlias = Callable[[float], float]
 
 MAX = sys.float_info.max
 TINY = 5e-324

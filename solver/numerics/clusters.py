@@ -8,16 +8,18 @@ changes of sign and for the least |f|.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
 from itertools import pairwise
 
-import numpy as np
-
+from rulesheets.record import dataclass, field
 from solver.numerics.bracket import MAX, bracketed_root, is_zero_crossing, lowest_point, value_at
-from solver.numerics.interval_function import HORIZON, IntervalFunction, Sections, section
+from solver.numerics.interval_function import HORIZON, IntervalFunction, sections
 
-Interval = tuple[float, float]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from solver.numerics.interval_function import Interval, Section
+
 SAMPLES = 129
 INFLATIONS = (4.0, 64.0, 4096.0, 2.0**20)
 POLE_ULPS = 16
@@ -80,13 +82,12 @@ def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) ->
 
 def _is_asked(function: IntervalFunction, cluster: Cluster) -> bool:
     """False for remote clusters, and for one that is tiny around 0 where f is not 0 at 0 itself."""
-    lo, hi = np.array([cluster.low]), np.array([cluster.high])
-    if function.is_remote(lo, hi)[0]:
+    if function.is_remote(cluster.low, cluster.high):
         return False
     if not cluster.low <= 0.0 <= cluster.high or max(-cluster.low, cluster.high) > 1 / HORIZON:
         return True
-    below, above, defined = function.range_on(np.zeros(1), np.zeros(1))
-    return bool(defined[0] and below[0] <= 0.0 <= above[0])
+    at_zero = function.at(0.0)
+    return at_zero is not None and at_zero[0] <= 0.0 <= at_zero[1]
 
 
 def _width(box: Cluster, last: Cluster) -> float:
@@ -111,7 +112,7 @@ def _resolve(function: IntervalFunction, cluster: Cluster, found: Found) -> None
 def _inflated(function: IntervalFunction, cluster: Cluster, factor: float) -> Interval:
     """The cluster, wider by ``factor`` times its width (or its last bit) on each side, within the range."""
     low, high = max(cluster.low, -MAX), min(cluster.high, MAX)
-    pad = factor * max(high - low, float(np.spacing(max(abs(low), abs(high)))))
+    pad = factor * max(high - low, math.ulp(max(abs(low), abs(high))))
     return max(function.low, low - pad, -MAX), min(function.high, high + pad, MAX)
 
 
@@ -122,11 +123,11 @@ def _prove(function: IntervalFunction, cluster: Cluster, found: Found) -> bool:
     """Whether f is monotone across the inflated cluster, which then holds one root or none."""
     for factor in INFLATIONS:
         low, high = _inflated(function, cluster, factor)
-        cut = section(function, np.array([low]), np.array([high]))
-        if cut.slope[0][0] <= 0 <= cut.slope[1][0]:
+        (cut,) = sections(function, [(low, high)])
+        if cut.slope[0] <= 0.0 <= cut.slope[1]:
             return False
         signs = _end_signs(function, cut)
-        if not cut.smooth[0]:
+        if not cut.smooth:
             return _is_pole(cluster, cut, signs)
         if 0 not in signs:
             if signs[0] != signs[1] and not any(low <= x <= high for x in found.roots):
@@ -139,14 +140,14 @@ def _prove(function: IntervalFunction, cluster: Cluster, found: Found) -> bool:
     return False
 
 
-def _end_signs(function: IntervalFunction, cut: Sections) -> tuple[int, int]:
+def _end_signs(function: IntervalFunction, cut: Section) -> tuple[int, int]:
     """Signs of f at both ends: by enclosure, 0 where that holds 0; at an end of the range as computed."""
     signs = []
     for x, edge, (below, above) in (
-        (float(cut.lo[0]), function.low, cut.at[0]),
-        (float(cut.hi[0]), function.high, cut.at[2]),
+        (cut.low, function.low, cut.at_low),
+        (cut.high, function.high, cut.at_high),
     ):
-        sign = int(below[0] > 0) - int(above[0] < 0)
+        sign = int(below > 0.0) - int(above < 0.0)
         signs.append(sign or (_computed_sign(function, x) if x == edge else 0))
     return signs[0], signs[1]
 
@@ -156,15 +157,15 @@ def _computed_sign(function: IntervalFunction, x: float) -> int:
     return int(f > 0) - int(f < 0)
 
 
-def _is_pole(cluster: Cluster, cut: Sections, signs: tuple[int, int]) -> bool:
+def _is_pole(cluster: Cluster, cut: Section, signs: tuple[int, int]) -> bool:
     """f rises wherever it is defined and yet goes from + to - (or falls, from - to +) within a few floats.
 
     Then each piece that reaches an end keeps its sign. Pieces that reach neither would need two
     singularities between neighbouring floats; that is taken not to happen.
     """
-    direction = 1 if cut.slope[0][0] > 0 else -1
+    direction = 1 if cut.slope[0] > 0.0 else -1
     size = max(abs(cluster.low), abs(cluster.high))
-    narrow = cluster.high - cluster.low <= POLE_ULPS * float(np.spacing(size))
+    narrow = cluster.high - cluster.low <= POLE_ULPS * math.ulp(size)
     return narrow and signs == (direction, -direction)
 
 
@@ -176,17 +177,21 @@ def _is_flat(function: IntervalFunction, cluster: Cluster) -> bool:
     low, high = cluster.low, cluster.high
     if not math.isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
         return False
-    points = np.linspace(low, high, SAMPLES)[1:-1]
-    below, above, defined = function.range_on(points, points)
-    vanishing = defined & (below <= 0) & (above >= 0) & np.isfinite(above - below)
-    return bool(vanishing.all())
+    values = function.ranges([(x, x) for x in _spread(low, high)[1:-1]])
+    return all(f is not None and f[0] <= 0.0 <= f[1] and math.isfinite(f[1] - f[0]) for f in values)
+
+
+def _spread(low: float, high: float) -> list[float]:
+    """Points at equal distances, the ends among them."""
+    step = (high - low) / (SAMPLES - 1)
+    return [*(low + i * step for i in range(SAMPLES - 1)), high]
 
 
 def _crossings(function: IntervalFunction, cluster: Cluster) -> list[float]:
     """Roots at changes of sign: between samples of a rough cluster, else between its two sides only,
     because inside it signs are noise. Poles and jumps are left out."""
     low, high = _inflated(function, cluster, 2.0)
-    points = np.linspace(low, high, SAMPLES).tolist() if cluster.rough and high - low < MAX else [low, high]
+    points = _spread(low, high) if cluster.rough and high - low < MAX else [low, high]
     defined = [(x, f) for x in points if not math.isnan(f := value_at(function.value, x))]
     roots = set()
     for (a, f_a), (b, f_b) in pairwise(defined):
@@ -214,11 +219,11 @@ def _stationary_point(function: IntervalFunction, low: float, high: float) -> fl
         return None
 
     def slope(x: float) -> float:
-        below, above = function.slope_on(np.array([x]), np.array([x]))
-        return float(below[0] + above[0]) / 2
+        ((below, above),) = function.slopes([(x, x)])
+        return (below + above) / 2
 
     if not slope(low) * slope(high) < 0.0:
         return None
     x = bracketed_root(slope, low, high)
-    below, above, _ = function.range_on(np.array([x]), np.array([x]))
-    return x if below[0] <= 0 <= above[0] else None
+    at_x = function.at(x)
+    return x if at_x is None or at_x[0] <= 0.0 <= at_x[1] else None

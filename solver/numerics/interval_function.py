@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeAlias
+from math import inf, isfinite, isnan
 
-import numpy as np
-from numpy.typing import NDArray
+from rulesheets.record import dataclass
+from solver.numerics.bracket import split_point
 
-from solver.numerics.bracket import ScalarFunction, split_point
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import TypeAlias
 
-Array: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Enclosure: TypeAlias = Callable[[Array, Array], tuple[Array, Array]]
+    from solver.numerics.bracket import ScalarFunction
 
+    Interval: TypeAlias = tuple[float, float]
+    Enclosure: TypeAlias = Callable[[Sequence[Interval]], Sequence[Interval]]
 
 HORIZON = 1e100
+UNKNOWN = -inf, inf
 
 
 class IntervalFunction:
@@ -38,73 +40,92 @@ class IntervalFunction:
     def has_slope(self) -> bool:
         return self._enclose_slope is not None
 
-    def is_remote(self, lo: Array, hi: Array) -> Mask:
-        """Boxes of which nobody asks: beyond ±1e100 where the range is infinite, and nearer to 0 than
+    def is_remote(self, low: float, high: float) -> bool:
+        """A box of which nobody asks: beyond ±1e100 where the range is infinite, or nearer to 0 than
         1e-100 without holding it. There enclosures overflow, and a box left open says nothing."""
-        far = self.low == -np.inf, self.high == np.inf
-        size = np.maximum(abs(lo), abs(hi))
-        near = (size <= 1 / HORIZON) & ((lo > 0) | (hi < 0)) & (max(-self.low, self.high) > HORIZON**-0.5)
-        remote: Mask = (far[0] & (hi <= -HORIZON)) | (far[1] & (lo >= HORIZON)) | near
-        return remote
+        if (self.low == -inf and high <= -HORIZON) or (self.high == inf and low >= HORIZON):
+            return True
+        near = max(abs(low), abs(high)) <= 1 / HORIZON and (low > 0.0 or high < 0.0)
+        return near and max(-self.low, self.high) > HORIZON**-0.5
 
-    def range_on(self, lo: Array, hi: Array) -> tuple[Array, Array, Mask]:
-        """Enclosures of f with one-sided nan widened to infinity, and where f is defined at all."""
-        self.evaluations += lo.size
-        below, above = self._enclose(lo, hi)
-        undefined = np.isnan(below) & np.isnan(above)
-        return _widened(below, -np.inf), _widened(above, np.inf), ~undefined
+    def ranges(self, boxes: Sequence[Interval]) -> list[Interval | None]:
+        """Enclosures of f, a nan that stands alone widened to infinity; None where f is undefined all over
+        the box."""
+        self.evaluations += len(boxes)
+        return [
+            None if isnan(below) and isnan(above) else _widened(below, above)
+            for below, above in self._enclose(boxes)
+        ]
 
-    def slope_on(self, lo: Array, hi: Array) -> tuple[Array, Array]:
+    def at(self, x: float) -> Interval | None:
+        """The enclosure of f at one point."""
+        return self.ranges([(x, x)])[0]
+
+    def slopes(self, boxes: Sequence[Interval]) -> list[Interval]:
         """Enclosures of the slope, infinite where unknown."""
         if self._enclose_slope is None:
-            return np.full(lo.shape, -np.inf), np.full(lo.shape, np.inf)
-        self.evaluations += lo.size
-        below, above = self._enclose_slope(lo, hi)
-        return _widened(below, -np.inf), _widened(above, np.inf)
+            return [UNKNOWN] * len(boxes)
+        self.evaluations += len(boxes)
+        return [_widened(below, above) for below, above in self._enclose_slope(boxes)]
 
 
-def _widened(bound: Array, infinity: float) -> Array:
-    return np.where(np.isnan(bound), infinity, bound)
+def _widened(below: float, above: float) -> Interval:
+    return -inf if isnan(below) else below, inf if isnan(above) else above
 
 
 @dataclass(frozen=True, slots=True)
-class Sections:
-    """Boxes cut at a middle point, with f enclosed at both ends and there; each array (k,).
+class Section:
+    """A box cut at a middle point, with f enclosed at both ends and there.
 
-    ``smooth`` tells where a finite slope is known that agrees with those three values.
+    ``smooth`` tells whether a finite slope is known that agrees with those three values.
     """
 
-    lo: Array
-    hi: Array
-    middle: Array
-    at: tuple[tuple[Array, Array], tuple[Array, Array], tuple[Array, Array]]
-    slope: tuple[Array, Array]
-    smooth: Mask
+    low: float
+    middle: float
+    high: float
+    at_low: Interval
+    at_middle: Interval
+    at_high: Interval
+    slope: Interval
+    smooth: bool
 
 
-def section(function: IntervalFunction, lo: Array, hi: Array) -> Sections:
+def sections(function: IntervalFunction, boxes: Sequence[Interval]) -> list[Section]:
     """Evaluate f at the ends and at the middle of each box, and its slope on the box."""
-    middle = split_points(lo, hi)
-    below, above, defined = function.range_on(*(np.concatenate([lo, middle, hi]),) * 2)
-    k = lo.size
-    at_low, at_middle, at_high = ((below[i * k : i * k + k], above[i * k : i * k + k]) for i in range(3))
-    slope = function.slope_on(lo, hi)
-    known = defined[:k] & defined[k : 2 * k] & defined[2 * k :]
-    for bounds in (slope, at_low, at_middle, at_high):
-        known &= np.isfinite(bounds[0]) & np.isfinite(bounds[1])
-    known &= _agrees(at_low, at_middle, slope, middle - lo) & _agrees(at_middle, at_high, slope, hi - middle)
-    return Sections(lo, hi, middle, (at_low, at_middle, at_high), slope, known)
+    middles = [split_point(low, high) for low, high in boxes]
+    points = [low for low, _ in boxes] + middles + [high for _, high in boxes]
+    values, slopes = function.ranges([(x, x) for x in points]), function.slopes(boxes)
+    k = len(boxes)
+    return [
+        _section(box, middle, at, slope)
+        for box, middle, at, slope in zip(
+            boxes,
+            middles,
+            zip(values[:k], values[k : 2 * k], values[2 * k :], strict=True),
+            slopes,
+            strict=True,
+        )
+    ]
 
 
-def _agrees(
-    left: tuple[Array, Array], right: tuple[Array, Array], slope: tuple[Array, Array], distance: Array
-) -> Mask:
+def _section(
+    box: Interval,
+    middle: float,
+    at: tuple[Interval | None, Interval | None, Interval | None],
+    slope: Interval,
+) -> Section:
+    low, high = box
+    at_low, at_middle, at_high = (UNKNOWN if value is None else value for value in at)
+    smooth = (
+        all(isfinite(below) and isfinite(above) for below, above in (slope, at_low, at_middle, at_high))
+        and _agrees(at_low, at_middle, slope, middle - low)
+        and _agrees(at_middle, at_high, slope, high - middle)
+    )
+    return Section(low, middle, high, at_low, at_middle, at_high, slope, smooth)
+
+
+def _agrees(left: Interval, right: Interval, slope: Interval, distance: float) -> bool:
     """Whether f can rise from ``left`` to ``right`` with such slopes. A jump in between mostly can't."""
-    slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(slope[0] * distance) + abs(slope[1] * distance))
-    least, most = left[0] + slope[0] * distance - slack, left[1] + slope[1] * distance + slack
-    agrees: Mask = (right[1] >= least) & (right[0] <= most)
-    return agrees
-
-
-def split_points(lo: Array, hi: Array) -> Array:
-    return np.array([split_point(a, b) for a, b in zip(lo.tolist(), hi.tolist(), strict=True)])
+    least, most = slope[0] * distance, slope[1] * distance
+    slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(least) + abs(most))
+    return right[1] >= left[0] + least - slack and right[0] <= left[1] + most + slack

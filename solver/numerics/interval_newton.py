@@ -13,10 +13,12 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from solver.numerics.interval_function import Array, Mask
 from solver.numerics.termination import EPS
 
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
 BoxFunction: TypeAlias = Callable[[Array, Array], tuple[Array, Array]]
 
 

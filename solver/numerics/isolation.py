@@ -1,33 +1,31 @@
 """Every root of one equation in one unknown, over a range or over the whole line.
 
 Branch and prune with interval enclosures (A. Neumaier, *Interval Methods for Systems of Equations*,
-1990, chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). All boxes of a level are treated in
-three vectorised evaluations: the range of f, the range of its slope, and f at the ends and the middle of
-each box. A box is dropped if f or its mean value form excludes 0; it is settled if the slope excludes 0
+1990, chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). The boxes of a level are enclosed together:
+the range of f, the range of its slope, and f at the ends and the middle of each box. A box is dropped if f
+or its mean value form excludes 0; it is settled if the slope excludes 0
 and f changes sign; the others are split, in exponents where a box spans decades. What is left when boxes
 reach rounding level goes to ``clusters.py``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from enum import Enum
+from math import inf, isfinite, nextafter
 
-import numpy as np
-
-from solver.numerics.bracket import MAX, ScalarFunction, bracketed_root
+from rulesheets.record import dataclass
+from solver.numerics.bracket import MAX, bracketed_root, split_point
 from solver.numerics.clusters import resolve_clusters
-from solver.numerics.interval_function import (
-    Array,
-    Enclosure,
-    IntervalFunction,
-    Mask,
-    Sections,
-    section,
-    split_points,
-)
+from solver.numerics.interval_function import IntervalFunction, sections
 
-Intervals: TypeAlias = list[tuple[float, float]]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from solver.numerics.bracket import ScalarFunction
+    from solver.numerics.interval_function import Enclosure, Interval, Section
+
+    Intervals: TypeAlias = list[Interval]
 
 EVEN = 1e3
 """Largest ratio of slopes across a box from whose ends an interval Newton step is worth taking."""
@@ -45,6 +43,9 @@ class IsolationLimits:
     presplit: int = 5
     candidates: int = 24
     remote_levels: int = 6
+
+
+STANDARD_LIMITS = IsolationLimits()
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +76,12 @@ def isolate_roots(
     value: ScalarFunction,
     low: float,
     high: float,
-    limits: IsolationLimits = IsolationLimits(),
+    limits: IsolationLimits = STANDARD_LIMITS,
 ) -> RootSearch:
     """Search the roots of f in [low, high], ends included; an infinite one stands for the largest float.
 
-    ``enclose(lo, hi)`` takes arrays (k,) of boxes and returns arrays (k,) that enclose the values of f on
-    each, outward rounded; nan, nan where f is undefined on the whole box. ``enclose_slope`` does the same
+    ``enclose`` takes boxes (low, high) and returns for each a pair that encloses the values of f on
+    it, outward rounded; nan, nan where f is undefined on the whole box. ``enclose_slope`` does the same
     for the difference quotients of f; it must be infinite or nan on a box on which f may be undefined or
     discontinuous somewhere. ``value(x)`` is f at one point, or raises ArithmeticError or ValueError, or is
     nan. ``complete`` is as true as these enclosures are.
@@ -88,13 +89,12 @@ def isolate_roots(
     if not low <= high:
         return RootSearch((), True)
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
-    with np.errstate(all="ignore"):
-        settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
-        if not (settled or at_rounding or unsplit) and remote:
-            settled, at_rounding, unsplit, _, more = _branch_and_prune(function, limits, remote)
-            levels += more
-        roots = [bracketed_root(value, a, b) for a, b in settled]
-        found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
+    settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
+    if not (settled or at_rounding or unsplit) and remote:
+        settled, at_rounding, unsplit, _, more = _branch_and_prune(function, limits, remote)
+        levels += more
+    roots = [bracketed_root(value, a, b) for a, b in settled]
+    found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
     return RootSearch(
         roots=tuple(sorted(set(found.roots))),
         complete=not found.unresolved,
@@ -115,97 +115,90 @@ def _branch_and_prune(
     settled: Intervals = []
     at_rounding: Intervals = []
     remote: Intervals = []
-    if boxes is None:
-        lo, hi = _presplit(function.low, function.high, limits.presplit)
-    else:
-        lo, hi = (np.array(ends) for ends in zip(*boxes, strict=True))
+    front = _presplit(function.low, function.high, limits.presplit) if boxes is None else boxes
     level = 0
     for level in range(limits.levels):
-        if not lo.size or lo.size > limits.alive or function.evaluations > limits.boxes:
+        if not front or len(front) > limits.alive or function.evaluations > limits.boxes:
             break
-        below, above, defined = function.range_on(lo, hi)
-        kept = defined & (below <= 0) & (above >= 0)
-        sections = section(function, lo[kept], hi[kept])
-        verdict = judge(sections, (above - below)[kept])
-        settled += _pairs(sections, verdict.single)
-        at_rounding += _pairs(sections, verdict.rounding) + _noise_at_ends(sections, verdict.noisy_end)
-        lo, hi = _split(sections, verdict.open)
+        ranges = zip(front, function.ranges(front), strict=True)
+        kept = [(box, f[1] - f[0]) for box, f in ranges if f is not None and f[0] <= 0.0 <= f[1]]
+        front = []
+        for section, (box, width) in zip(sections(function, [b for b, _ in kept]), kept, strict=True):
+            match judge(section, width):
+                case Verdict.SINGLE:
+                    settled.append(box)
+                case Verdict.NOISY_END:
+                    at_rounding += _noise_at_ends(section)
+                case Verdict.ROUNDING:
+                    at_rounding.append(box)
+                case Verdict.OPEN:
+                    front += [(section.low, section.middle), (section.middle, section.high)]
         if boxes is None and level >= limits.remote_levels:
-            far = function.is_remote(lo, hi)
-            remote += zip(lo[far].tolist(), hi[far].tolist(), strict=True)
-            lo, hi = lo[~far], hi[~far]
-    return settled, at_rounding, list(zip(lo.tolist(), hi.tolist(), strict=True)), remote, level + 1
+            remote += [box for box in front if function.is_remote(*box)]
+            front = [box for box in front if not function.is_remote(*box)]
+    return settled, at_rounding, front, remote, level + 1
 
 
-def _presplit(low: float, high: float, levels: int) -> tuple[Array, Array]:
-    lo, hi = np.array([low]), np.array([high])
+def _presplit(low: float, high: float, levels: int) -> Intervals:
+    boxes = [(low, high)]
     for _ in range(levels if low < high else 0):
-        middle = split_points(lo, hi)
-        lo, hi = np.stack([lo, middle], 1).ravel(), np.stack([middle, hi], 1).ravel()
-        proper = lo < hi
-        lo, hi = lo[proper], hi[proper]
-    finite = (lo < MAX) & (hi > -MAX)
-    return np.maximum(lo[finite], -MAX), np.minimum(hi[finite], MAX)
+        cut = [(a, split_point(a, b), b) for a, b in boxes]
+        boxes = [half for a, middle, b in cut for half in ((a, middle), (middle, b)) if half[0] < half[1]]
+    return [(max(a, -MAX), min(b, MAX)) for a, b in boxes if a < MAX and b > -MAX]
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """Masks (k,) over boxes; a box in none of them holds no root."""
+class Verdict(Enum):
+    """What is known of a box."""
 
-    single: Mask
-    noisy_end: Mask
-    rounding: Mask
-    open: Mask
-
-
-def judge(sections: Sections, width: Array) -> Verdict:
-    """``width`` is that of the natural enclosure of f on each box."""
-    (low_0, low_1), _, (high_0, high_1) = sections.at
-    smooth, (slope_0, slope_1) = sections.smooth, sections.slope
-    steepest = np.maximum(abs(slope_0), abs(slope_1))
-    reach = steepest * np.maximum(sections.middle - sections.lo, sections.hi - sections.middle)
-    empty = smooth & _mean_value_excludes(sections, steepest)
-    monotone = smooth & ((slope_0 > 0) | (slope_1 < 0)) & ~empty
-    signs_known = ((low_0 > 0) | (low_1 < 0)) & ((high_0 > 0) | (high_1 < 0))
-    opposite = ((low_1 < 0) & (high_0 > 0)) | ((low_0 > 0) & (high_1 < 0))
-    even = np.minimum(abs(slope_0), abs(slope_1)) * EVEN >= steepest
-    noisy_end = monotone & ~signs_known & even
-    rest = ~empty & ~(monotone & signs_known) & ~noisy_end
-    blurs = np.stack([high - low for low, high in sections.at])
-    noise = np.where(np.isfinite(blurs).all(axis=0), blurs.min(axis=0), 0.0)
-    spread = np.where(smooth, np.minimum(width, 2 * reach), width)
-    narrow = np.nextafter(np.nextafter(sections.lo, np.inf), np.inf) >= sections.hi
-    inside = (sections.lo < sections.middle) & (sections.middle < sections.hi)
-    done = narrow | (spread <= 4 * noise) | ~inside
-    return Verdict(monotone & opposite, noisy_end, rest & done, rest & ~done)
+    EMPTY = "it holds no root"
+    SINGLE = "it holds exactly one"
+    NOISY_END = "f is monotone, and 0 to rounding at an end"
+    ROUNDING = "it cannot usefully be split any more"
+    OPEN = "it is to be split"
 
 
-def _mean_value_excludes(sections: Sections, steepest: Array) -> Mask:
+def judge(section: Section, width: float) -> Verdict:
+    """``width`` is that of the natural enclosure of f on the box."""
+    (low_0, low_1), (high_0, high_1) = section.at_low, section.at_high
+    spread = width
+    if section.smooth:
+        slope_0, slope_1 = section.slope
+        steepest = max(abs(slope_0), abs(slope_1))
+        if _mean_value_excludes(section, steepest):
+            return Verdict.EMPTY
+        if slope_0 > 0.0 or slope_1 < 0.0:
+            if (low_0 > 0.0 or low_1 < 0.0) and (high_0 > 0.0 or high_1 < 0.0):
+                return Verdict.SINGLE if (low_0 > 0.0) is not (high_0 > 0.0) else Verdict.EMPTY
+            if min(abs(slope_0), abs(slope_1)) * EVEN >= steepest:
+                return Verdict.NOISY_END
+        reach = steepest * max(section.middle - section.low, section.high - section.middle)
+        spread = min(width, 2.0 * reach)
+    blurs = [high - low for low, high in (section.at_low, section.at_middle, section.at_high)]
+    noise = min(blurs) if all(map(isfinite, blurs)) else 0.0
+    narrow = nextafter(nextafter(section.low, inf), inf) >= section.high
+    done = narrow or spread <= 4.0 * noise or not section.low < section.middle < section.high
+    return Verdict.ROUNDING if done else Verdict.OPEN
+
+
+def _mean_value_excludes(section: Section, steepest: float) -> bool:
     """f(a) + [-s, s] (x - a) excludes 0 for some a of the ends and the middle."""
-    excludes = np.zeros(steepest.shape, bool)
-    for anchor, (below, above) in zip((sections.lo, sections.middle, sections.hi), sections.at, strict=True):
-        reach = steepest * np.maximum(anchor - sections.lo, sections.hi - anchor)
-        excludes |= (below > reach) | (above < -reach)
-    return excludes
+    low, middle, high = section.low, section.middle, section.high
+    for reach, (below, above) in (
+        (high - low, section.at_low),
+        (max(middle - low, high - middle), section.at_middle),
+        (high - low, section.at_high),
+    ):
+        if below > steepest * reach or above < -steepest * reach:
+            return True
+    return False
 
 
-def _noise_at_ends(sections: Sections, chosen: Mask) -> Intervals:
-    """The ends of monotone boxes near which f is 0 to rounding, by an interval Newton step from there."""
-    shallow = np.minimum(abs(sections.slope[0]), abs(sections.slope[1]))
+def _noise_at_ends(section: Section) -> Intervals:
+    """The ends of a monotone box near which f is 0 to rounding, by an interval Newton step from there."""
+    shallow = min(abs(section.slope[0]), abs(section.slope[1]))
     boxes = []
-    for i in np.flatnonzero(chosen):
-        lo, hi = float(sections.lo[i]), float(sections.hi[i])
-        for end, (below, above) in ((lo, sections.at[0]), (hi, sections.at[2])):
-            if below[i] <= 0 <= above[i]:
-                reach = float(max(above[i], -below[i]) / shallow[i])
-                boxes.append((max(lo, end - reach), min(hi, end + reach)))
+    for end, (below, above) in ((section.low, section.at_low), (section.high, section.at_high)):
+        if below <= 0.0 <= above:
+            reach = max(above, -below) / shallow
+            boxes.append((max(section.low, end - reach), min(section.high, end + reach)))
     return boxes
-
-
-def _pairs(sections: Sections, chosen: Mask) -> Intervals:
-    return list(zip(sections.lo[chosen].tolist(), sections.hi[chosen].tolist(), strict=True))
-
-
-def _split(sections: Sections, chosen: Mask) -> tuple[Array, Array]:
-    lo, middle, hi = sections.lo[chosen], sections.middle[chosen], sections.hi[chosen]
-    return np.stack([lo, middle], 1).ravel(), np.stack([middle, hi], 1).ravel()

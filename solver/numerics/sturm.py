@@ -8,15 +8,20 @@ points are floats, which are whole numbers over powers of two.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import TypeAlias
 
-from solver.numerics.bracket import TINY, ScalarFunction, bracketed_root, split_point
+from solver.numerics.bracket import TINY, bracketed_root, split_point
 
-Whole: TypeAlias = list[int]
-"""Coefficients of a polynomial, lowest degree first, the last one not 0."""
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import TypeAlias
+
+    from solver.numerics.bracket import ScalarFunction
+
+    Whole: TypeAlias = list[int]
+    """Coefficients of a polynomial, lowest degree first, the last one not 0."""
 
 SPLITS = 400
 

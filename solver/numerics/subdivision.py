@@ -14,8 +14,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from solver.numerics.interval_function import Array, Mask, split_points
-from solver.numerics.interval_newton import BoxFunction, NewtonImage, interval_newton
+from solver.numerics.bracket import split_point
+from solver.numerics.interval_newton import Array, BoxFunction, Mask, NewtonImage, interval_newton
 
 Box: TypeAlias = tuple[tuple[float, float], ...]
 Contractor: TypeAlias = Callable[[Array, Array], tuple[Array, Array, Mask]]
@@ -193,7 +193,8 @@ class _Search:
         measure = np.where(np.isfinite(smear).all(axis=1)[:, None], smear, (hi - lo) / (self.high - self.low))
         side = np.where(widths > self.limits.resolution, measure, -1.0).argmax(axis=1)
         each = np.arange(len(lo))
-        middle = split_points(lo[each, side], hi[each, side])
+        ends = zip(lo[each, side].tolist(), hi[each, side].tolist(), strict=True)
+        middle = np.array([split_point(a, b) for a, b in ends])
         left_hi, right_lo = hi.copy(), lo.copy()
         left_hi[each, side] = right_lo[each, side] = middle
         return np.concatenate([lo, right_lo]), np.concatenate([left_hi, hi])

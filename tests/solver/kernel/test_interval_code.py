@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,8 +12,11 @@ from hypothesis import strategies as st
 
 from rulesheets.construct import call
 from rulesheets.evaluate import Undefined, enclose, value
+from rulesheets.functions.float_intervals import arithmetic
 from rulesheets.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.kernel.interval_code import IntervalEmitter, scaled, square
+from solver.kernel.interval_arrays import ARRAYS, scaled, square
+from solver.kernel.interval_code import IntervalEmitter
+from solver.kernel.interval_floats import FLOATS
 
 X, Y, K = Name("x"), Name("y"), Name("k")
 LEAVES = st.sampled_from([X, Y, K, Number(2.0), Number(-0.5), Number(0.0)])
@@ -35,10 +39,11 @@ TREES = st.recursive(LEAVES, _grown, max_leaves=8)
 ENDS = st.floats(-20, 20).map(lambda x: round(x, 2))
 
 
-def compiled(
-    tree: Expression, x: tuple[float, float], y: tuple[float, float], k: float
-) -> tuple[float, float]:
-    emitter = IntervalEmitter(["x", "y"], ["k"])
+Ends = tuple[float, float]
+
+
+def on_arrays(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
+    emitter = IntervalEmitter(["x", "y"], ["k"], ARRAYS)
     low, high = emitter.pair(tree)
     function = emitter.function(f"{low}, {high}")
     with np.errstate(all="ignore"):
@@ -46,9 +51,22 @@ def compiled(
     return tuple(float(np.broadcast_to(end, (1,))[0]) for end in ends)  # type: ignore[return-value]
 
 
+def on_floats(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
+    emitter = IntervalEmitter(["x", "y"], ["k"], FLOATS)
+    low, high = emitter.pair(tree)
+    ends: Ends = emitter.function(f"{low}, {high}")(*x, *y, k)
+    assert all(type(end) is float for end in ends)
+    return ends
+
+
+BOTH = pytest.mark.parametrize("compiled", [on_arrays, on_floats])
+Compiled = Callable[[Expression, Ends, Ends, float], Ends]
+
+
+@BOTH
 @given(TREES, st.tuples(ENDS, ENDS), st.tuples(ENDS, ENDS), ENDS, st.floats(0, 1), st.floats(0, 1))
 def test_values_lie_within(
-    tree: Expression, x: tuple[float, float], y: tuple[float, float], k: float, s: float, t: float
+    compiled: Compiled, tree: Expression, x: Ends, y: Ends, k: float, s: float, t: float
 ) -> None:
     x, y = (min(x), max(x)), (min(y), max(y))
     low, high = compiled(tree, x, y, k)
@@ -62,19 +80,19 @@ def test_values_lie_within(
         assert low - slack <= number <= high + slack
 
 
+@BOTH
 @given(TREES, st.tuples(ENDS, ENDS), st.tuples(ENDS, ENDS), ENDS)
 def test_as_tight_as_the_interpreted_ones(
-    tree: Expression, x: tuple[float, float], y: tuple[float, float], k: float
+    compiled: Compiled, tree: Expression, x: Ends, y: Ends, k: float
 ) -> None:
     x, y = (min(x), max(x)), (min(y), max(y))
     low, high = compiled(tree, x, y, k)
-    boxes = {"x": (np.array([x[0]]), np.array([x[1]])), "y": (np.array([y[0]]), np.array([y[1]]))}
-    below, above = enclose(tree, {**boxes, "k": (k, k)})
-    assert math.isnan(low) == math.isnan(float(below[0]))
-    if math.isfinite(float(below[0])) and math.isfinite(float(above[0])):
-        size = 1e-12 * max(abs(float(below[0])), abs(float(above[0]))) + 1e-300
-        assert low >= float(below[0]) - size
-        assert high <= float(above[0]) + size
+    below, above = enclose(tree, {"x": x, "y": y, "k": (k, k)})
+    assert math.isnan(low) == math.isnan(below)
+    if math.isfinite(below) and math.isfinite(above):
+        size = 1e-12 * max(abs(below), abs(above)) + 1e-300
+        assert low >= below - size
+        assert high <= above + size
 
 
 @pytest.mark.parametrize("factor", [-3.0, 0.0, 0.1, 1e-320])
@@ -88,6 +106,10 @@ def test_a_known_factor_keeps_signs(factor: float) -> None:
         if c >= 0.0:
             assert (a >= 0.0) if factor >= 0.0 else (b <= 0.0)
     assert np.isnan(below[4])
+    with_floats = [
+        arithmetic.scaled(factor, factor, *ends) for ends in zip(low.tolist(), high.tolist(), strict=True)
+    ]
+    assert np.array_equal(np.array(with_floats).T, [below, above], equal_nan=True)
 
 
 def test_squares_are_not_negative() -> None:
@@ -95,3 +117,5 @@ def test_squares_are_not_negative() -> None:
     assert below.tolist()[:2] == [0.0, 0.0]
     assert below[2] == above[2] == 0.0
     assert above[0] >= 4.0
+    with_floats = [arithmetic.square(*ends) for ends in ((-2.0, 1.0), (1e-200, 2.0), (0.0, 0.0))]
+    assert with_floats == list(zip(below.tolist(), above.tolist(), strict=True))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -117,11 +117,27 @@ def cos(x: Interval) -> Interval:
     return Interval(lo, hi)
 
 
-def enclosure(expression: Callable[[Any], Any]) -> Callable[[Any, Any], tuple[Any, Any]]:
-    """``enclose(lo, hi)`` of an expression written over Interval."""
+def box_by_box(
+    enclose: Callable[[Any, Any], tuple[Any, Any]],
+) -> Callable[[Sequence[tuple[float, float]]], list[tuple[float, float]]]:
+    """What encloses arrays ``(lo, hi)``, for boxes ``(low, high)``."""
+
+    def boxes(boxes: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+        lo, hi = np.array(boxes).reshape(-1, 2).T
+        with np.errstate(all="ignore"):
+            below, above = (np.broadcast_to(end, lo.shape).tolist() for end in enclose(lo, hi))
+        return list(zip(below, above, strict=True))
+
+    return boxes
+
+
+def enclosure(
+    expression: Callable[[Any], Any],
+) -> Callable[[Sequence[tuple[float, float]]], list[tuple[float, float]]]:
+    """The enclosures over boxes of an expression written over Interval."""
 
     def enclose(lo: Any, hi: Any) -> tuple[Any, Any]:
         box = _of(expression(Interval(lo, hi)))
-        return np.broadcast_to(box.lo, lo.shape), np.broadcast_to(box.hi, lo.shape)
+        return box.lo, box.hi
 
-    return enclose
+    return box_by_box(enclose)

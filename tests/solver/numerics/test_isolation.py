@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from tests.solver.numerics.interval_arithmetic import (
     Interval,
+    box_by_box,
     cos,
     enclosure,
     exp,
@@ -276,7 +277,7 @@ def test_a_jump_is_no_root() -> None:
         crossing = (lo < 0.7) & (hi >= 0.7)
         return numpy.where(crossing, -INF, 0.0), numpy.where(crossing, INF, 0.0)
 
-    found = isolate_roots(box, slope, lambda x: 1.0 if x < 0.7 else -1.0, -5, 5)
+    found = isolate_roots(box_by_box(box), box_by_box(slope), lambda x: 1.0 if x < 0.7 else -1.0, -5, 5)
     assert found.roots == ()
 
 
@@ -292,7 +293,9 @@ def test_a_jump_that_the_slope_hides_loses_no_root() -> None:
     def slope(lo: Any, hi: Any) -> tuple[Any, Any]:
         return numpy.ones_like(lo), numpy.ones_like(lo)
 
-    found = isolate_roots(box, slope, lambda x: x - 0.65 if x < 0.7 else x - 3.65, -5, 5)
+    found = isolate_roots(
+        box_by_box(box), box_by_box(slope), lambda x: x - 0.65 if x < 0.7 else x - 3.65, -5, 5
+    )
     assert found.roots == (0.65, 3.65)
 
 
