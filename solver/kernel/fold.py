@@ -8,15 +8,18 @@ extreme value says whether there are two roots, one double root, or none.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.record import dataclass
 from solver.accuracy.last_places import half_unit
 from solver.accuracy.witness import gross
 from solver.kernel.extended_system import ExtendedSystem
 from solver.numerics.elimination import eliminate
+from solver.numerics.nullspace import last_singular
+from solver.numerics.small_inverse import LARGEST, inverse
 
 MAX_ITERATIONS = 60
 NEAR = 1e-2
@@ -49,26 +52,38 @@ def null_vectors(
     system: ExtendedSystem, x: Sequence[float]
 ) -> tuple[list[float], list[float], list[float]] | None:
     """Null vectors (v, u) of the scaled Jacobian and the sizes of the unknowns; None if it is regular."""
-    import numpy as np
-
     x = [float(v) for v in x]
     try:
-        jacobian = np.array([[float(a) for a in row] for row in system.jacobian(x)])
+        jacobian = [[float(a) for a in row] for row in system.jacobian(x)]
     except (Undefined, OverflowError):
         return None
     largest = max(abs(v) for v in x) or 1.0
-    sizes = np.array([abs(v) if abs(v) > 1e-3 * largest else largest for v in x])
+    sizes = [abs(v) if abs(v) > 1e-3 * largest else largest for v in x]
     values = {name: float(v) for name, v in {**system.known, **system.point(x)}.items()}
-    terms = [gross(equation, values) for equation in system.kernel.equations]
-    with np.errstate(all="ignore"):
-        scaled = jacobian * sizes
-        rows = np.maximum(np.abs(scaled).max(axis=1), terms)
-    if not np.isfinite(rows).all() or not (rows > 0).all():
+    scaled = [[a * size for a, size in zip(row, sizes, strict=True)] for row in jacobian]
+    rows = [
+        max(*map(abs, row), gross(equation, values))
+        for row, equation in zip(scaled, system.kernel.equations, strict=True)
+    ]
+    if not all(math.isfinite(a) for row in scaled for a in row) or not all(0.0 < r < math.inf for r in rows):
         return None
-    left, singular, right = np.linalg.svd(scaled / rows[:, None])
+    equilibrated = [[a / size for a in row] for row, size in zip(scaled, rows, strict=True)]
+    if not _nearly_singular(equilibrated):
+        return None
+    singular, right = last_singular(equilibrated)
     if singular[-1] > SUSPECT or (len(singular) > 1 and singular[-2] <= SUSPECT * SUSPECT):
         return None
-    return right[-1].tolist(), (left[:, -1] * rows).tolist(), sizes.tolist()
+    _, left = last_singular(list(zip(*equilibrated, strict=True)))
+    return right, [u * size for u, size in zip(left, rows, strict=True)], sizes
+
+
+def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
+    """False where the least singular value is seen to be above ``SUSPECT``: it is no less than one over the
+    Frobenius norm of the inverse."""
+    if len(matrix) > LARGEST:
+        return True
+    rows = inverse(matrix)
+    return rows is None or math.hypot(*(a for row in rows for a in row)) * SUSPECT >= 1.0
 
 
 class _Reduction:

@@ -11,8 +11,9 @@ from typing import Any, Protocol
 
 from solver.numerics.termination import EPS
 
-SMALL = 9
-"""Up to so many unknowns LAPACK, with the import of scipy, takes longer than plain Python over a solve."""
+SMALL = 16
+"""Up to so many unknowns LAPACK, with the import of scipy, takes longer than plain Python over a solve: a
+factorisation takes a tenth of a millisecond more, the import hundreds of them."""
 Matrix = Sequence[Sequence[float]]
 
 
@@ -57,10 +58,16 @@ def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
         return _sparse(matrix, column_weights)
     n = len(column_weights)
     if len(matrix) == n:
-        regular = _small(matrix, column_weights) if n <= SMALL else _large(matrix, column_weights)
+        regular = _small(_rows(matrix), column_weights) if n <= SMALL else _large(matrix, column_weights)
         if regular is not None:
             return regular
     return DenseFactor(matrix, column_weights)
+
+
+def _rows(matrix: Any) -> Matrix:
+    """Rows of floats, of an array too: its own numbers are slower, and warn of what overflows."""
+    rows: Matrix = matrix.tolist() if hasattr(matrix, "dtype") else matrix
+    return rows
 
 
 def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
@@ -142,8 +149,7 @@ def _small(matrix: Matrix, weight: Sequence[float]) -> SmallFactor | None:
 def _eliminate(row: list[float], pivot_row: list[float], k: int, n: int) -> None:
     factor = row[k] = row[k] / pivot_row[k]
     if factor:
-        for j in range(k + 1, n):
-            row[j] -= factor * pivot_row[j]
+        row[k + 1 : n] = [a - factor * b for a, b in zip(row[k + 1 : n], pivot_row[k + 1 : n], strict=True)]
 
 
 class DenseFactor:

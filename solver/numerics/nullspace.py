@@ -1,10 +1,14 @@
-"""The direction in which a singular system can move."""
+"""The directions in which a singular system can move."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
-import numpy as np
+from solver.numerics.small_svd import LARGEST, decomposed
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 def null_direction(matrix: Sequence[Sequence[float]], x: Sequence[float]) -> tuple[float, ...]:
@@ -13,12 +17,25 @@ def null_direction(matrix: Sequence[Sequence[float]], x: Sequence[float]) -> tup
     The right singular vector of the smallest singular value of A with rows equilibrated and
     columns scaled (Golub & Van Loan, *Matrix Computations*, section 2.4).
     """
-    scale = np.array([abs(v) or 1.0 for v in x])
-    with np.errstate(all="ignore"):  # what overflows is refused
-        a = np.asarray(matrix, dtype=float) * scale
-        rows = np.abs(a).max(axis=1)
-        a = a / np.where(rows > 0, rows, 1.0)[:, None]
-    if not np.isfinite(a).all():
+    scale = [abs(v) or 1.0 for v in x]
+    scaled = [[float(a) * s for a, s in zip(row, scale, strict=True)] for row in matrix]
+    sizes = [max(map(abs, row)) or 1.0 for row in scaled]
+    if not all(math.isfinite(a) for row in scaled for a in row):  # what overflows is refused
         return tuple(1.0 for _ in x)
-    direction = np.linalg.svd(a)[2][-1] * scale
-    return tuple(float(v) for v in direction / np.abs(direction).max())
+    equilibrated = [[a / size for a in row] for row, size in zip(scaled, sizes, strict=True)]
+    _, vector = last_singular(equilibrated)
+    direction = [v * s for v, s in zip(vector, scale, strict=True)]
+    longest = max(map(abs, direction))
+    return tuple(v / longest for v in direction)
+
+
+def last_singular(matrix: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
+    """The singular values (n,) of a matrix (n, n) of finite numbers, descending, and the right singular
+    vector (n,) of the last one."""
+    if len(matrix) <= LARGEST:
+        found = decomposed(matrix)
+        return found.values, found.right[-1]
+    import numpy as np
+
+    _, values, right = np.linalg.svd(np.array(matrix))
+    return values.tolist(), right[-1].tolist()

@@ -35,6 +35,8 @@ k1 = monotone(special.k1, domain=(0.0, np.inf), image=(0.0, np.inf), ulps=SCIPY_
 # gamma and its logarithm have their least values for positive arguments here.
 _GAMMA_VALLEY = 1.4616321449683623
 _GAMMA_LEAST, _LGAMMA_LEAST = 0.8856031944108886, -0.12148629053584964
+# Nearer to 0, where both only rise, scipy has infinity for the logarithm of gamma.
+_LEAST_NORMAL = float(np.finfo(float).tiny)
 
 
 def _valley(function: Callable[[Array], Array], least: float) -> Callable[[Array, Array], Interval]:
@@ -42,8 +44,8 @@ def _valley(function: Callable[[Array], Array], least: float) -> Callable[[Array
 
     @quiet
     def enclosure(low: Array, high: Array) -> Interval:
-        at_low, at_high = function(low), function(high)
-        below, above = np.minimum(at_low, at_high), np.maximum(at_low, at_high)
+        above = np.maximum(function(low), function(high))
+        below = np.minimum(*(function(np.maximum(end, _LEAST_NORMAL)) for end in (low, high)))
         around = (low <= _GAMMA_VALLEY + 1e-6) & (high >= _GAMMA_VALLEY - 1e-6)
         below = np.where(around, least, _outward_down(below))
         return _for_positive(low, low, below, _outward_up(above))
