@@ -15,6 +15,9 @@ MODULES = (
     "import sys; from solver.cli import main; code = main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
 )
 
+INSTALLED = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""Bytecode is there, as it is after an installation."""
+
 EACH = """
 import os, sys
 for name in sys.argv[1:]:
@@ -58,7 +61,7 @@ FIRST = {"lark", "rulesheets.parse", "rulesheets.checks", "rulesheets.build", "s
 
 def imported(line: str, store: Path) -> set[str]:
     """Names of the modules that a command has imported in a process of its own, site customisation apart."""
-    environment = {**os.environ, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
+    environment = {**INSTALLED, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
     call = [sys.executable, "-c", MODULES, *line.split()]
     ran = subprocess.run(call, capture_output=True, text=True, env=environment, timeout=120, check=False)
     bare = [sys.executable, "-c", "import sys; print(*sys.modules)"]
@@ -69,7 +72,7 @@ def imported(line: str, store: Path) -> set[str]:
 
 def each_imported(lines: Sequence[str], store: Path, at_hand: Sequence[str] = ()) -> dict[str, set[str]]:
     """``imported`` of many lines."""
-    environment = {**os.environ, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
+    environment = {**INSTALLED, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
     call, text = [sys.executable, "-c", EACH, *at_hand], "".join(f"{line}\n" for line in lines)
     ran = subprocess.run(
         call, input=text, capture_output=True, text=True, env=environment, timeout=120, check=True, cwd=ROOT
