@@ -29,10 +29,12 @@ SIMPLE = 1e-10
 """The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
 NEARLY = 1e-9
 """Share of the terms of an equation that it misses by at a point worth a closer look."""
-COVERED = 1e-6
-"""Relative distance of a root from the answer that it was refined to."""
+COVERED = 1e-12
+"""Relative distance of a root from the answer that it was refined to, where that is well conditioned."""
 REMOTE = 1e60
 """Size of numbers that nobody asks about."""
+ROUNDED = 8 * EPSILON
+"""Relative difference of two numbers that are the same."""
 BLUR = 3e-3
 """How far rounding spreads a multiple root, relative to its size (multiplicity 6 at most)."""
 
@@ -150,11 +152,18 @@ class Candidates:
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there."""
         self.refine(list(point.values()))
-        scales = self.question.scale()
-        if any(_near(point, answer.values, COVERED, scales) for answer in self.answers):
+        if any(self._covers(answer, point) for answer in self.answers):
             return
         if self.question.outside(point) is None and self._nearly(point):
             self.refused.append(point)
+
+    def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
+        """Whether an answer is that root, as far as rounding tells."""
+        scales = self.question.scale()
+        if _near(root, answer.values, COVERED, scales):
+            return True
+        far = _near(root, answer.values, BLUR, scales)
+        return far and self._within(root, answer.values, self._blur(dict(answer.values)))
 
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation; whether it does may be beyond floats."""
@@ -185,12 +194,12 @@ class Candidates:
             self.miss, self.nearest = size, point
 
     def _same(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
-        """Equal to nine digits; or nearer than what rounding leaves open; or joined by points that hold."""
+        """Nearer than what rounding leaves open; or joined by points that hold."""
         if not _near(one, other, BLUR, self.question.scale()):
             return False
-        if _equal(one, other):
+        if _near(one, other, ROUNDED, self.question.scale()):
             return True
-        if all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True)):
+        if self._within(one, other, blur):
             return True
         return all(
             self.question.holds({n: v + share * (other[n] - v) for n, v in one.items()})
@@ -199,8 +208,11 @@ class Candidates:
 
     def _stretched(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
         """Whether two points of one answer lie farther apart than rounding parts those of a simple root."""
-        within = all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
-        return not within and not _equal(one, other)
+        return not self._within(one, other, blur) and not _equal(one, other)
+
+    def _within(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
+        """Whether two points are nearer than what rounding leaves open."""
+        return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
 
     def _blur(self, point: Mapping[str, float]) -> list[float]:
         """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""

@@ -29,6 +29,10 @@ from solver.solution.turns import within_one_turn
 
 ROUNDED = 2.0**-51
 """Relative difference of two floats next to the same number."""
+NEAR = 1e-11
+"""Relative difference of answers that may be one, if their error bars say so."""
+SAFETY = 4.0
+"""How far error bars may be too short where two answers are told apart by them."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,7 @@ def judge(
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
     if loose:
         return _unfinished(model, loose, inputs)
-    solved = _preferred([leaf for leaf in found.leaves if leaf.solved])
+    solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
     solved = _ordered(model, near or solved, guesses)
@@ -240,12 +244,12 @@ def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:
 # --- which answer comes first -------------------------------------------------------
 
 
-def _preferred(leaves: list[Leaf]) -> list[Leaf]:
+def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
     """Distinct leaves; one in which an auxiliary has no value gives way to one where all have."""
     whole = [leaf for leaf in leaves if not _violates(leaf)]
     distinct: list[Leaf] = []
     for leaf in whole or leaves:
-        if not any(_same_leaf(leaf, other) for other in distinct):
+        if not any(_same_leaf(model, leaf, other) for other in distinct):
             distinct.append(leaf)
     return distinct
 
@@ -256,9 +260,19 @@ def _violates(leaf: Leaf) -> bool:
     return any(f.unknown not in leaf.branch.values and not getattr(f, "pole", False) for f in unmet)
 
 
-def _same_leaf(leaf: Leaf, other: Leaf) -> bool:
-    tolerance = ROUNDED if leaf.branch.precise and other.branch.precise else 1e-11
-    return _same(leaf.branch.values, other.branch.values, tolerance)
+def _same_leaf(model: Model, leaf: Leaf, other: Leaf) -> bool:
+    """Whether two ways lead to one answer: to the same floats, or to others that rounding makes of them."""
+    one, two = leaf.branch.values, other.branch.values
+    if _same(one, two, ROUNDED):
+        return True
+    if (leaf.branch.precise and other.branch.precise) or not _same(one, two, NEAR):
+        return False
+    errors, others = leaf_errors(model, leaf).error, leaf_errors(model, other).error
+    return not any(
+        abs(number - at) > SAFETY * (errors[name] + others[name])
+        for name, number in one.items()
+        if isinstance(number, float) and isinstance(at := two[name], float)
+    )
 
 
 def _same(one: Mapping[str, Value], other: Mapping[str, Value], tolerance: float) -> bool:
