@@ -69,6 +69,9 @@ class _ExtendedStep(StepSolver):
     def _root(self, number: Any) -> Any:
         return self.mp.sqrt(number)
 
+    def _parts(self, number: Any) -> tuple[Any, int]:
+        return number, 0
+
     def _near(self, share: float) -> float:
         return float(10.0 ** (SPARE - self.digits))
 

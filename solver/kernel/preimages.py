@@ -23,6 +23,8 @@ SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 DELICATE = 1e-6
 """How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
 EPSILON = 2.0**-52
+NOTHING = -5_000
+"""Power of 2 of the number 0: below that of any float, and of any product of them."""
 CANCELLED = 1e-12
 """Share of what a number is made of that may be no more than what cancellation has left of its rounding."""
 
@@ -69,6 +71,10 @@ class Preimages:
 
     def _root(self, number: float) -> float:
         return math.sqrt(number)
+
+    def _parts(self, number: float) -> tuple[float, int]:
+        """A number as a mantissa and the power of 2 that it is multiplied by."""
+        return math.frexp(number) if number else (0.0, NOTHING)
 
     def _near(self, share: float) -> float:
         """The relative error at which numbers are told apart where floats take ``share``."""
@@ -232,15 +238,21 @@ class Preimages:
                 reading = f"0 times {unknown} = {number_text(float(-c))}"
                 raise Refused(fact or NoValue(self.index, unknown, reading, pole=True))
             return [-c / b]
-        discriminant = b * b - 4 * a * c
+        (a, up), (b, middle), (c, down) = map(self._parts, (a, b, c))
+        unit = max(middle, (up + down) // 2)  # the squares of small and large numbers are no floats
+        b = _shifted(b, middle - unit)
+        square, product = b * b, 4 * _shifted(a * c, up + down - 2 * unit)
+        discriminant = square - product
         if discriminant < 0.0:
-            self.delicate = self.delicate or -discriminant <= DELICATE * max(b * b, abs(4 * a * c))
-            if discriminant < -self._near(1e-9) * max(b * b, abs(4 * a * c)):
-                raise Refused(NoValue(self.index, unknown, f"sqrt of {number_text(float(discriminant))}"))
+            size = max(square, abs(product))
+            self.delicate = self.delicate or -discriminant <= DELICATE * size
+            if discriminant < -self._near(1e-9) * size:
+                needed = number_text(float(_shifted(discriminant, 2 * unit)))
+                raise Refused(NoValue(self.index, unknown, f"sqrt of {needed}"))
             discriminant, self.clamped = 0.0, True
         root = self._root(discriminant)
         q = -0.5 * (b - root if b < 0.0 else b + root)
-        roots = [q / a, c / q if q else 0.0]
+        roots = [_shifted(q / a, unit - up), _shifted(c / q, down - unit) if q else 0.0]
         return sorted(roots, reverse=True) if roots[0] != roots[1] else roots[:1]
 
 
@@ -248,6 +260,16 @@ def _alternately(lists: Iterable[Sequence[float]]) -> Iterator[float]:
     """The first of each, the second of each, …: whoever takes no more than some takes of every form."""
     for some in zip_longest(*lists):
         yield from (number for number in some if number is not None)
+
+
+def _shifted(mantissa: float, exponent: int) -> float:
+    """A number from its parts, infinite where it is too large."""
+    if not exponent:
+        return mantissa
+    try:
+        return math.ldexp(mantissa, exponent)
+    except OverflowError:
+        return math.copysign(math.inf, mantissa)
 
 
 def _reading(operation: str, target: float) -> str:

@@ -253,7 +253,8 @@ class _PreciseExplorer(Explorer):
         for equation in (self.model.equations[index] for index in equations_of(step)):
             if name in equation.names and all(n in values for n in equation.names):
                 moved = _slope(equation, values, name) * float(abs(found[name]))
-                if moved <= reach * gross(equation, values):
+                terms = gross(equation, values)  # 0 where they are smaller than floats hold
+                if moved <= reach * terms != 0.0:
                     lost = True
                 elif gross(equation, {**values, name: 0.0}):
                     return True

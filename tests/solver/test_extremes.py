@@ -6,6 +6,8 @@ import math
 from typing import Any
 
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import rulesheets
 import solver
@@ -100,3 +102,26 @@ def test_constants_of_a_compiled_path_that_overflow() -> None:
     plan = solver.prepare(rulesheets.loads(sheet + rules), inputs=["c"], want=["d", "w", "x"])
     for c in (-2.2531715901509086e-69, -2.253e-69, -2.3e-69):
         assert plan(c)[0] == pytest.approx(1 / -1.1641443538998836e92, rel=1e-14)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.integers(-250, 250),
+    st.integers(-200, 200),
+    st.sampled_from([(1, 2), (-1, 3), (0, 5), (-4, -1), (0, -7)]),
+)
+def test_quadratics_of_any_size_have_both_roots(level: int, size: int, roots: tuple[int, int]) -> None:
+    """a·(x − p)(x − q), in powers of 2: squares of its coefficients are no floats, its roots are."""
+    one, other = sorted(r * 2.0**size for r in roots)
+    a = 2.0 ** max(-1000, min(1000, level - 2 * size))
+    b, c = -a * (one + other), a * one * other
+    assume(all(number == 0.0 or 1e-300 < abs(number) < 1e300 for number in (a, b, c)))
+    result = solver.solve(rulesheets.loads("a*x^2 + b*x + c = 0"), {"a": a, "b": b, "c": c})
+    found = sorted(answer["x"] for answer in result.solutions)
+    assert found == pytest.approx([one, other], rel=1e-13, abs=0.0)
+
+
+@pytest.mark.parametrize("b", [1e-170, -3e-165, 1e-300])
+def test_a_root_whose_square_is_below_floats_is_an_answer(b: float) -> None:
+    result = solver.solve(rulesheets.loads("x^2 = b*x"), {"b": b})
+    assert sorted(answer["x"] for answer in result.solutions) == sorted([0.0, b])
