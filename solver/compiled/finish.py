@@ -10,7 +10,7 @@ from solver.compiled.flow import NotCompilable
 from solver.compiled.magnitude import whole
 from solver.compiled.preimages import Preimages
 from solver.compiled.program import Ending
-from solver.compiled.rounding import accurate, apart_from_poles
+from solver.compiled.rounding import accurate, apart_from_edges
 from solver.compiled.schedule import LEAVES, schedule
 from solver.compiled.testimony import Testimony
 from solver.compiled.trim import trimmed
@@ -48,7 +48,7 @@ class Finish(Preimages, Testimony):
             self._turned(way, name, variable)
         self._accurate(way)
         results = tuple(self._result(way, name) for name in self.pattern.want)
-        for told in apart_from_poles(flow, [node for node in results if isinstance(node, int)]):
+        for told in apart_from_edges(flow, [node for node in results if isinstance(node, int)]):
             flow.require(told)
         if way.drowned:
             self._known_to_some_digits(results)

@@ -60,34 +60,63 @@ def quiet(flow: Flow, node: int, known: Iterable[int], share: float) -> int:
     return Analysis(flow, known).within(node, share)
 
 
-def apart_from_poles(flow: Flow, results: Sequence[int]) -> Iterator[int]:
-    """A node for each divisor on the way to the results that may be 0 but for rounding, and for each tangent,
-    true where it is more than the last places of what it was computed from: what rests on less is no answer,
-    and left to be told step by step."""
+def apart_from_edges(flow: Flow, results: Sequence[int]) -> Iterator[int]:
+    """Nodes that are true where what the results are computed from is farther from the end of a domain, or
+    from a pole, than last places reach: on which side it lies is left to be told step by step."""
     for node in schedule(flow, results).order:
         operation, *rest = flow.nodes[node]
-        if operation == "div":
-            yield from _told_from_zero(flow, operands(flow, node)[1])
-        elif operation == "call" and rest[0] in ("tan", "tand"):
-            angle = int(rest[1])
-            if flow.nodes[angle][0] not in LEAVES:
-                across = flow.add("mul", flow.constant(CANCELLED), flow.add("mul", angle, node))
-                yield flow.add("lt", flow.add("abs", across), flow.constant(1.0))
+        match operation, rest[0]:
+            case "div", _:
+                yield from _apart_from_zero(flow, operands(flow, node)[1], positive=False)
+            case "sqrt", _:
+                yield from _apart_from_zero(flow, int(rest[0]))
+            case "pow", _:
+                power = flow.value_of(int(rest[1]))
+                if power is None or power < 0.0 or power % 1.0:
+                    yield from _apart_from_zero(flow, int(rest[0]))
+            case "call", str(function) if flow.nodes[int(rest[1])][0] not in LEAVES:
+                yield from _inside_the_domain(flow, node, function, int(rest[1]))
 
 
-def _told_from_zero(flow: Flow, divisor: int) -> Iterator[int]:
-    kind, *parts = flow.nodes[divisor]
-    if kind in ("add", "sub"):
-        if kind == "add" and all(not_negative(flow, int(part)) for part in parts):
-            return
-        one, other = (flow.add("abs", part) for part in operands(flow, divisor))
-        terms = flow.add("add", one, other)
-    elif kind in ("sin", "cos", "sind", "cosd") and flow.nodes[int(parts[0])][0] not in LEAVES:
-        terms = flow.add("abs", int(parts[0]))
-    else:
-        return
-    least = flow.add("mul", flow.constant(CANCELLED), terms)
-    yield flow.add("lt", least, flow.add("abs", divisor))
+def _inside_the_domain(flow: Flow, node: int, function: str, argument: int) -> Iterator[int]:
+    match function:
+        case "ln" | "log" | "log10":
+            yield from _apart_from_zero(flow, argument)
+        case "acos" | "asin" | "acosd" | "asind" | "atanh":
+            yield flow.add("lt", flow.add("abs", argument), flow.constant(1.0 - CANCELLED))
+        case "acosh":
+            yield flow.add("lt", flow.constant(1.0 + CANCELLED), argument)
+        case "tan" | "tand":
+            across = flow.add("mul", flow.constant(CANCELLED), flow.add("mul", argument, node))
+            yield flow.add("lt", flow.add("abs", across), flow.constant(1.0))
+
+
+def _apart_from_zero(flow: Flow, node: int, positive: bool = True) -> Iterator[int]:
+    """Whether sums, and sines of angles, that a node is a product of are more than the last places of what
+    they are made of. ``positive``: what is less than 0 is refused anyway."""
+    kind, *parts = flow.nodes[node]
+    match kind:
+        case "neg":
+            yield from _apart_from_zero(flow, int(parts[0]), False)
+        case "mul":
+            for part in dict.fromkeys(parts):
+                yield from _apart_from_zero(flow, int(part), False)
+        case "div":
+            yield from _apart_from_zero(flow, int(parts[0]), False)
+        case "add" | "sub":
+            one, other = operands(flow, node)
+            if kind == "add" and not_negative(flow, one) and not_negative(flow, other):
+                return
+            size = node if positive else flow.add("abs", node)
+            number = flow.value_of(one)
+            if kind == "sub" and number is not None and number > 0.0 and not_negative(flow, other):
+                yield flow.add("lt", flow.constant(2.0 * CANCELLED * number), size)
+                return
+            terms = flow.add("add", flow.add("abs", one), flow.add("abs", other))
+            yield flow.add("lt", flow.add("mul", flow.constant(CANCELLED), terms), size)
+        case "sin" | "cos" | "sind" | "cosd" if flow.nodes[int(parts[0])][0] not in LEAVES:
+            least = flow.add("mul", flow.constant(CANCELLED), flow.add("abs", int(parts[0])))
+            yield flow.add("lt", least, flow.add("abs", node))
 
 
 class Analysis:

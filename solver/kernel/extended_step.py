@@ -78,6 +78,9 @@ class _ExtendedStep(StepSolver):
     def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
         return False
 
+    def _on_the_edge(self, undefined: Undefined) -> bool:
+        return False
+
     def _in_image(self, stage: Stage, target: Any) -> Any:
         """Ends that no float holds (π/2) are left to the operation itself."""
         ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]

@@ -6,11 +6,13 @@ import math
 from collections.abc import Mapping
 
 from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.functions import TABLE
 from rulesheets.model import Value
+from rulesheets.nodes import Call, Name, Number, Power, Quotient
 from rulesheets.record import dataclass
 from solver.accuracy.witness import gross, testify
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
+from solver.kernel.preimages import CANCELLED, DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 
@@ -54,10 +56,33 @@ class StepSolver(Preimages):
             unknown = self.isolation.unknown
             if undefined.overflow:
                 return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
-            return StepOutcome(fact=NoValue(self.index, unknown, str(undefined)))
+            delicate = self.delicate or self._on_the_edge(undefined)
+            return StepOutcome(fact=NoValue(self.index, unknown, str(undefined)), delicate=delicate)
         if len(found) == 1 and isinstance(found[0], str):
             return StepOutcome((found[0],))
         return self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
+
+    def _on_the_edge(self, undefined: Undefined) -> bool:
+        """Whether rounding may have led an operation out of its domain: to a pole, beyond an end."""
+        match undefined.expression:
+            case Call(function, arguments):
+                ends = TABLE[function].domain
+            case Quotient(_, divisor):
+                arguments, ends = (divisor,), (0.0, 0.0)
+            case Power(base, _):
+                arguments, ends = (base,), (0.0, 0.0)
+            case _:
+                return False
+        for argument in arguments:
+            try:
+                number, slopes = derivatives(argument, self.values)
+            except (Undefined, KeyError):  # of what stands on the way to the unknown
+                continue
+            made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
+            exact = isinstance(argument, Name | Number)
+            if not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends):
+                return True
+        return False
 
     def _wrapped(self, number: float) -> float:
         """An angle without a declared range is reported in (-180, 180]."""

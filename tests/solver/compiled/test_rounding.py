@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -184,3 +186,37 @@ def test_a_row_that_lacks_an_input_teaches_nothing() -> None:
     plan = solver.prepare(model, ["y"], ["x"])
     assert plan(math.nan) == plan(1.0) == (2.0,)
     assert planner(model) is not None
+
+
+EDGES = {
+    "sqrt(b - c*d)": 1.0,
+    "sqrt(3*(b - c*d))": 1.0,
+    "sqrt(b/c - d)": 1.0,
+    "(2*(b - c*d))^0.5": 1.0,
+    "acosd(c*d/b)": 1.0,
+    "ln(c*d - b)": -1.0,
+    "acosh(c*d/b)": -1.0,
+}
+"""Rules with an end of their domain where b is c times d, and on which side of it they are defined."""
+
+
+@pytest.mark.parametrize("text", EDGES)
+def test_numbers_next_to_the_end_of_a_domain_are_told_by_exact_numbers(text: str) -> None:
+    """On which side b lies is told by fractions, where floats make c*d of it."""
+    dice = random.Random(7)
+    plan = solver.prepare(rulesheets.loads(f"x = {text}\n"), ["b", "c", "d"], ["x"])
+    for b in (7.0, 6.5, 5.5):
+        plan(6.0 + EDGES[text] * (b - 5.0), 2.0, 3.0)
+    assert plan.paths.programs, "nothing was learned, nothing is tried"
+    for _ in range(5):
+        c, d = dice.uniform(0.1, 10.0), dice.uniform(0.1, 10.0)
+        b = c * d
+        inside = (Fraction(b) - Fraction(c) * Fraction(d)) * Fraction(EDGES[text])
+        try:
+            found = plan(b, c, d)[0]
+        except solver.Unsolved:
+            assert inside < 0
+        else:
+            with mpmath.workdps(50):
+                exact = extended(equation(f"x = {text}").right, {"b": b, "c": c, "d": d}, 50)
+                assert inside > 0 and found == pytest.approx(float(exact), rel=1e-12)
