@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rulesheets.inputs import is_quantity, is_symbol
 from rulesheets.spelling import meant, plural
 
@@ -19,7 +21,7 @@ def arguments(
     """The value of every input, floats and names of symbols.
 
     Raises TypeError that names the input: for one that is missing, given twice or not prepared for, and for
-    a value that is neither a number nor a symbol.
+    a value that is neither a number nor a symbol; ValueError for an infinite number.
     """
     asked = ", ".join(inputs) or "nothing"
     if len(given) > len(inputs):
@@ -57,8 +59,11 @@ def _value(model: Model, name: str, given: Any) -> Value:
         if is_quantity(model.variables[name]):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return given.removeprefix("'")
-    if not isinstance(given, complex) and not getattr(given, "ndim", 0) and _is_number(given):
-        return float(given)
+    if not getattr(given, "ndim", 0) and _is_number(given):
+        number = float(given)
+        if math.isinf(number):
+            raise ValueError(f"{name} = {number} is not finite; to have it solved give nan")
+        return number
     kind = type(given).__name__
     hint = "; for columns of values call sweep" if hasattr(given, "__len__") else ""
     hint = "; to have it solved give nan" if given is None else hint
@@ -66,6 +71,11 @@ def _value(model: Model, name: str, given: Any) -> Value:
 
 
 def _is_number(given: Any) -> bool:
+    if (
+        isinstance(given, complex | bytes | bytearray)
+        or getattr(getattr(given, "dtype", None), "kind", "") == "c"
+    ):
+        return False
     try:
         float(given)
     except (TypeError, ValueError, OverflowError):

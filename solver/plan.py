@@ -72,7 +72,8 @@ class Plan:
         def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
             """The wanted values of the primary answer for a number of each input, by place or by name.
 
-            Raises Unsolved where there is none, TypeError for what is no such number.
+            Raises Unsolved where there is none, TypeError for what is no such number, ValueError for an
+            infinite one.
             """
 
         def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
@@ -166,9 +167,11 @@ class Plan:
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
 
-        A number that is not finite is an input that the row lacks. What floats leave vague is solved again
-        in extended precision.
+        A number that is nan is an input that the row lacks, and is solved for; one that is infinite is none
+        at all. What floats leave vague is solved again in extended precision.
         """
+        if any(isinstance(number, float) and math.isinf(number) for number in numbers):
+            return Verdict(Status.PARTIAL, ()), Exploration((), False, ())
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         values = self._values(numbers)

@@ -36,8 +36,12 @@ _BINARY = {
 
 
 def number(given: object) -> float:
-    """A number of another type as a float; a text is none, and an array of one neither. Raises TypeError."""
-    if isinstance(given, str | bytes) or hasattr(given, "__len__"):
+    """A number of another type as a float; a text is none, nor an array of one, nor what has two parts.
+
+    Raises TypeError.
+    """
+    kind = getattr(getattr(given, "dtype", None), "kind", "")
+    if isinstance(given, str | bytes | complex) or hasattr(given, "__len__") or kind == "c":
         raise TypeError
     return float(given)  # type: ignore[arg-type]
 

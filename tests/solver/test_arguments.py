@@ -78,3 +78,22 @@ def test_a_plan_without_inputs_takes_nothing() -> None:
         assert plan() == (4.0,)
         with pytest.raises(TypeError, match="takes no input"):
             plan(1.0)
+
+
+@pytest.mark.parametrize("given", [np.complex64(1 + 2j), np.complex128(1), b"3", bytearray(b"3")])
+def test_numbers_with_two_parts_and_bytes_are_no_numbers(plan: Any, given: Any) -> None:
+    with pytest.raises(TypeError, match="x takes a number"):
+        plan(given, 2.0)
+
+
+@pytest.mark.parametrize("infinite", [np.inf, -np.inf])
+def test_an_infinite_number_is_no_missing_one(infinite: float) -> None:
+    """What is nan is solved for, by the other rule: a is 6. A number that has overflowed is not."""
+    model = rulesheets.loads("variables\n  a = 1\n  b = 2\nrules\n  c = a + b\n  a = 3*b\n")
+    plan = solver.prepare(model, ["a"], ["c"])
+    assert plan(6.0) == plan(np.nan) == (8.0,)
+    with pytest.raises(ValueError, match=r"a = -?inf is not finite"):
+        plan(infinite)
+    table = plan.sweep([6.0, infinite, np.nan])
+    assert table["c"].tolist() == pytest.approx([8.0, np.nan, 8.0], nan_ok=True)
+    assert [int(code) for code in table.status] == [0, 1, 0]
