@@ -5,39 +5,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+
+from benchmarks.startup import INSTALLED, SEARCHED, each_imported
 
 ROOT = Path(__file__).parent.parent
 MODULES = (
     "import sys; from solver.cli import main; code = main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
 )
-
-INSTALLED = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-"""Bytecode is there, as it is after an installation."""
-
-EACH = """
-import os, sys
-for name in sys.argv[1:]:
-    __import__(name)
-from solver.cli import main
-for line in sys.stdin:
-    names, out = os.pipe()
-    if not os.fork():
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        code = main(line.split())
-        os.write(out, " ".join([str(code), *sys.modules]).encode())
-        os._exit(0)
-    os.close(out)
-    with open(names) as found:
-        print(found.read(), flush=True)
-    os.wait()
-"""
-"""Every line in a process of its own, which has imported no more than the command, and the modules named."""
-
-SEARCHED = ("colebrook", "kepler", "loan", "projectile", "rachford_rice", "two_circles", "van_der_waals")
 
 DRIVEN = (
     "offset_slider_crank/model.tk models/offset_slider_crank/slider_driven.csv",
@@ -68,18 +45,6 @@ def imported(line: str, store: Path) -> set[str]:
     own = subprocess.run(bare, capture_output=True, text=True, env=environment, timeout=60, check=True)
     assert ran.returncode == 0, ran.stderr
     return set(ran.stderr.split()) - set(own.stdout.split())
-
-
-def each_imported(lines: Sequence[str], store: Path, at_hand: Sequence[str] = ()) -> dict[str, set[str]]:
-    """``imported`` of many lines."""
-    environment = {**INSTALLED, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
-    call, text = [sys.executable, "-c", EACH, *at_hand], "".join(f"{line}\n" for line in lines)
-    ran = subprocess.run(
-        call, input=text, capture_output=True, text=True, env=environment, timeout=120, check=True, cwd=ROOT
-    )
-    found = [answer.split() for answer in ran.stdout.splitlines()]
-    assert [code for code, *_ in found] == ["0"] * len(lines), ran.stderr
-    return {line: set(names) for line, (_, *names) in zip(lines, found, strict=True)}
 
 
 def test_a_warm_solve_imports_no_more_than_it_needs(tmp_path: Path) -> None:
