@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.functions.balls import Ball, exact_fraction
+from rulesheets.evaluate.jumps import jumps, steady
+from rulesheets.functions.balls import Ball, around, exact_ball, exact_fraction
 from rulesheets.nodes import Expression, Number, operands
 from solver.kernel.interval_code import ROUNDED
 from solver.kernel.krawczyk import Square
@@ -16,6 +18,8 @@ from solver.numerics.elimination import eliminate
 DENOMINATORS = (1, 10**3, 10**7)
 """Largest denominators of the rational numbers that floats are taken for, besides what they are."""
 RADIAN = math.pi / 180.0
+SPECK = 2.0**-200
+"""How far around a root its rules must be smooth."""
 
 
 def exact_double_root(
@@ -49,10 +53,22 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     """
     if any(ROUNDED.keys() & set(_numbers(form)) for form in square.forms):
         raise Inexact("a number next to π/180")
-    if any(exactly(form, numbers) for form in square.forms):
+    if any(exactly(form, numbers) for form in square.forms) or not _smooth(square, numbers):
         return False
     degree = sum(number in ROUNDED for partial in square.partials for number in _numbers(partial))
     return all(_singular(square, numbers, Fraction(k)) for k in range(1, degree + 2))
+
+
+def _smooth(square: Square, numbers: Mapping[str, Fraction]) -> bool:
+    """Whether neither the rules nor their slopes jump there: a kink is no double root, though 0 stands for
+    its slope."""
+    calls = jumps((*square.forms, *square.partials), square.unknowns)
+    unknown = set(square.unknowns)
+    balls = {n: around(exact_ball(v), SPECK if n in unknown else 0.0) for n, v in numbers.items()}
+    try:
+        return not calls or steady(calls, balls)
+    except Undefined:
+        return False
 
 
 def _singular(square: Square, numbers: Mapping[str, Fraction], radian: Fraction) -> bool:

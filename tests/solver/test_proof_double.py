@@ -123,8 +123,8 @@ def test_the_double_root_of_a_quadratic_is_two_or_none(a: float, hairs: int) -> 
             assert found is None
             return
         assert found is not None
-        assert len(found.roots) == (2 if room > 0 else 0)
-        places = sorted(float(root["x"].mid()) for root in found.roots)
+        assert len(found) == (2 if room > 0 else 0)
+        places = sorted(float(root["x"].mid()) for root in found)
     far = float(room) ** 0.5 if room > 0 else 0.0
     assert places == pytest.approx([a - far, a + far] if far else [], rel=1e-14)
 
@@ -174,3 +174,11 @@ def test_an_angle_at_a_double_root_is_turned_like_others() -> None:
     links = {"PQ": 2.234905040932233, "PS": 3.3800976976508093, "QR": 3.005324586607604, "QM": 0.5}
     result = solver.solve(model, {**links, "RS": 2.6096781519754373, "thetaPQ": 180.0})
     assert str(result.status) == "singular"
+
+
+@pytest.mark.parametrize("rule", ["x^2 - abs(x)/8 = c", "max(x, -2*x) = c", "abs(x)*(1 + x) = c"])
+def test_a_kink_is_no_double_root(rule: str) -> None:
+    """Each crosses or meets 0 at x = 0 with a slope on either side."""
+    result = solver.solve(rulesheets.loads(rule), {"c": 0.0}, prove=True)
+    at = [answer for answer in result.solutions if answer["x"] == 0.0]
+    assert at and not any(answer.proof.double for answer in at if answer.proof)
