@@ -178,7 +178,7 @@ class _Proving:
 
         found = unfolded(square, self.balls, middle)
         if found is not None:
-            raise _Parted(Beside(tuple(square.unknowns), len(found.roots), _apart(found.roots)))
+            raise _Parted(Beside(tuple(square.unknowns), len(found), _apart(found)))
 
     def _uncontradicted(self, equation: Equation) -> None:
         """Left and right of a rule that checks must overlap."""

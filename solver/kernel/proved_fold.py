@@ -4,7 +4,8 @@ Near a fold the bordered system F(x) + μ u = 0, v·(x − x₀) = t is regular,
 one curve x(t) with one μ(t) for all t of an interval at once (Lyapunov–Schmidt reduction; W. Govaerts,
 *Numerical Methods for Bifurcations of Dynamical Equilibria*, 2000, chapter 3). F = 0 on it where μ = 0. If μ″
 has one sign there, μ is convex or concave: with its value and slope at one point next to its extreme, and its
-values at the ends, that proves that it has two zeros, or none.
+values at the ends, that proves that it has two zeros, or none. The slopes of the rules must be continuous
+along it: of a kink, where they jump, second derivatives know nothing.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from itertools import combinations_with_replacement
 from rulesheets.construct import add, is_number, multiply, subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.evaluate.enclosing_ball import enclosing_ball
+from rulesheets.evaluate.jumps import jumps, steady
 from rulesheets.functions.balls import Ball, around, ball, solved
 from rulesheets.nodes import Expression, Name, Number
 from rulesheets.record import dataclass
@@ -33,18 +35,26 @@ STEPS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Unfolded:
-    """``roots``: two of them, each proved, or none.
+class Stretch:
+    """The only ``curve`` in a ``box``, x and μ by name, for all t within ``reach`` of a place."""
 
-    There are no others ``within`` these distances of the double root that floats see.
+    place: Ball
+    reach: float
+    curve: Mapping[str, Ball]
+    box: Mapping[str, Ball]
+
+    def holds(self, point: Mapping[str, Ball]) -> bool:
+        """Whether a point is in the box: if it is one for some t of these, it is on the curve."""
+        return all(self.box[name].contains(number) for name, number in point.items())
+
+
+def unfolded(
+    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]
+) -> tuple[Mapping[str, Ball], ...] | None:
+    """The roots next to the double one that floats see at ``middle``: two, each enclosed, or none.
+
+    None: no proof.
     """
-
-    roots: tuple[Mapping[str, Ball], ...]
-    within: Mapping[str, float]
-
-
-def unfolded(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> Unfolded | None:
-    """How many roots there are next to the double one that floats see at ``middle``; None: no proof."""
     if len(square.unknowns) > MOST_UNKNOWNS:
         return None
     try:
@@ -62,33 +72,30 @@ class _Curve:
         self.across, self.along = self._null_vectors()
         self.bordered = self._bordered()
         self.second = [self._curved(place) for place in range(self.n)]
+        self.kinks = jumps(square.partials, square.unknowns)
 
-    def unfolded(self) -> Unfolded | None:
+    def unfolded(self) -> tuple[Mapping[str, Ball], ...] | None:
         """Raises Undefined, and ZeroDivisionError where a matrix can't be proved regular."""
         place, point = self._extreme()
         height, tangent = point[MU], self._slopes(point)
         for reach in REACHES:
-            alone = self._only_curve(place, reach, point)
-            if alone is None:
+            stretch = self._stretch(place, reach, point)
+            if stretch is None or not steady(self.kinks, {**self.known, **stretch.box}):
                 continue
-            curve, within = alone
-            bend = self._bend(curve)
+            bend = self._bend(stretch.curve)
             if bend.contains(0):
                 continue
-            extreme = height - tangent[self.n] * tangent[self.n] / (
-                2 * bend
-            )  # μ is no lower where it is convex
+            slope = tangent[self.n]
+            extreme = height - slope * slope / (2 * bend)  # μ is no lower where it is convex
             if not _opposite(extreme, bend) and not extreme.contains(0):
-                return Unfolded((), within)
+                return ()
             ends = [self._at(place + side * ball(reach), list(point.values())) for side in (-1, 1)]
-            if all(end is not None and _opposite(end[MU], height) for end in ends):
-                return self._two(point, tangent, (-2 * height / bend).mid(), within)
+            if all(end and stretch.holds(end) and _opposite(end[MU], height) for end in ends):
+                return self._two(stretch, point, tangent, (-2 * height / bend).mid())
         return None
 
-    def _only_curve(
-        self, place: Ball, reach: float, point: Mapping[str, Ball]
-    ) -> tuple[dict[str, Ball], dict[str, float]] | None:
-        """x and μ along the curve, and how far around the point no other runs.
+    def _stretch(self, place: Ball, reach: float, point: Mapping[str, Ball]) -> Stretch | None:
+        """The curve around a point of it.
 
         μ = 0 is in the box that is searched for others, so that F = 0 takes place on the curve alone.
         """
@@ -106,13 +113,12 @@ class _Curve:
         if found is None:
             return None
         curve, radii = found
-        longest = sum(abs(v) * radius for v, radius in zip(self.along, radii, strict=False))
-        share = min(1.0, reach / longest)
-        return curve, {n: share * radius for n, radius in zip(self.square.unknowns, radii, strict=False)}
+        box = {n: around(m, r) for n, m, r in zip(self.bordered.unknowns, middle, radii, strict=True)}
+        return Stretch(place, reach, curve, box)
 
     def _two(
-        self, point: Mapping[str, Ball], tangent: Sequence[Ball], square: Ball, within: Mapping[str, float]
-    ) -> Unfolded | None:
+        self, stretch: Stretch, point: Mapping[str, Ball], tangent: Sequence[Ball], square: Ball
+    ) -> tuple[Mapping[str, Ball], ...] | None:
         """Both roots, at the ``square`` of their distance from the extreme, each enclosed."""
         apart = square.sqrt().mid()
         roots = []
@@ -122,10 +128,17 @@ class _Curve:
                 for name, slope in zip(self.square.unknowns, tangent, strict=False)
             ]
             root = proved_root(self.square, self.known, near)
-            if root is None:
+            if root is None or not self._along(root, stretch):
                 return None
             roots.append(root)
-        return Unfolded(tuple(roots), within)
+        one, other = roots
+        return (one, other) if any(not one[name].overlaps(other[name]) for name in one) else None
+
+    def _along(self, root: Mapping[str, Ball], stretch: Stretch) -> bool:
+        """Whether a root is one of the zeros of μ along the stretch, and not one from elsewhere."""
+        along = self.bordered.forms[-1]
+        t = enclosing_ball(along, {**self.known, **root, PLACE: ball(0)})
+        return stretch.holds(root) and bool(abs(t - stretch.place) <= stretch.reach)
 
     def _extreme(self) -> tuple[Ball, dict[str, Ball]]:
         """Next to where μ′ vanishes: the place t, a number, and x and μ there."""
