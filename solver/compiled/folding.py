@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 UNIT = 2.0**-52
+SMALLEST = math.ulp(0.0)
 LIBRARY = 4.0
 """Units in the last place that a function of the library may be off by."""
 WIDE = 2.0**16
@@ -21,7 +22,8 @@ def folded_error(
 ) -> float:
     """The error bound of ``result``, the value of a function of operands (value, error bound of it)."""
     values = [value for value, _ in operands]
-    total = 0.0 if name in _EXACT or _is_exact(name, result, values) else abs(result) * UNIT
+    exact = name in _EXACT or _is_exact(name, result, values)
+    total = 0.0 if exact else max(abs(result) * UNIT, SMALLEST)  # what is below floats is rounded to one
     if name not in _ROUNDED:
         total *= LIBRARY
     for place, (value, off) in enumerate(operands):
