@@ -62,28 +62,29 @@ class _Proof:
         least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
         radii = least
         for _ in range(INFLATIONS):
-            box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
-            image = self._image(middle, box)
+            box, image = self._tried(middle, radii)
             if image is None:
                 return None
-            if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
+            if _inside(image, box):
                 found = self._exact(middle, box) or self._tightened(image)
                 return dict(zip(self.square.unknowns, found, strict=True))
-            reach = [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
-            radii = [1.5 * far + tiny for far, tiny in zip(reach, least, strict=True)]
+            radii = [1.5 * far + tiny for far, tiny in zip(_reach(image, middle), least, strict=True)]
         return None
 
     def only(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
         for _ in range(WIDENINGS):
-            box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
-            image = self._image(middle, box)
+            box, image = self._tried(middle, radii)
             if image is None:
                 return None
-            if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
+            if _inside(image, box):
                 return dict(zip(self.square.unknowns, self._tightened(image), strict=True)), radii
-            reach = [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
-            radii = [max(radius, 1.5 * far) for radius, far in zip(radii, reach, strict=True)]
+            radii = [max(radius, 1.5 * far) for radius, far in zip(radii, _reach(image, middle), strict=True)]
         return None
+
+    def _tried(self, middle: list[Ball], radii: list[float]) -> tuple[list[Ball], list[Ball] | None]:
+        """A box around the middle, and its image."""
+        box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
+        return box, self._image(middle, box)
 
     def _exact(self, middle: list[Ball], box: list[Ball]) -> list[Ball] | None:
         """The numbers of the root, where they are short: the middle, or floats, that satisfy F = 0 exactly.
@@ -130,3 +131,12 @@ class _Proof:
         n, at = len(self.square.unknowns), self._at(point)
         flat = [enclosing_ball(partial, at, derivative=True) for partial in self.square.partials]
         return [flat[i : i + n] for i in range(0, n * n, n)]
+
+
+def _inside(image: Sequence[Ball], box: Sequence[Ball]) -> bool:
+    return all(x.contains_interior(k) for x, k in zip(box, image, strict=True))
+
+
+def _reach(image: Sequence[Ball], middle: Sequence[Ball]) -> list[float]:
+    """How far from the middle the image goes."""
+    return [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
