@@ -9,6 +9,7 @@ from rulesheets.functions import TABLE
 from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine_lines
 from solver.compiled.flow import TOLERANCE
 from solver.compiled.schedule import LEAVES, LOGICAL, operands
+from solver.compiled.trim import computed_from
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -335,14 +336,7 @@ def _numbers(ending: Ending) -> list[int]:
 
 def _needed(flow: Flow, ending: Ending) -> set[int]:
     """All that an ending computes."""
-    found: set[int] = set()
-    waiting = [*ending.holds, *ending.finite, ending.gone, *_numbers(ending)]
-    while waiting:
-        node = waiting.pop()
-        if node not in found:
-            found.add(node)
-            waiting.extend(operands(flow, node))
-    return found
+    return computed_from(flow, (*ending.holds, *ending.finite, ending.gone, *_numbers(ending)))
 
 
 def reads(program: Program) -> dict[int, int]:

@@ -8,6 +8,8 @@ from solver.compiled.simplify import not_negative
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from solver.compiled.flow import Flow
     from solver.compiled.program import Ending
 
@@ -17,7 +19,7 @@ def trimmed(flow: Flow, ending: Ending) -> Ending:
     zero = flow.constant(0.0)
     holds = [check for check in ending.holds if not _implied(flow, check, ending.holds, zero)]
     results = [result for result in ending.results if isinstance(result, int)]
-    needed = _read(flow, [*holds, *ending.order, ending.gone, *results]) | flow.always
+    needed = computed_from(flow, [*holds, *ending.order, ending.gone, *results]) | flow.always
     finite, sure = _heads(flow, [node for node in ending.finite if node in needed])
     holds = [check for check in holds if not _shown(flow, check, sure, zero)]
     return replace(ending, holds=tuple(holds), finite=tuple(finite))
@@ -82,12 +84,13 @@ def _exceeds_size(flow: Flow, check: int, size: int) -> bool:
     return kind == "lt" and parts[1] == size and not_negative(flow, int(parts[0]))
 
 
-def _read(flow: Flow, wanted: list[int]) -> set[int]:
+def computed_from(flow: Flow, wanted: Iterable[int]) -> set[int]:
     """What the wanted nodes are computed from, themselves included."""
     found: set[int] = set()
-    while wanted:
-        node = wanted.pop()
+    waiting = list(wanted)
+    while waiting:
+        node = waiting.pop()
         if node not in found:
             found.add(node)
-            wanted.extend(operands(flow, node))
+            waiting.extend(operands(flow, node))
     return found

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 
 from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
-from solver.facts import AsksNothing, Fact, NoRoot, NoValue, OutOfRange, RankLoss
+from solver.facts import AsksNothing, Fact, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.step import solve_step
 from solver.path.activity import activity
@@ -17,7 +17,7 @@ from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework
 from solver.solution.findings import Findings
-from solver.solution.leaves import Branch, Exploration, Leaf
+from solver.solution.leaves import Branch, Exploration, Leaf, without_value
 from solver.solution.turns import settled
 
 TYPE_CHECKING = False
@@ -92,17 +92,7 @@ class Explorer:
         missing = frozenset(leaf.missing)
         path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
         leading = {equation for step in path.steps for equation in equations_of(step)}
-
-        def refuses(fact: Fact) -> bool:
-            match fact:
-                case NoValue(equation=equation, pole=False) | OutOfRange(equation=equation):
-                    return equation in leading
-                case NoRoot(equations=equations, proven=True):
-                    return not leading.isdisjoint(equations)
-                case _:
-                    return False
-
-        return any(map(refuses, leaf.branch.void.values()))
+        return any(not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.void.values())
 
     # --- following a path ---
 

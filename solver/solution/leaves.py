@@ -123,18 +123,23 @@ def excluded(leaf: Leaf) -> bool:
     """Whether it is proven that no value fits a case that the leaf assumes: nothing is hidden there."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
 
-    def excludes(fact: Fact) -> bool:
-        match fact:
-            case Conflict():
-                return True
-            case NoValue(unknown=unknown, pole=False) | OutOfRange(unknown=unknown):
-                return unknown in asked
-            case NoRoot(unknowns=unknowns, proven=True):
-                return not asked.isdisjoint(unknowns)
-            case _:
-                return False
+    return any(
+        isinstance(fact, Conflict) or not asked.isdisjoint(without_value(fact)[1])
+        for fact in leaf.branch.void.values()
+    )
 
-    return any(map(excludes, leaf.branch.void.values()))
+
+def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """The equations that a fact says no value satisfies, and the unknowns of which they ask it, proven."""
+    match fact:
+        case NoValue(equation=equation, unknown=unknown, pole=False):
+            return (equation,), (unknown,)
+        case OutOfRange(equation=equation, unknown=unknown):
+            return (equation,), (unknown,)
+        case NoRoot(equations=equations, unknowns=unknowns, proven=True):
+            return equations, unknowns
+        case _:
+            return (), ()
 
 
 Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome]"
