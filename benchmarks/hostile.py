@@ -268,6 +268,12 @@ def main() -> None:
     parser.add_argument(
         "--plans", action="store_true", help="hold compiled plans to what a solve says (hostile_plans.py)"
     )
+    parser.add_argument(
+        "--patience",
+        type=float,
+        metavar="S",
+        help="seconds of a solve: numbers that take more are left out of --plans",
+    )
     arguments = parser.parse_args()
     if arguments.show is not None:
         print(sheet(arguments.show, arguments.most).text)
@@ -286,7 +292,8 @@ def _trial(arguments: argparse.Namespace) -> Callable[[int], Outcome]:
     if arguments.plans:
         from benchmarks import hostile_plans
 
-        return partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most)
+        patience = hostile_plans.PATIENCE if arguments.patience is None else arguments.patience
+        return partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most, patience=patience)
     return partial(examine, limit=arguments.limit, most=arguments.most)
 
 

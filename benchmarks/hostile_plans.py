@@ -51,7 +51,7 @@ ROUNDS = 2
 MACHINE_CODE = 8
 """Sheets of which one is compiled to machine code too, which takes longer than all else."""
 PATIENCE = 0.1
-"""Seconds of the processor for one solve of what is asked twenty times."""
+"""Seconds of the processor for one solve of what is asked twenty times; what takes longer is not asked."""
 
 Answers = list[tuple[Any, ...]]
 
@@ -111,7 +111,7 @@ def points(made: Sheet, seed: int) -> list[tuple[float, ...]]:
     return [p for p in found if not any(math.isinf(v) or 0.0 < abs(v) < SMALLEST for v in p)]
 
 
-def examine(seed: int, limit: float, most: int = 5) -> Outcome:
+def examine(seed: int, limit: float, most: int = 5, patience: float = PATIENCE) -> Outcome:
     """Prepare the sheet of a seed, ask the plan, and judge it by ``solve``."""
     made = parametrised(sheet(seed, most), seed)
     if made is None:
@@ -121,7 +121,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
     signal.setitimer(signal.ITIMER_PROF, limit)
     status, finding = "solved", None
     try:
-        status, detail = _compared(made, seed)
+        status, detail = _compared(made, seed, patience)
         finding = Finding(seed, *detail) if detail else None
     except rulesheets.RuleSheetError:
         status = "refused"
@@ -135,7 +135,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
     return Outcome(seed, made.kind, status, time.process_time() - began, finding)
 
 
-def _compared(made: Sheet, seed: int) -> tuple[str, tuple[str, str] | None]:
+def _compared(made: Sheet, seed: int, patience: float) -> tuple[str, tuple[str, str] | None]:
     """The status at the numbers of the sheet, and the first difference."""
     model = rulesheets.loads(made.text)
     names = tuple(made.inputs)
@@ -144,7 +144,7 @@ def _compared(made: Sheet, seed: int) -> tuple[str, tuple[str, str] | None]:
     for point in points(made, seed):
         began = time.process_time()
         told = _solved(made.text, names, point, want)
-        if time.process_time() - began <= PATIENCE:
+        if time.process_time() - began <= patience:
             asked.append(point)
             said.append(told)
     if not asked:

@@ -10,7 +10,7 @@ from rulesheets.nodes import Number
 from solver.compiled.conditions import Conditions
 from solver.compiled.flow import NotCompilable
 from solver.compiled.magnitude import stands_out
-from solver.compiled.rounding import Analysis
+from solver.compiled.rounding import Analysis, away_from_zero
 from solver.compiled.twofold import Twofold
 from solver.path.isolate import TARGET
 
@@ -103,6 +103,8 @@ class Preimages(Conditions):
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
             flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
+            if flow.nodes[divisor][0] in ("sin", "cos"):  # never 0 in floats
+                flow.require(away_from_zero(flow, divisor))
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:

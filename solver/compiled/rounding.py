@@ -74,11 +74,25 @@ def apart_from_edges(flow: Flow, results: Sequence[int]) -> Iterator[int]:
                 power = flow.value_of(int(rest[1]))
                 if power is None or power < 0.0 or power % 1.0:
                     yield from _apart_from_zero(flow, int(rest[0]))
+            case "call", "tan" | "tand":
+                yield _away_from_its_pole(flow, node, int(rest[1]))
             case "call", str(function) if flow.nodes[int(rest[1])][0] not in LEAVES:
-                yield from _inside_the_domain(flow, node, function, int(rest[1]))
+                yield from _inside_the_domain(flow, function, int(rest[1]))
 
 
-def _inside_the_domain(flow: Flow, node: int, function: str, argument: int) -> Iterator[int]:
+def _away_from_its_pole(flow: Flow, tangent: int, angle: int) -> int:
+    across = flow.add("mul", flow.constant(CANCELLED), flow.add("mul", angle, tangent))
+    return flow.add("lt", flow.add("abs", across), flow.constant(1.0))
+
+
+def away_from_zero(flow: Flow, circular: int) -> int:
+    """The node that is true where the sine of an angle (its cosine) is more than the angle's last places."""
+    angle = int(flow.nodes[circular][1])
+    least = flow.add("mul", flow.constant(CANCELLED), flow.add("abs", angle))
+    return flow.add("lt", least, flow.add("abs", circular))
+
+
+def _inside_the_domain(flow: Flow, function: str, argument: int) -> Iterator[int]:
     match function:
         case "ln" | "log" | "log10":
             yield from _apart_from_zero(flow, argument)
@@ -86,9 +100,6 @@ def _inside_the_domain(flow: Flow, node: int, function: str, argument: int) -> I
             yield flow.add("lt", flow.add("abs", argument), flow.constant(1.0 - CANCELLED))
         case "acosh":
             yield flow.add("lt", flow.constant(1.0 + CANCELLED), argument)
-        case "tan" | "tand":
-            across = flow.add("mul", flow.constant(CANCELLED), flow.add("mul", argument, node))
-            yield flow.add("lt", flow.add("abs", across), flow.constant(1.0))
 
 
 def _apart_from_zero(flow: Flow, node: int, positive: bool = True) -> Iterator[int]:
@@ -114,9 +125,10 @@ def _apart_from_zero(flow: Flow, node: int, positive: bool = True) -> Iterator[i
                 return
             terms = flow.add("add", flow.add("abs", one), flow.add("abs", other))
             yield flow.add("lt", flow.add("mul", flow.constant(CANCELLED), terms), size)
-        case "sin" | "cos" | "sind" | "cosd" if flow.nodes[int(parts[0])][0] not in LEAVES:
-            least = flow.add("mul", flow.constant(CANCELLED), flow.add("abs", int(parts[0])))
-            yield flow.add("lt", least, flow.add("abs", node))
+        case "sin" | "cos":
+            yield away_from_zero(flow, node)
+        case "sind" | "cosd" if flow.nodes[int(parts[0])][0] not in LEAVES:
+            yield away_from_zero(flow, node)
 
 
 class Analysis:
