@@ -369,8 +369,10 @@ def _row(
 ) -> tuple[list[float], float]:
     """∂F/∂ln v of a rule by the unknowns, and how far it is off by rounding."""
     _, left, right = rule
-    text, step, row = f"{left} - ({right})", mpmath.mpf(10) ** -25, []
-    with mpmath.workdps(DIGITS):
+    decades = math.ceil(math.log10(max(1.0, *map(abs, state.values()))))  # no step may pass over whole turns
+    text, row = f"{left} - ({right})", []
+    with mpmath.workdps(DIGITS + 2 * decades):
+        step = mpmath.mpf(10) ** (-DIGITS // 2 - decades)
         for name in unknown:
             moved = [
                 evaluated(text, {**state, name: mpmath.mpf(state[name]) * (1 + sign * step)})

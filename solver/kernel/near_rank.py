@@ -28,6 +28,8 @@ places, where it is 0."""
 SLIGHT = -500.0
 """The power of two below which the weight of an equation, beside the largest one, does not matter."""
 
+SMALLEST = 2.0**-1022
+"""The smallest number of which the inverse is a float."""
 REFINEMENTS = 2
 WITNESSED = 128.0
 """Half units of a last place by which the witness lets numbers differ: how far those may be that say the same
@@ -135,6 +137,7 @@ class _Nearly:
         a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
         self.rows = np.abs(a).max(axis=1)
         self.rows[self.rows == 0] = 1.0
+        self.rows = np.maximum(self.rows, SMALLEST)
         self.a, self.b = a / self.rows[:, None], b / self.rows
         self.columns = np.abs(self.a).max(axis=0)
         self.columns[self.columns == 0] = 1.0

@@ -125,3 +125,8 @@ def test_quadratics_of_any_size_have_both_roots(level: int, size: int, roots: tu
 def test_a_root_whose_square_is_below_floats_is_an_answer(b: float) -> None:
     result = solver.solve(rulesheets.loads("x^2 = b*x"), {"b": b})
     assert sorted(answer["x"] for answer in result.solutions) == sorted([0.0, b])
+
+
+def test_a_rule_of_numbers_whose_inverse_is_no_float() -> None:
+    text = "x = 1e-16\n(x - (d - 7))*1e150 = 1e-150\n(d - x)*4.9e-324 = 1e-16"
+    assert str(solver.solve(rulesheets.loads(text)).status) == "inconsistent"
