@@ -6,13 +6,15 @@ Each precision has a context of its own, so nothing here touches mpmath's global
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Any, TypeAlias
 
 import mpmath
 
 Extended: TypeAlias = Any
 """A number of mpmath (which has no types of its own)."""
+
+LARGE = 2**20
 
 
 @cache
@@ -33,6 +35,7 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
     return {
         **{name: _real(mp, getattr(mp, name)) for name in _SAME_NAME},
         **{name: _real(mp, getattr(mp, other)) for name, other in _OTHER_NAME.items()},
+        "exp": _real(mp, partial(_exp, mp)),
         **_of_parts(mp),
         **_of_degrees(mp),
         **_bessel(mp),
@@ -40,7 +43,7 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
 
 
 _SAME_NAME = (
-    *("sqrt", "exp", "ln", "sin", "cos", "tan", "asin", "acos", "atan"),
+    *("sqrt", "ln", "sin", "cos", "tan", "asin", "acos", "atan"),
     *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta", "erf", "erfc"),
 )
 _OTHER_NAME = {"log": "log10", "log10": "log10", "abs": "fabs"}
@@ -56,6 +59,13 @@ def _real(mp: Any, function: Callable[..., Extended]) -> Callable[..., Extended]
         return mp.convert(result)
 
     return value
+
+
+def _exp(mp: Any, x: Extended) -> Extended:
+    """Of large whole numbers mpmath makes a power of e, squared and squared again with ever more digits."""
+    if abs(x) < LARGE or not mp.isint(x):
+        return mp.exp(x)
+    return mp.exp(mp.fsub(x, 0.5, exact=True)) * mp.exp(0.5)
 
 
 def _of_parts(mp: Any) -> dict[str, Callable[..., Extended]]:

@@ -66,7 +66,7 @@ def look_again(
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
     seen = max(abs(first), look.gross(DIGITS[0]))  # fifty digits may see exactly nothing already
     vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
-    return Sight(0.0, 0.0, True) if vanishes else Sight(math.nan, math.inf, False)
+    return Sight(0.0, 0.0, True) if vanishes and not look.drowned() else Sight(math.nan, math.inf, False)
 
 
 def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Sight:
@@ -109,6 +109,17 @@ class _Look:
             above, below = (self.miss(digits, {name: number + size * s}) for s in (step, -step))
             found[name] = (above - below) / (2 * step)
         return found
+
+    def drowned(self) -> bool:
+        """Whether F, which vanishes to all the digits, and with it its slopes, does so for want of more."""
+        from solver.accuracy.drowned import drowned
+
+        sides = self.equation.left, self.equation.right
+        try:
+            still = not any(self.moves(DIGITS[-1]).values())
+        except Undefined:
+            return False
+        return still and any(drowned(side, self.values, DIGITS[-1]) for side in sides)
 
     def straddles(self, moves: Mapping[str, Any], share: Any, digits: int) -> bool:
         """Whether F changes its sign as all values move along its slopes, and against them, by that share.

@@ -1,0 +1,51 @@
+"""Does a rule hold, or is what it misses by too little for any digits that are looked at?
+
+``erf(x) = 1`` is satisfied by no number, ``exp(-x^2) + 1 = 1`` by none; at 1e100 they miss by less than
+eight hundred digits show. Where both sides agree to all of these, what tells is whether an operation lost
+something on the way: a term beside a larger one, a slope beside what it leads away from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rulesheets.evaluate import Undefined, extended, extended_derivatives
+from rulesheets.functions.extended import context
+from rulesheets.nodes import Call, Expression, Name, Sum, children
+
+
+def drowned(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
+    """Whether some operation of an expression loses all of one operand at the values, to that many digits."""
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        try:
+            match node:
+                case Sum(terms) if _absorbs([extended(term, values, digits) for term in terms], digits):
+                    return True
+                case Call(_, (operand,)) if _saturates(node, extended(operand, values, digits), digits):
+                    return True
+        except Undefined:
+            continue
+        finally:
+            stack.extend(children(node))
+    return False
+
+
+def _absorbs(terms: list[Any], digits: int) -> bool:
+    """Whether a term is not 0, and nothing beside the largest."""
+    sizes = [abs(term) for term in terms if term]
+    return len(sizes) > 1 and min(sizes) < max(sizes) * _nothing(digits)
+
+
+def _saturates(call: Call, at: Any, digits: int) -> bool:
+    """Whether a function goes on changing there, but by nothing beside its value."""
+    argument = Name("0")
+    result, slopes = extended_derivatives(Call(call.function, (argument,)), {argument.name: at}, digits)
+    move = abs(slopes[argument.name] * at)
+    return bool(0 < move < abs(result) * _nothing(digits))
+
+
+def _nothing(digits: int) -> Any:
+    return context(digits).mpf(10) ** -digits

@@ -1,0 +1,54 @@
+"""Rules that no number satisfies, though some miss by less than any digits show; and rules that hold there."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+import solver
+from rulesheets.functions.extended import context, functions
+from solver.accuracy.witness import testify
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "tanh((x*x)^3 + x) = 1",
+        "erf(x) = 1",
+        "erf((x*x)^3) = 1",
+        "exp(-x^2 - x) + 1 = 1",
+        "x + exp(-x^2) = x",
+        "1/(1 + exp(-x^3 - x)) = 1",
+        "atan(x^3 + x) = pi()/2",
+    ],
+)
+def test_what_no_number_satisfies_has_no_answer_far_out_either(rule: str) -> None:
+    model = rulesheets.loads(rule)
+    assert str(solver.solve(model).status) in ("failed", "infeasible")
+    for x in (-1.7976931348623157e308, -5e100, 1e20, 1.7976931348623157e308):
+        assert not testify(model.equations[0], {"x": x}).holds
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "tanh(1e5) = y",
+        "erf(1e200*1e100) = y",
+        "sin(1e200)^2 + cos(1e200)^2 = y",
+        "min(1000, 5) = 5\ny = 1",
+        "(exp(-1e200) + 3)*y = 3",
+    ],
+)
+def test_what_a_last_place_of_a_value_mends_holds(text: str) -> None:
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) == "solved"
+    assert result["y"] == 1.0
+
+
+@pytest.mark.parametrize("digits", [50, 800])
+@pytest.mark.parametrize("x", [2**20, -(2**20), 10**9, -(10**15)])
+def test_powers_of_e_of_large_whole_numbers(x: int, digits: int) -> None:
+    fine = context(digits + 40)
+    exact = fine.exp(fine.mpf(x) / 4) ** 4
+    found = functions(digits)["exp"](context(digits).mpf(x))
+    assert abs(fine.mpf(found) / exact - 1) < fine.mpf(10) ** (2 - digits)
