@@ -44,7 +44,8 @@ def _saturates(call: Call, at: Any, digits: int) -> bool:
     argument = Name("0")
     result, slopes = extended_derivatives(Call(call.function, (argument,)), {argument.name: at}, digits)
     move = abs(slopes[argument.name] * at)
-    return bool(0 < move < abs(result) * _nothing(digits))
+    flat = call.function == "tanh" and abs(result) == 1  # its slope is computed as 1 - tanh^2
+    return bool(flat or 0 < move < abs(result) * _nothing(digits))
 
 
 def _nothing(digits: int) -> Any:

@@ -6,19 +6,19 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rulesheets.record import dataclass
-from solver.accuracy.witness import BACKWARD, gross, size
+from solver.accuracy.witness import gross
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
+from solver.kernel.blur import EPSILON, blur_of
 from solver.kernel.question import Question
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.outcome import Outcome
-from solver.numerics.small_inverse import LARGEST, inverse
-
-EPSILON = 2.0**-52
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
 MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS, MOST_BLURRED = 256, 12, 48, 8
+MOST_DULL = 12
+"""Points that sharpening makes no new answer of: a plateau that is 0 but for rounding has no end of them."""
 VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
 COARSE = 2.0**-1000
@@ -60,7 +60,7 @@ class Candidates:
         self.miss = math.inf
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
-        self.strays = 0
+        self.strays = self.dull = 0
 
     def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
         """Note what a method has added to the answers."""
@@ -103,11 +103,17 @@ class Candidates:
         point = self.question.named(x)
         if not self._nearly(point):
             return
+        if self.dull >= MOST_DULL:
+            self._blurred(point)
+            return
+        self.dull += 1
         for search in (sharp_root, multiple_root):
             if (sharp := search(self.question, x, sizes)) is not None:
                 found = self.question.named(sharp)
                 if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
+                    known = len(self.answers)
                     self.keep(found, singular=search is multiple_root)
+                    self.dull -= len(self.answers) > known
                     return
         self._blurred(point)
 
@@ -122,7 +128,7 @@ class Candidates:
         if any(0.0 < abs(v) < COARSE for v in point.values()) and not self.question.remote:
             self.strays += 1
             return
-        blur = self._blur(point)
+        blur = blur_of(self.question, point)
         vague = self._open(point, blur, VAGUE)
         if vague and self._leads_away(point):
             self.strays += 1
@@ -163,7 +169,7 @@ class Candidates:
         if _near(root, answer.values, COVERED, scales):
             return True
         far = _near(root, answer.values, BLUR, scales)
-        return far and self._within(root, answer.values, self._blur(dict(answer.values)))
+        return far and self._within(root, answer.values, blur_of(self.question, answer.values))
 
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation; whether it does may be beyond floats."""
@@ -214,20 +220,6 @@ class Candidates:
         """Whether two points are nearer than what rounding leaves open."""
         return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
 
-    def _blur(self, point: Mapping[str, float]) -> list[float]:
-        """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""
-        everything = {**self.question.here, **point}
-        tolerance = [
-            max(BACKWARD * size(equation, everything), EPSILON * gross(equation, everything))
-            for equation in self.question.kernel.equations
-        ]
-        try:
-            jacobian = self.question.jacobian(list(point.values()))
-        except (ArithmeticError, ValueError):
-            return [0.0] * len(point)  # a slope is infinite there: nothing speaks for a multiple root
-        errors = _spread(jacobian, tolerance)
-        return [error if math.isfinite(error) else math.inf for error in errors]
-
     def _double(self, point: dict[str, float]) -> DoubleRoot:
         from solver.numerics.nullspace import null_direction
 
@@ -243,25 +235,6 @@ class Candidates:
 def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
     """To nine digits."""
     return _near(one, other, 1e-9, [0.0] * len(one))
-
-
-def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
-    """|J⁻¹|·t (n,) for a Jacobian (n, n); infinite where it is singular."""
-    n = len(tolerance)
-    if n <= LARGEST:
-        rows = inverse(jacobian)
-        if rows is None:
-            return [math.inf] * n
-        return [sum(abs(entry) * t for entry, t in zip(row, tolerance, strict=True)) for row in rows]
-    import numpy as np
-
-    try:
-        inverted = np.linalg.inv(np.asarray(jacobian, dtype=float))
-    except np.linalg.LinAlgError:
-        return [math.inf] * n
-    with np.errstate(all="ignore"):
-        errors: list[float] = (np.abs(inverted) @ np.array(tolerance)).tolist()
-    return errors
 
 
 def _zeroed(x: Sequence[float], sizes: Sequence[float], share: float) -> tuple[float, ...]:

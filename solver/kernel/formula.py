@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 from rulesheets.evaluate import value
 from rulesheets.model import Value
 from rulesheets.record import dataclass
-from solver.accuracy.witness import gross
+from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.path.closed_form import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
@@ -63,18 +63,7 @@ def _settled(question: Question, candidates: Candidates, point: dict[str, float]
     candidates.refine(list(point.values()))
     if len(candidates.answers) > count or candidates.outside is not None:
         return True
-    here = {**question.here, **point}
-    return any(
-        abs(miss) > STRANGE * gross(equation, here)
-        for miss, equation in zip(_misses(question, point), question.kernel.equations, strict=True)
-    )
-
-
-def _misses(question: Question, point: Mapping[str, float]) -> Sequence[float]:
-    try:
-        return question.residual(list(point.values()))
-    except (ArithmeticError, ValueError):
-        return [0.0] * len(point)
+    return astray(question, point, STRANGE)
 
 
 def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:

@@ -14,8 +14,9 @@ from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Expression
-from solver.accuracy.witness import BACKWARD, gross
+from solver.accuracy.witness import BACKWARD
 from solver.facts import OutOfRange
+from solver.kernel.blur import astray
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
@@ -124,14 +125,7 @@ def _tried(question: Question, trial: Candidates, point: Point, several: bool) -
     count = len(trial.answers)
     if not several:
         trial.refine(list(point.values()))
-    everything = {**question.here, **point}
-    try:
-        misses = question.residual(list(point.values()))
-    except (ArithmeticError, ValueError):
-        return len(trial.answers) > count
-    equations = question.kernel.equations
-    strange = any(abs(m) > STRANGE * gross(e, everything) for m, e in zip(misses, equations, strict=True))
-    return strange or len(trial.answers) > count
+    return len(trial.answers) > count or astray(question, point, STRANGE)
 
 
 def _is_singular(question: Question, point: Point) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 
-from solver.accuracy.witness import gross
+from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
 from solver.kernel.exact import NotPolynomial, Polynomial, residuals_in
 from solver.kernel.polynomial_block import Forms, doubtful_extremum, explicit_forms, point_at
@@ -161,12 +161,7 @@ def _tried(question: Question, trial: Candidates, forms: Forms, tears: dict[str,
     point = point_at(question, forms, tears)
     if point is None:
         return False
-    here = {**question.here, **point}
-    try:
-        misses = question.residual(list(point.values()))
-    except (ArithmeticError, ValueError):
-        return False
-    if any(abs(m) > STRANGE * gross(e, here) for m, e in zip(misses, question.kernel.equations, strict=True)):
+    if astray(question, point, STRANGE):
         return True
     outside = trial.outside
     trial.refine(list(point.values()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import mpmath
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -130,3 +131,20 @@ def test_a_root_whose_square_is_below_floats_is_an_answer(b: float) -> None:
 def test_a_rule_of_numbers_whose_inverse_is_no_float() -> None:
     text = "x = 1e-16\n(x - (d - 7))*1e150 = 1e-150\n(d - x)*4.9e-324 = 1e-16"
     assert str(solver.solve(rulesheets.loads(text)).status) == "inconsistent"
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(-120, 120), st.integers(-60, 60), st.sampled_from([1.0, 1.37, 7.2]))
+def test_an_unknown_that_floats_lose_beside_the_other_is_no_reason_to_drop_an_answer(
+    level: int, drop: int, leading: float
+) -> None:
+    """2 x² - s x = r² with a = 2 x - s: at the large root a is nothing beside x."""
+    s, r = leading * 10.0**level, 10.0 ** (level - abs(drop))
+    text = "a + x - 3*x = -s\nsqrt(a*x + (a - a)) = r"
+    result = solver.solve(rulesheets.loads(text), {"s": s, "r": r})
+    with mpmath.workdps(400):
+        root = mpmath.sqrt(mpmath.mpf(s) ** 2 + 8 * mpmath.mpf(r) ** 2)
+        expected = sorted(float((s + sign * root) / 4) for sign in (-1, 1))
+    found = sorted(answer["x"] for answer in result.solutions)
+    assert str(result.status) == "solved"
+    assert found == pytest.approx(expected, rel=1e-12, abs=0.0) or not result.complete
