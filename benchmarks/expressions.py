@@ -56,10 +56,16 @@ def _code(text: str) -> CodeType:
     return compile(text.replace("^", "**"), "<rule>", "eval")
 
 
-def _real(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function over the reals: complex and infinite arguments and values are refused."""
+def _real(function: Callable[..., Any], known_at_0: bool) -> Callable[..., Any]:
+    """The function over the reals: complex and infinite arguments and values are refused.
+
+    ``known_at_0``: nearer to 0 than digits show it is what it is at 0, or goes as its argument does.
+    """
 
     def value(*arguments: Any) -> Any:
+        if known_at_0:
+            tiny = mpf(2) ** -MOST_BITS
+            arguments = tuple(mpmath.sign(x) * tiny if 0 < abs(x) < tiny else x for x in arguments)
         if any(number and abs(mpmath.mag(number)) > MOST_BITS for number in arguments):
             raise ValueError("too large or too small a number for mpmath's functions")
         return _checked(function(*map(_checked, arguments)))
@@ -136,9 +142,13 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "acosd": lambda x: mpmath.acos(x) * 180 / mpmath.pi,
 }
 
+_UNKNOWN_AT_0 = frozenset(
+    {"ln", "log", "sqrt", "gamma", "sgn", "atan2", "atan2d", "min", "max", "mod", "acosh"}
+)
+
 FUNCTIONS: Mapping[str, Any] = {
     "__builtins__": {},
     "number": lambda digits: mpf(float(digits)),
     "pi": mpmath.pi,
-    **{name: _real(function) for name, function in _FUNCTIONS.items()},
+    **{name: _real(function, name not in _UNKNOWN_AT_0) for name, function in _FUNCTIONS.items()},
 }

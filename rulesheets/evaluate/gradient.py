@@ -44,6 +44,7 @@ _VANISHING = frozenset({"exp", "erfc", "gamma", "k0", "bessel_k1", "beta"})
 _CHOOSING = frozenset({"min", "max"})
 _SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
+_LEAST = 2.0**-1074
 
 
 @dataclass(slots=True)
@@ -89,10 +90,10 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
         if part.name:
             gradient[part.name] = gradient.get(part.name, 0.0) + slope
         elif part.rounded:
-            noise += abs(slope) * part.rounded
+            noise += abs(slope) * part.rounded or (_SMALLEST if slope else 0.0)
         for inner, below in part.slopes[::-1]:
             pending.append((slope * inner, below))
-    return trace.value, gradient, _EPSILON * noise
+    return trace.value, gradient, _EPSILON * noise or (_LEAST if noise else 0.0)
 
 
 def _trace(expression: Expression, values: Values) -> _Trace:

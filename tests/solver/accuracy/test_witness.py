@@ -165,3 +165,10 @@ def test_a_slope_leads_no_farther_than_its_function() -> None:
     """The slope of a cosine at 1e261 takes it by 1e245 within the last places of its angle: it is below 1."""
     assert not holds("cos(d) + y = 7.28e252", d=-1.17e261, y=7.279999893284968e252)
     assert holds("cos(d) + y = 7.28e252", d=-1.17e261, y=7.28e252)
+
+
+def test_rounding_below_the_smallest_float_is_rounding() -> None:
+    """erfc(27.3) is 2e-326: no float, and not 0."""
+    assert not holds("0.014*erfc(w) = 0", w=27.3)
+    assert not holds("1e-300*exp(w) = 0", w=-900.0)
+    assert holds("0.014*w*erfc(27.3) = 0", w=0.0)
