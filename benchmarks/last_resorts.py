@@ -20,11 +20,11 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 import rulesheets
 from benchmarks.hard_blocks import hard_block
 from solver.attempts import Method
-from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
-from solver.kernel.fallback import fall_back
+from solver.kernel.code.block import BlockKernel
 from solver.kernel.methods import last_resorts
 from solver.kernel.question import Question
+from solver.kernel.search.fallback import fall_back
 from solver.kernel.solve_block import solve_block
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock

@@ -24,7 +24,7 @@ from solver.solution.leaves import Leaf
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from solver.kernel.krawczyk import Square
+    from solver.kernel.balls.krawczyk import Square
 
 BITS = 400
 EXTRA = "python-flint"
@@ -141,7 +141,7 @@ class _Proving:
 
     def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
         from rulesheets.functions.balls import ball
-        from solver.kernel.krawczyk import Square, proved_root
+        from solver.kernel.balls.krawczyk import Square, proved_root
 
         equations = [self.model.equations[index] for index in indices]
         used.update(indices)
@@ -169,12 +169,12 @@ class _Proving:
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
         if not any(set(indices) & set(equations) for equations in folds):
             return
-        from solver.kernel.exact_double import exact_double_root
+        from solver.kernel.balls.exact_double import exact_double_root
 
         near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
         if exact_double_root(square, self.balls, near) is not None:
             raise _Double(tuple(square.unknowns))
-        from solver.kernel.proved_fold import unfolded
+        from solver.kernel.balls.proved_fold import unfolded
 
         found = unfolded(square, self.balls, middle)
         if found is not None:

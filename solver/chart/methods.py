@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from rulesheets.model import Model, Value
 from rulesheets.record import dataclass
 from solver.chart.reference import ActiveRules, State, solve_extended
-from solver.kernel.block import BlockKernel
+from solver.kernel.code.block import BlockKernel
 from solver.numerics.plain_newton import PlainEnd, plain_newton
 from solver.numerics.scipy_roots import METHODS, scipy_root
 from solver.path.planner import planner

@@ -18,7 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from solver.kernel.chain import Chain
+    from solver.kernel.code.chain import Chain
 
     Box = tuple[tuple[float, ...], tuple[float, ...]]
 
@@ -85,7 +85,7 @@ class Brackets:
         import numpy as np
 
         if self._enclosure is None:
-            from solver.kernel.enclosure import Enclosure
+            from solver.kernel.code.enclosure import Enclosure
 
             self._enclosure = Enclosure(replace(self.chain, tears=(*self.chain.tears, *self.known)), ())
         if self._enclosure.slopes is None:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from solver.compiled.brackets import Bracket
-    from solver.kernel.block import BlockKernel
-    from solver.kernel.chain import Chain
+    from solver.kernel.code.block import BlockKernel
+    from solver.kernel.code.chain import Chain
 
 MAX_ITERATIONS = 60
 MAX_ROOTS = 8
@@ -205,7 +205,7 @@ def root_values(flow: Flow, roots: Roots, place: int, values: Mapping[str, int])
 
 def _program(chain: Chain, known: Sequence[str]) -> Program:
     """The residual and its slope by the tear, as a program of the tear and the known numbers."""
-    from solver.kernel.enclosure import slopes_of
+    from solver.kernel.code.enclosure import slopes_of
 
     slopes = slopes_of(chain)
     if slopes is None:

@@ -10,9 +10,9 @@ from solver.compiled.roots import Roots, root_values
 from solver.compiled.testimony import Testimony
 from solver.compiled.twofold import Twofold
 from solver.compiled.way import STRANGE
-from solver.kernel.block import BlockKernel
+from solver.kernel.code.block import BlockKernel
+from solver.kernel.code.reduction import reduced
 from solver.kernel.question import Question
-from solver.kernel.reduction import reduced
 from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
 
 TYPE_CHECKING = False

@@ -13,7 +13,7 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, diffe
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Call, Name
 from solver.derivatives.linearization import active_equations
-from solver.kernel.scalar import compile_expressions
+from solver.kernel.code.scalar import compile_expressions
 from solver.numerics.curve import Problem, Vector
 from solver.numerics.independence import independent_rows
 from solver.path.graph import ModelGraph

@@ -12,8 +12,8 @@ from rulesheets import nodes
 from rulesheets.nodes import Call
 from rulesheets.program import walk
 from solver.attempts import Method
-from solver.kernel.block import BlockKernel
-from solver.kernel.reduction import reduced
+from solver.kernel.code.block import BlockKernel
+from solver.kernel.code.reduction import reduced
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""

@@ -8,7 +8,7 @@ from rulesheets.record import dataclass
 from solver.attempts import Attempt
 from solver.facts import Fact, OutOfRange
 from solver.kernel.candidates import Answer
-from solver.kernel.chain import Chain
+from solver.kernel.code.chain import Chain
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from rulesheets.model import Value
 from rulesheets.nodes import Number
 from rulesheets.program import walk
 from solver.accuracy.witness import testify
-from solver.kernel.block import BlockKernel
+from solver.kernel.code.block import BlockKernel
 
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""

@@ -12,21 +12,21 @@ from rulesheets.model import Value
 from rulesheets.record import replace
 from solver.attempts import Attempt, Method
 from solver.facts import NoRoot
-from solver.kernel.block import BlockKernel
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
-from solver.kernel.contradiction import contradiction
-from solver.kernel.curve_points import without_curves
-from solver.kernel.formula import solve_by_formula
-from solver.kernel.linear_block import solve_linear_block
+from solver.kernel.code.block import BlockKernel
+from solver.kernel.code.reduction import reduced
+from solver.kernel.elimination.contradiction import contradiction
+from solver.kernel.elimination.formula import solve_by_formula
+from solver.kernel.elimination.linear_block import solve_linear_block
+from solver.kernel.elimination.near_rank import Blur
+from solver.kernel.elimination.polynomial_block import solve_as_polynomial, solve_by_half_angle
+from solver.kernel.elimination.resultant_block import solve_by_resultant
 from solver.kernel.methods import first_methods, last_resorts
-from solver.kernel.near_rank import Blur
 from solver.kernel.outcome import BlockOutcome, Stretch
-from solver.kernel.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.question import Question
-from solver.kernel.reduction import reduced
-from solver.kernel.resultant_block import solve_by_resultant
-from solver.kernel.tear_search import TearSearch
+from solver.kernel.search.curve_points import without_curves
+from solver.kernel.search.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
 
 STARTS = 24
@@ -70,7 +70,7 @@ def solve_block(
     if not assumed and (curve := search.curve()) is not None:
         return curve
     if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
-        from solver.kernel.fallback import fall_back
+        from solver.kernel.search.fallback import fall_back
 
         fall_back(question, search.candidates, last_resorts(kernel))
     return search.outcome() if assumed else search.isolated(search.outcome())
@@ -103,7 +103,7 @@ class _Search:
         """Where no answer was found in its range: a curve of answers, if there is one."""
         if self.budget.brief or self.kernel.linear or self.candidates.answers or self.candidates.blurred:
             return None
-        from solver.kernel.free_curve import free_curve
+        from solver.kernel.search.free_curve import free_curve
 
         found = free_curve(self.question)
         attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
@@ -168,7 +168,7 @@ class _Search:
     def _boxes(self) -> None:
         if self.whole:
             return
-        from solver.kernel.box_search import search_boxes
+        from solver.kernel.search.box_search import search_boxes
 
         self.complete = search_boxes(self.question, self.candidates, self.budget.thorough)
         self.candidates.tried(Method.BOXES, self.complete)
@@ -195,7 +195,7 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
     if question.guesses or not in_batches:
         _one_by_one(question, candidates)
     if in_batches:
-        from solver.kernel.start_search import search_from_starts
+        from solver.kernel.search.start_search import search_from_starts
 
         try:
             search_from_starts(question, candidates, budget)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model
 from solver.attempts import Method
-from solver.kernel.block import BlockKernel
+from solver.kernel.code.block import BlockKernel
 from solver.kernel.methods import first_methods, last_resorts
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step

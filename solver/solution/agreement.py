@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 
 from rulesheets.model import Value
 from solver.accuracy.witness import testify
-from solver.kernel.step import solve_step
+from solver.kernel.steps.step import solve_step
 from solver.path.activity import activity
 from solver.path.graph import ModelGraph
 

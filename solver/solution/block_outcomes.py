@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
 from solver.facts import NoRoot
-from solver.kernel.block import kernel_of
 from solver.kernel.budget import Budget
-from solver.kernel.near_rank import Blur
+from solver.kernel.code.block import kernel_of
+from solver.kernel.elimination.near_rank import Blur
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.solve_block import solve_block
 from solver.path.graph import ModelGraph

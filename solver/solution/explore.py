@@ -10,7 +10,7 @@ from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
 from solver.facts import AsksNothing, Fact, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
-from solver.kernel.step import solve_step
+from solver.kernel.steps.step import solve_step
 from solver.path.activity import activity
 from solver.path.cases import EQUAL, Pair, possible, value_of_equality
 from solver.path.planner import planner
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from typing import TypeAlias
 
     from solver.kernel.outcome import BlockOutcome
-    from solver.kernel.step import StepOutcome
+    from solver.kernel.steps.step import StepOutcome
     from solver.path.isolate import Isolation
     from solver.solution.block_outcomes import BlockOutcomes
     from solver.solution.leaves import Outcomes

@@ -19,10 +19,17 @@ from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.last_places import blur, half_unit
 from solver.accuracy.witness import gross, testify
 from solver.facts import Conflict, DoubleRoot, RestsOnRounding
-from solver.kernel.block import kernel_of
-from solver.kernel.extended_block import solve_block_extended
-from solver.kernel.extended_step import exact_turn, solve_step_extended
-from solver.kernel.extended_system import SPARE, Exhausted, ExtendedSystem, TooFewDigits, Unresolved, Work
+from solver.kernel.code.block import kernel_of
+from solver.kernel.precise.extended_block import solve_block_extended
+from solver.kernel.precise.extended_step import exact_turn, solve_step_extended
+from solver.kernel.precise.extended_system import (
+    SPARE,
+    Exhausted,
+    ExtendedSystem,
+    TooFewDigits,
+    Unresolved,
+    Work,
+)
 from solver.kernel.question import Question
 from solver.path.activity import activity
 from solver.path.isolate import Isolation
@@ -33,7 +40,7 @@ from solver.solution.leaves import Branch, Exploration, Leaf
 
 if TYPE_CHECKING:
     from solver.kernel.outcome import BlockOutcome
-    from solver.kernel.step import StepOutcome
+    from solver.kernel.steps.step import StepOutcome
 
 AGREEMENT = 1e-18
 """Relative difference of two precisions that no float can show."""

@@ -19,8 +19,8 @@ from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.functions.balls import ball, precision
 from rulesheets.nodes import Name, Negative, Number, Power, Product, Sum
 from solver.cli import main
-from solver.kernel.krawczyk import Square
-from solver.kernel.proved_fold import unfolded
+from solver.kernel.balls.krawczyk import Square
+from solver.kernel.balls.proved_fold import unfolded
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 CRANK = rulesheets.load(MODELS / "offset_slider_crank" / "model.tk")

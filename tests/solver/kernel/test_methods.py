@@ -9,7 +9,7 @@ import solver
 from benchmarks.hard_blocks import hard_block
 from rulesheets.evaluate import extended
 from solver.attempts import Method
-from solver.kernel.block import BlockKernel
+from solver.kernel.code.block import BlockKernel
 from solver.kernel.methods import first_methods, last_resorts
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock

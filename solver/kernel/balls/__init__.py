@@ -1,0 +1,1 @@
+"""Roots proved in balls: existence, uniqueness, folds and double roots."""

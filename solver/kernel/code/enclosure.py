@@ -1,0 +1,209 @@
+"""The residual of a chain with one tear, and its slope, over boxes of the tear.
+
+They are compiled when they are first asked for: to floats for a few boxes, to arrays for many.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import inf, isnan, nan
+
+from rulesheets import nodes
+from rulesheets.construct import add, is_number, multiply
+from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.nodes import Expression, Name, Number, Quotient
+from solver.kernel.code.chain import Assignment, Chain, directions, jumps
+from solver.kernel.code.interval_code import IntervalEmitter
+from solver.kernel.code.quotients import by_slopes
+from solver.path import rational
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from typing import Any, TypeAlias
+
+    from rulesheets.functions.intervals.bounds import Array
+    from rulesheets.functions.intervals.bounds import Interval as Intervals
+    from solver.kernel.code.interval_code import Operations, Pair
+
+    Interval: TypeAlias = tuple[float, float]
+    Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
+
+HORNER_DEGREE = 12
+FEW = 64
+"""Up to so many boxes one after the other take no more time than arrays of them."""
+
+
+class Enclosure:
+    """Bounds over boxes of the tear, given the numbers ``known`` to the chain, in this order."""
+
+    def __init__(self, chain: Chain, known: Sequence[str]) -> None:
+        self._chain, self._known = chain, tuple(known)
+        self.slopes = slopes_of(chain)
+        self._nested = tuple(_nested(chain))
+        self.operations = 3 * len(chain.assignments) + len(self._nested) + len(self.slopes or ())
+        """How many operations on all boxes one level of a search costs: range, sections and slope."""
+
+    def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
+        """The residual over each box; nan, nan where it is undefined all over it."""
+        if len(boxes) > FEW:
+            return _in_arrays(self.range_on, boxes, known)
+        found, evaluated = [], self._floats[0]
+        for low, high in boxes:
+            below, above, empty = evaluated(low, high, *known)
+            found.append((nan, nan) if empty else (below, above))
+        return found
+
+    def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
+        """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
+        if len(boxes) > FEW:
+            return _in_arrays(self.slope_on, boxes, known)
+        found, evaluated = [], self._floats[1]
+        assert evaluated is not None
+        for low, high in boxes:
+            below, above, doubtful = evaluated(low, high, *known)
+            unknown = doubtful or isnan(below) or isnan(above)
+            found.append((-inf, inf) if unknown else (below, above))
+        return found
+
+    def range_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
+        """``ranges`` of arrays of boxes; the known numbers are numpy's, or arrays."""
+        import numpy as np
+
+        with np.errstate(all="ignore"):
+            below, above, empty = self._arrays[0](low, high, *known)
+            return np.where(empty, np.nan, below), np.where(empty, np.nan, above)
+
+    def slope_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
+        """``slopes_over`` arrays of boxes."""
+        import numpy as np
+
+        assert self._arrays[1] is not None
+        with np.errstate(all="ignore"):
+            below, above, doubtful = self._arrays[1](low, high, *known)
+            unknown = doubtful | np.isnan(below) | np.isnan(above)
+            return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
+
+    @cached_property
+    def _floats(self) -> Code:
+        from solver.kernel.code.interval_floats import FLOATS
+
+        return self._compiled(FLOATS)
+
+    @cached_property
+    def _arrays(self) -> Code:
+        from solver.kernel.code.interval_arrays import ARRAYS
+
+        return self._compiled(ARRAYS)
+
+    def _compiled(self, operations: Operations) -> Code:
+        """Functions of the ends of the boxes and of the known numbers, for the range and for the slope."""
+        emitter = _followed(self._chain, self._known, operations)
+        residual = emitter.pair(Name(self._chain.residuals[0]))
+        for form in self._nested:
+            residual = emitter.apply("within", residual, emitter.pair(form))
+        for pair in by_slopes(emitter, self._chain):
+            residual = emitter.apply("within", residual, pair)
+        ranges = emitter.function(f"{residual[0]}, {residual[1]}, empty")
+        if self.slopes is None:
+            return ranges, None
+        emitter = _followed(self._chain, self._known, operations)
+        for name, expression in self.slopes:
+            emitter.name(name, emitter.pair(expression))
+        slope = emitter.pair(Name(_slope_name(self._chain.residuals[0])))
+        return ranges, emitter.function(f"{slope[0]}, {slope[1]}, doubtful")
+
+
+def _in_arrays(
+    enclose: Callable[..., Intervals], boxes: Sequence[Interval], known: Sequence[float]
+) -> list[Interval]:
+    import numpy as np
+
+    low, high = np.array(boxes).T
+    below, above = enclose(low, high, [np.float64(number) for number in known])
+    shape = low.shape
+    return list(
+        zip(np.broadcast_to(below, shape).tolist(), np.broadcast_to(above, shape).tolist(), strict=True)
+    )
+
+
+def slope_chain(chain: Chain) -> Chain | None:
+    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
+    slopes = slopes_of(chain)
+    if slopes is None:
+        return None
+    added = (Assignment(name, expression) for name, expression in slopes)
+    return Chain(chain.tears, (*chain.assignments, *added), (_slope_name(chain.residuals[0]),))
+
+
+def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:
+    """The boxes of every name of a chain, where some value may leave its domain, and where all must."""
+    emitter = IntervalEmitter(chain.tears, known, operations)
+    emitter.line("empty = isnan(l0)")
+    emitter.line("doubtful = isnan(l0)")
+    for item in chain.assignments:
+        for direction in directions(item.expression):
+            y, x = (emitter.pair(argument) for argument in direction.arguments)
+            emitter.line(f"doubtful = doubtful | cut({y[0]}, {y[1]}, {x[0]}, {x[1]})")
+        low, high = _assigned(emitter, item)
+        if item.low == -inf and item.high == inf:
+            emitter.line(f"empty = empty | isnan({low})")
+        else:
+            ends = f"{low}, {high}, {_literal(emitter, item.low)}, {_literal(emitter, item.high)}"
+            emitter.line(f"d{low}, e{low}, empty, doubtful = bounded({ends}, empty, doubtful)")
+            low, high = f"d{low}", f"e{low}"
+        emitter.name(item.name, (low, high))
+    return emitter
+
+
+def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
+    """A quotient that must not be negative has a divisor of its dividend's sign."""
+    expression = item.expression
+    if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
+        return emitter.pair(expression)
+    above, below = emitter.pair(expression.left), emitter.pair(expression.right)
+    return emitter.apply("quotient", above, below, more=f", {item.low >= 0.0:d}, {item.relational:d}")
+
+
+def _literal(emitter: IntervalEmitter, end: float) -> str:
+    return emitter.pair(Number(end))[0]
+
+
+def _nested(chain: Chain) -> Iterator[Expression]:
+    """Horner forms of the residual: equal to it, and narrower where powers of one variable compete."""
+    residual = chain.assignments[-1].expression
+    moving = {*chain.tears, *(item.name for item in chain.assignments)}
+    for name in dict.fromkeys(n for n in nodes.names(residual) if n in moving):
+        found = rational.equation(residual, Number(0.0), name, degree=HORNER_DEGREE)
+        if found is None or found[1] or sum(1 for c in found[0] if not is_number(c, 0.0)) < 2:
+            continue
+        *lower, nested = found[0]
+        for coefficient in reversed(lower):
+            nested = add(coefficient, multiply(Name(name), nested))
+        yield nested
+
+
+def _slope_name(name: str) -> str:
+    return f"d {name}"
+
+
+def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
+    """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
+    moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
+    found: list[tuple[str, Expression]] = []
+    try:
+        for item in chain.assignments:
+            used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
+            if not used:
+                continue
+            if jumps(item.expression):
+                return None
+            terms = tuple(multiply(differentiate(item.expression, name), moving[name]) for name in used)
+            slope = _slope_name(item.name)
+            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(terms)))
+            moving[item.name] = Name(slope)
+    except NotDifferentiable:
+        return None
+    if chain.residuals[0] not in moving:
+        return None
+    return tuple(found)

@@ -1,0 +1,1 @@
+"""Blocks that elimination settles: linear, polynomial, by formula, or contradictory whatever the values."""

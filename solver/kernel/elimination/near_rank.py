@@ -1,0 +1,212 @@
+"""Linear blocks that have full rank by accident: by less than what their known numbers leave open.
+
+A number that was computed is good to its error, one that was given to its last place. Where that is enough to
+make the matrix singular, and the equations hold all along the line that it leaves then, they determine
+nothing there, whatever elimination makes of the digits at hand (to first order: G. W. Stewart & J. Sun,
+*Matrix Perturbation Theory*, 1990, section IV.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from solver.facts import Conflict
+from solver.kernel.candidates import Answer
+from solver.kernel.elimination.perturbed import Perturbed
+from solver.kernel.freedom import far_along, rank_loss
+from solver.kernel.outcome import BlockOutcome
+from solver.kernel.question import Question
+
+SUSPECT = 1e-9
+"""Least pivot of a matrix with rows and columns of size 1 that is worth a closer look."""
+STILL = 1e-9
+"""Share of the largest move along a null direction below which an unknown stays where it is."""
+SECOND_ORDER = 2.0**-90
+"""What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
+places, where it is 0."""
+SLIGHT = -500.0
+"""The power of two below which the weight of an equation, beside the largest one, does not matter."""
+
+SMALLEST = 2.0**-1022
+"""The smallest number of which the inverse is a float."""
+REFINEMENTS = 2
+WITNESSED = 128.0
+"""Half units of a last place by which the witness lets numbers differ: how far those may be that say the same
+where it would be refused, or nothing of an unknown be left, for less."""
+
+Blur = Callable[[], Mapping[str, float]]
+"""How far each known number may be off, worked out when it is asked for."""
+
+
+def nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
+    """Whether elimination with complete pivots, rows and columns scaled, comes to a small pivot."""
+    rows = _equilibrated(matrix)
+    for k in range(len(rows)):
+        i, j = max(
+            ((i, j) for i in range(k, len(rows)) for j in range(k, len(rows))),
+            key=lambda place: abs(rows[place[0]][place[1]]),
+        )
+        rows[k], rows[i] = rows[i], rows[k]
+        for row in rows:
+            row[k], row[j] = row[j], row[k]
+        top = rows[k]
+        if abs(top[k]) <= SUSPECT:
+            return True
+        for row in rows[k + 1 :]:
+            if factor := row[k] / top[k]:
+                for place in range(k + 1, len(rows)):
+                    row[place] -= factor * top[place]
+    return False
+
+
+def _equilibrated(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
+    rows = [[a / (max(map(abs, row)) or 1.0) for a in row] for row in matrix]
+    columns = [max(abs(row[j]) for row in rows) or 1.0 for j in range(len(rows))]
+    return [[a / size for a, size in zip(row, columns, strict=True)] for row in rows]
+
+
+def undetermined(
+    question: Question,
+    matrix: Sequence[Sequence[Any]],
+    rhs: Sequence[Any],
+    exact: Callable[[float], Any],
+    off: Blur,
+    singular: bool = False,
+    slack: float = 1.0,
+) -> BlockOutcome | None:
+    """What a block with this matrix (n, n), which is nearly singular, leaves free, or how it contradicts
+    itself; None where it determines its unknowns.
+
+    ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
+    is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
+    """
+    near = _Nearly(matrix, rhs)
+    if not near.left:
+        return None
+    moved = Perturbed(question, off(), slack)
+    lost = near.lost(exact, moved, SECOND_ORDER if singular else 0.0)
+    if not lost:
+        return None
+    point = question.named(near.point(len(lost)))
+    directions = [question.named(near.straightened(z, len(lost), exact)) for z in lost]
+    if not moved.holds(point):
+        point = question.named(near.point(len(lost), moved.allowances(point)))
+        if not moved.holds(point):
+            return near.contradiction(question, len(lost))
+    if not all(moved.holds(far_along(point, direction)) for direction in directions):
+        return None
+    free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
+    fact = rank_loss(question, point, directions[0])
+    return BlockOutcome(
+        (Answer({n: v for n, v in point.items() if n not in free}),), complete=True, facts=(fact,), free=free
+    )
+
+
+def free_to_witness(
+    question: Question,
+    matrix: Sequence[Sequence[Any]],
+    rhs: Sequence[Any],
+    exact: Callable[[float], Any],
+    off: Blur,
+    instead: BlockOutcome,
+) -> BlockOutcome:
+    """What a nearly singular block leaves free within the backward error of the witness, where the outcome
+    that its digits at hand have ``instead`` is worth nothing: refused, or 0 for all, as any scale times 0 is.
+
+    Numbers that were read off one answer agree to their last places, not to half of one.
+    """
+    if instead.free or (instead.answers and not _homogeneous(question, off)):
+        return instead
+    found = undetermined(question, matrix, rhs, exact, off, slack=WITNESSED)
+    return found if found is not None and found.free else instead
+
+
+def _homogeneous(question: Question, off: Blur) -> bool:
+    """Whether the block holds with 0 for all of its unknowns."""
+    return Perturbed(question, off(), WITNESSED).holds(dict.fromkeys(question.unknowns, 0.0))
+
+
+class _Nearly:
+    """The singular value decomposition of the scaled matrix: what of it is small."""
+
+    def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
+        import numpy as np
+
+        self.matrix = matrix
+        a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
+        self.rows = np.abs(a).max(axis=1)
+        self.rows[self.rows == 0] = 1.0
+        self.rows = np.maximum(self.rows, SMALLEST)
+        self.a, self.b = a / self.rows[:, None], b / self.rows
+        self.columns = np.abs(self.a).max(axis=0)
+        self.columns[self.columns == 0] = 1.0
+        self.u, self.s, self.v = np.linalg.svd(self.a / self.columns)
+        kept = len(a) - int((self.s <= SUSPECT * self.s[0]).sum())
+        self.left = (self.u[:, kept:].T / self.rows).tolist()
+        self.right = (self.v[kept:] / self.columns).tolist()
+
+    def lost(self, exact: Callable[[float], Any], moved: Perturbed, least: float) -> list[list[float]]:
+        """Null directions (n,) of what the matrix may as well be, the largest entry of each 1."""
+        found = []
+        for w, z in zip(self.left, self.right, strict=True):
+            terms = (
+                exact(p) * a * exact(q)
+                for p, row in zip(w, self.matrix, strict=True)
+                for a, q in zip(row, z, strict=True)
+                if a
+            )
+            if float(abs(sum(terms, exact(0.0)))) <= moved.reach(w, z) + least:
+                size = max(map(abs, z))
+                found.append([q / size for q in z])
+        return found
+
+    def point(self, lost: int, allowances: Sequence[float] | None = None) -> list[float]:
+        """The solution of least scaled norm with the last singular values taken for 0.
+
+        ``allowances``: what each equation (n,) may miss by; with them, that of least misses in their units.
+        """
+        import numpy as np
+
+        u, s, v, b, columns = self.u, self.s, self.v, self.b, self.columns
+        if allowances is not None:
+            # Only their proportions count, which floats hold from 1 down where they do not from there up.
+            powers = np.log2(self.rows) - np.log2(allowances)
+            weights = np.exp2(np.maximum(powers - powers.max(), SLIGHT))
+            b = b * weights
+            a = self.a * weights[:, None]
+            columns = np.abs(a).max(axis=0)
+            columns[columns == 0] = 1.0
+            u, s, v = np.linalg.svd(a / columns)
+        kept = len(s) - lost
+        y = (u.T @ b)[:kept] / s[:kept]
+        point: list[float] = ((v[:kept].T @ y) / columns).tolist()
+        return point
+
+    def straightened(self, z: Sequence[float], lost: int, exact: Callable[[float], Any]) -> list[float]:
+        """A null direction (n,) with the last singular values taken for 0, also where small entries beside
+        large ones were lost: corrected by what A z is to all digits (iterative refinement)."""
+        import numpy as np
+
+        kept, found = len(self.s) - lost, list(z)
+        for _ in range(REFINEMENTS):
+            at = list(map(exact, found))
+            misses = [
+                -float(sum((a * v for a, v in zip(row, at, strict=True)), exact(0.0))) for row in self.matrix
+            ]
+            y = (self.u.T @ (np.array(misses) / self.rows))[:kept] / self.s[:kept]
+            step = (self.v[:kept].T @ y) / self.columns
+            found = [v + d for v, d in zip(found, step.tolist(), strict=True)]
+        return found
+
+    def contradiction(self, question: Question, lost: int) -> BlockOutcome:
+        """The equations whose left sides make up 0 = 0, and what their right sides make up instead."""
+        import numpy as np
+
+        scaled = self.u[:, len(self.s) - lost :].T
+        worst = scaled[np.argmax(np.abs(scaled @ self.b))]
+        involved = [i for i, share in enumerate(worst) if abs(share) > STILL]
+        last = involved[-1]
+        miss = float(worst @ self.b / worst[last] * self.rows[last])
+        rows = tuple(question.equations[i] for i in involved)
+        return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(question.values)),))

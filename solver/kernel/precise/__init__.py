@@ -1,0 +1,1 @@
+"""Steps and blocks to many digits."""

@@ -1,0 +1,194 @@
+"""A block with one tear: the residual as a function of the tear, searched over its whole range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from rulesheets.evaluate import value
+from solver.kernel.budget import Budget
+from solver.kernel.candidates import Answer, Candidates
+from solver.kernel.code.block import BlockKernel
+from solver.kernel.freedom import rank_loss
+from solver.kernel.outcome import BlockOutcome, Stretch
+from solver.kernel.question import Question
+from solver.path import rational
+
+SEARCH_BOXES = 12_000
+SEARCH_ALIVE = 2_000
+SEARCH_LEVELS = 220
+USUAL_LEVELS = 30
+OPERATIONS = 4
+"""Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
+HIGHEST_DEGREE = 12
+SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
+MIN_SAMPLES = 3
+MAX_SUSPECTS = 8
+"""Points of a search that are looked at more closely, where it could not settle all."""
+MOST_CHAINS = 64
+"""Combinations of preimages beyond which a search of the whole range takes longer than it is worth."""
+
+
+class TearSearch:
+    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
+
+    def __init__(
+        self, question: Question, candidates: Candidates, kernel: BlockKernel, budget: Budget
+    ) -> None:
+        self.question, self.candidates = question, candidates
+        self.kernel, self.budget = kernel, budget
+        self.tear = self.kernel.block.tears[0]
+        self.flat: list[tuple[int, float, float]] = []
+        self.stretches: list[Stretch] = []
+        self.doubts = False
+
+    def run(self) -> bool:
+        """Find the roots along every chain. True where they are proven to be all."""
+        from solver.numerics.isolation import IsolationLimits, isolate_roots
+
+        every = self.kernel.chains()
+        self.doubts = self.question.remote or self._divides_by_nothing()
+        work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
+        if len(every) > MOST_CHAINS or not self.budget.affords(work):
+            return False
+        low, high = self._within(*self.question.domain(self.tear))
+        turn = self.question.turn(self.tear)
+        complete, known = True, self.question.known
+        for place, chain in enumerate(every):
+            enclosure = self.kernel.enclosure(place)
+            smooth = enclosure.slopes is not None
+            levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
+            limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
+            search = isolate_roots(
+                partial(enclosure.ranges, known=known),
+                partial(enclosure.slopes_over, known=known) if smooth else None,
+                self._residual(place),
+                low,
+                high,
+                limits,
+            )
+            self.budget.spend(search.levels * enclosure.operations)
+            complete = complete and search.complete and (smooth or not search.roots)
+            self.doubts = self.doubts or not smooth
+            self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
+            for root in search.roots:
+                if (point := self._along(place, root)) is not None:
+                    self.candidates.proven(point)
+            for x, _ in search.touching:
+                self._candidate(place, x)
+            doubtful = (*(x for x, _ in search.touching), *(0.5 * (a + b) for a, b in search.unresolved))
+            for x in doubtful[:MAX_SUSPECTS]:
+                if (point := self._along(place, x)) is not None:
+                    self.candidates.suspect(point)
+            self.flat += [(place, *interval) for interval in search.flat]
+        self._at_ends()
+        self.doubts = self.doubts or not self.kernel.exhaustive
+        return complete and not self.doubts
+
+    def _at_ends(self) -> None:
+        """The ends of a declared range, where a root may lie a rounding outside."""
+        variable = self.question.graph.model.variables[self.tear]
+        for end in (variable.low, variable.high):
+            if math.isfinite(end) and variable.admits(end):
+                points = (self._along(place, end) for place in range(len(self.kernel.chains())))
+                for point in points:
+                    if point is not None and self.question.holds(point):
+                        self.candidates.keep(point)
+
+    def _divides_by_nothing(self) -> bool:
+        """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
+        does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
+        return any(self._only_divides(place) for place in range(len(self.kernel.chains())))
+
+    def _only_divides(self, place: int) -> bool:
+        function, divided = self.kernel.chain_function(place), False
+        for x in self._samples():
+            try:
+                function(x, *self.question.known)
+            except ZeroDivisionError:
+                divided = True
+            except (ArithmeticError, ValueError):
+                continue
+            else:
+                return False
+        return divided
+
+    def freedom(self) -> BlockOutcome | None:
+        """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
+        for place in range(len(self.kernel.chains())):
+            found = [point for x in self._samples() if (point := self._along(place, x)) is not None]
+            points = list({point[self.tear]: point for point in found}.values())
+            if len(points) >= MIN_SAMPLES and self._satisfied(place, points):
+                return self._free(points[0], points[1])
+        return None
+
+    def flat_stretch(self) -> BlockOutcome | None:
+        """After the search: a stretch of the tear on which every point is an answer (``int(x) = 3``)."""
+        for place, low, high in self.flat:
+            points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
+            first, second = points
+            apart = first and second and first[self.tear] != second[self.tear]
+            if first and second and apart and self._satisfied(place, (first, second)):
+                return self._free(first, second)
+        return None
+
+    def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
+        """Whether the block holds at all these points of a chain, and does not only seem to."""
+        if not all(map(self.question.holds, points)):
+            return False
+        from solver.kernel.search.flatness import vanishes
+
+        chain, known = (
+            self.kernel.chains()[place],
+            dict(zip(self.kernel.known, self.question.known, strict=True)),
+        )
+        return all(vanishes(chain, point[self.tear], known) for point in points)
+
+    def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
+        span = second[self.tear] - first[self.tear]
+        direction = {name: (second[name] - first[name]) / span for name in first}
+        fixed = {n: v for n, v in first.items() if v == second[n]}
+        fact = rank_loss(self.question, first, direction)
+        free = tuple(name for name in first if name not in fixed)
+        return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+
+    def _samples(self) -> list[float]:
+        low, high = self.question.domain(self.tear)
+        if math.isfinite(low) and math.isfinite(high):
+            return [low + (high - low) * share for share in SHARES]
+        size = self.question.scale()[self.question.unknowns.index(self.tear)]
+        middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
+        signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
+        return [middle + sign * size * share for sign in signs for share in SHARES]
+
+    def _within(self, low: float, high: float) -> tuple[float, float]:
+        """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; else the range stays."""
+        if len(self.question.unknowns) > 1:
+            return low, high
+        equation = self.kernel.equations[0]
+        found = rational.equation(equation.left, equation.right, self.tear, HIGHEST_DEGREE)
+        if found is None or len(found[0]) < 2:
+            return low, high
+        try:
+            *lower, leading = (value(c, self.question.values) for c in found[0])
+            reach = 1.001 * (1.0 + max(abs(c / leading) for c in lower))
+        except (ArithmeticError, ValueError):
+            return low, high
+        return (max(low, -reach), min(high, reach)) if math.isfinite(reach) else (low, high)
+
+    def _residual(self, place: int) -> Callable[[float], float]:
+        function, known = self.kernel.chain_function(place), self.question.known
+        return lambda x: function(x, *known)[-1]
+
+    def _along(self, place: int, x: float) -> dict[str, float] | None:
+        try:
+            numbers = self.kernel.chain_function(place)(x, *self.question.known)
+        except (ArithmeticError, ValueError):
+            return None
+        return dict(zip(self.question.unknowns, numbers, strict=False))
+
+    def _candidate(self, place: int, root: float) -> None:
+        point = self._along(place, root)
+        if point is not None:
+            self.candidates.refine(list(point.values()))

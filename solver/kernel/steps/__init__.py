@@ -1,0 +1,1 @@
+"""One rule solved for one unknown: every preimage, or why there is none."""
