@@ -19,10 +19,13 @@ Answer = Callable[[float], "Mapping[str, Value] | None"]
 STEEP = 0.8
 """Share of a change that one half of an interval takes, and not the other, where it is looked at closely."""
 VANISHED = 1e-3
-"""Share of its change between the rows by which a continuous value still changes at the end."""
+"""Share of its largest change by which a continuous value still changes at the end."""
 HALVINGS = 80
 GROWN = 1e9
 """How many times larger than at the rows a value is next to a pole."""
+LAST = 10
+STILL_GROWN = 4.0
+"""How many times larger it is there than so many halvings before."""
 
 
 def parted(
@@ -61,33 +64,40 @@ class _Search:
 
     def joined(self, start: float, end: float, a: float, between: float, b: float) -> bool:
         """Whether the change of the value vanishes with the interval."""
-        least = VANISHED * max(self._apart(a, b), self._apart(a, between), self._apart(between, b))
+        most = max(self._apart(a, b), self._apart(a, between), self._apart(between, b))
         for _ in range(HALVINGS):
             place = 0.5 * (start + end)
             middle = None if place in (start, end) else self._at(place)
             if middle is None:
                 return False
+            most = max(most, self._apart(a, middle), self._apart(middle, b))
             if self._apart(a, middle) >= self._apart(middle, b):
                 end, b = place, middle
             else:
                 start, a = place, middle
-            if self._apart(a, b) <= least:
+            if self._apart(a, b) <= VANISHED * most:
                 return True
         return False
 
     def grows(self, start: float, end: float, a: float, between: float, b: float) -> bool:
-        """Whether the value grows without bound, or vanishes, where it is largest."""
+        """Whether the value grows without bound, or vanishes, where it is largest: at a maximum it does not,
+        however small it is at the ends."""
         most = GROWN * max(abs(a), abs(b))
         if self.turn is not None or abs(between) <= max(abs(a), abs(b)):
             return False
+        reached: list[float] = []
         for _ in range(HALVINGS):
             if not start < (place := 0.5 * (start + end)) < end:
-                return False
-            left, right = self._at(0.5 * (start + place)), self._at(0.5 * (place + end))
-            if left is None or right is None or max(abs(left), abs(right)) > most:
+                break
+            places = start, 0.5 * (start + place), place, 0.5 * (place + end), end
+            found = [self._at(at) for at in places[1:4]]
+            sizes = [abs(number) for number in found if number is not None]
+            if len(sizes) < len(found):
                 return True
-            start, end = (start, place) if abs(left) > abs(right) else (place, end)
-        return False
+            reached.append(max(sizes))
+            largest = sizes.index(reached[-1])
+            start, end = places[largest], places[largest + 2]
+        return len(reached) > LAST and reached[-1] > max(most, STILL_GROWN * reached[-1 - LAST])
 
     def _at(self, place: float) -> float | None:
         values = self.answer(place)
