@@ -16,9 +16,15 @@ RANK = 1e-9
 STEP = 1e-2
 
 
-def rank_loss(question: Question, point: Mapping[str, float], direction: Mapping[str, float]) -> RankLoss:
-    """The fact that a block leaves its unknowns free along ``direction`` at ``point``."""
-    free = tuple(name for name, slope in direction.items() if abs(slope) > 1e-9)
+def rank_loss(
+    question: Question,
+    point: Mapping[str, float],
+    direction: Mapping[str, float],
+    free: tuple[str, ...] = (),
+) -> RankLoss:
+    """The fact that a block leaves its unknowns free along ``direction`` at ``point``: those that move
+    there, where it is not known which are."""
+    free = free or tuple(name for name, slope in direction.items() if abs(slope) > 1e-9)
     return RankLoss(question.equations, free, direction, _everywhere(question, point))
 
 

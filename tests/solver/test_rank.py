@@ -281,3 +281,15 @@ def test_contradiction_beside_a_coefficient_of_any_size_is_told() -> None:
         result = solved(text, {"a": a, "d": 0.106})
         assert str(result.status) == "inconsistent"
         assert {label.span.line for d in result.diagnoses for label in d.labels} >= {1, 2}
+
+
+def test_what_moves_least_is_named_too() -> None:
+    """c moves by a share of itself that is worth telling, beside a b sixty orders larger that does not."""
+    text = (
+        "variables\nd = 4.797921057202893e-24\nb ~ 1.2349606592391611e+38\nc ~ 2.9125588589441427e-24\n"
+        "y ~ -2.5337591923563436e+16\nrules\n(c*b) - (b/y) = 2.611593162265802e+21\nb + y = 4.61e+37\n"
+        "(2/1 + (d + c))*b = 9.22e+37\n"
+    )
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) in ("partial", "singular", "failed", "solved")
+    assert all(diagnosis.message for diagnosis in result.diagnoses)

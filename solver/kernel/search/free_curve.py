@@ -133,9 +133,12 @@ class _Curve:
         changes = np.max([abs(there - x) / weight for there in others], axis=0)
         question, point = self.question, self.question.named(x.tolist())
         free = tuple(n for n, moves in zip(question.unknowns, changes, strict=True) if moves > MOVED)
-        change = others[0] - x
-        direction = question.named((change / abs(change).max()).tolist())
-        fact = rank_loss(question, point, {n: direction[n] if n in free else 0.0 for n in direction})
+        if not free:
+            return None
+        change = question.named((others[0] - x).tolist())
+        largest = max(abs(change[name]) for name in free) or 1.0
+        direction = {name: far / largest if name in free else 0.0 for name, far in change.items()}
+        fact = rank_loss(question, point, direction, free)
         fixed = {name: number for name, number in point.items() if name not in free}
         return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
 
