@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from rulesheets.inputs import is_quantity, is_symbol
 from rulesheets.spelling import meant, plural
 
@@ -21,7 +19,7 @@ def arguments(
     """The value of every input, floats and names of symbols.
 
     Raises TypeError that names the input: for one that is missing, given twice or not prepared for, and for
-    a value that is neither a number nor a symbol; ValueError for an infinite number.
+    a value that is neither a number nor a symbol.
     """
     asked = ", ".join(inputs) or "nothing"
     if len(given) > len(inputs):
@@ -60,10 +58,7 @@ def _value(model: Model, name: str, given: Any) -> Value:
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return given.removeprefix("'")
     if not getattr(given, "ndim", 0) and _is_number(given):
-        number = float(given)
-        if math.isinf(number):
-            raise ValueError(f"{name} = {number} is not finite; to have it solved give nan")
-        return number
+        return float(given)
     kind = type(given).__name__
     hint = "; for columns of values call sweep" if hasattr(given, "__len__") else ""
     hint = "; to have it solved give nan" if given is None else hint

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import Diagnosis
-from rulesheets.input_messages import outside_range
+from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.arguments import arguments
@@ -72,8 +72,7 @@ class Plan:
         def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
             """The wanted values of the primary answer for a number of each input, by place or by name.
 
-            Raises Unsolved where there is none, TypeError for what is no such number, ValueError for an
-            infinite one.
+            Raises Unsolved where there is none, as for an infinite number, TypeError for what is no number.
             """
 
         def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
@@ -227,6 +226,9 @@ class Plan:
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         verdict, found = self.judged(numbers)
+        for name, number in zip(self.inputs, numbers, strict=True):
+            if isinstance(number, float) and math.isinf(number):
+                raise Unsolved(verdict.status, (not_finite_number(number, self.model.variables[name]),))
         if (outside := self._outside(numbers)) is not None:
             raise Unsolved(verdict.status, (outside_range(*outside, None),))
         if verdict.status is not Status.SOLVED:

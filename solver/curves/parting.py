@@ -20,6 +20,8 @@ STEEP = 0.8
 """Share of a change that one half of an interval takes, and not the other, where it is looked at closely."""
 VANISHED = 1e-3
 """Share of its largest change by which a continuous value still changes at the end."""
+ROUNDING = 2.0**-49
+"""Share of a value by which it changes for no other reason than its digits."""
 HALVINGS = 80
 GROWN = 1e9
 """How many times larger than at the rows a value is next to a pole."""
@@ -75,7 +77,7 @@ class _Search:
                 end, b = place, middle
             else:
                 start, a = place, middle
-            if self._apart(a, b) <= VANISHED * most:
+            if self._apart(a, b) <= max(VANISHED * most, ROUNDING * max(abs(a), abs(b))):
                 return True
         return False
 
