@@ -64,6 +64,8 @@ def look_again(
     except Undefined as error:
         reaches = not error.hole and look.reaches(share)  # 0/0 may be anything beside 0
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
+    if abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - DIGITS[-1]):
+        return _seen(look, more, DIGITS[-1], share, steep)  # cos(1e-265) is not 1, as only these digits show
     seen = max(abs(first), look.gross(DIGITS[0]))  # fifty digits may see exactly nothing already
     vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
     return Sight(0.0, 0.0, True) if vanishes and not look.drowned() else Sight(math.nan, math.inf, False)

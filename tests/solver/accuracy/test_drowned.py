@@ -52,3 +52,9 @@ def test_powers_of_e_of_large_whole_numbers(x: int, digits: int) -> None:
     exact = fine.exp(fine.mpf(x) / 4) ** 4
     found = functions(digits)["exp"](context(digits).mpf(x))
     assert abs(fine.mpf(found) / exact - 1) < fine.mpf(10) ** (2 - digits)
+
+
+def test_what_only_the_most_digits_show_is_seen() -> None:
+    model = rulesheets.loads("cos(x) = 1")
+    assert not witness.testify(model.equations[0], {"x": 2.4e-265}).holds
+    assert witness.testify(model.equations[0], {"x": 0.0}).holds
