@@ -13,6 +13,7 @@ from solver.path.isolate import TARGET, Stage, operand
 if TYPE_CHECKING:
     from solver.kernel.steps.preimages import Preimages
 
+EPSILON = 2.0**-52
 MAX_TURNS = 2_000
 LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too many."""
@@ -55,6 +56,10 @@ class _WholeTurns:
         stride = self._through(self.principal + self.period, self.rest) - first
         if self.preimages.rounding(first) > LOST * abs(stride):
             self.preimages.uncounted()
+        if EPSILON * abs(first) > LOST * abs(stride):
+            self.preimages.complete = (
+                False  # the floats next to such answers need not be good enough to be told
+            )
         window = self._window(stride)
         if window is None or stride == 0 or not math.isfinite(stride):
             return [self.principal]
