@@ -97,6 +97,8 @@ class _Search:
                 return self._polished()
             contraction = self._damped_step()
             if contraction is None:
+                if self._at_rounding():
+                    return self._polished()
                 if not self._escape():
                     return self._stuck()
             elif contraction <= FAST and self.damping == 1.0:
@@ -116,6 +118,11 @@ class _Search:
         p = self.point
         sizes = row_sizes(p.jacobian, p.weight)
         return self.limits.termination.explains(p.residual, row_products(p.jacobian, step), sizes)
+
+    def _at_rounding(self) -> bool:
+        step = self.point.correction(self.point.residual)
+        norm = scaled_norm(step, self.point.weight)
+        return self.limits.termination.step_is_rounding(norm) and self._explains(step)
 
     def _degenerate(self) -> bool:
         """At a multiple root the Newton step is short although it contracts slowly; at a minimum of |F| it

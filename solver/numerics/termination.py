@@ -35,6 +35,11 @@ class Termination:
         """Every component of the step is lost in the last bit of x."""
         return all(abs(d) <= EPS * abs(v) for d, v in zip(step, x, strict=True))
 
+    def step_is_rounding(self, step_norm: float) -> bool:
+        """The scaled step says no more than the last bits: where an unknown is 0 beside its scale, neither
+        its own last bit nor the size of its rows can tell."""
+        return step_norm <= 4 * EPS
+
     def stagnates(self, step_norm: float, previous_norm: float) -> bool:
         """Quadratic contraction has ended at a step so small that only rounding explains it."""
         return step_norm <= self.stagnation and step_norm > 0.25 * previous_norm
