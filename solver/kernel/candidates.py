@@ -156,11 +156,12 @@ class Candidates:
         return leads_away(self.question, point)
 
     def proven(self, point: dict[str, float]) -> None:
-        """Try a point next to a root that is proven to be; remember it if floats find no answer there."""
+        """Try a point next to a root that is proven to be; remember it if floats find no answer there,
+        however far they miss (``ln(exp(x)) = 1e-27`` has an answer that they do not come near)."""
         self.refine(list(point.values()))
         if any(self._covers(answer, point) for answer in self.answers):
             return
-        if self.question.outside(point) is None and self._nearly(point):
+        if self.question.outside(point) is None and not _is_remote(point):
             self.refused.append(point)
 
     def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
@@ -184,7 +185,7 @@ class Candidates:
 
     def _nearly(self, point: dict[str, float]) -> bool:
         everything = {**self.question.here, **point}
-        if any(abs(v) > REMOTE for v in point.values()):
+        if _is_remote(point):
             return False
         try:
             misses = self.question.residual(list(point.values()))
@@ -230,6 +231,10 @@ class Candidates:
             direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.question.equations, tuple(moving), moving)
+
+
+def _is_remote(point: Mapping[str, float]) -> bool:
+    return any(abs(v) > REMOTE for v in point.values())
 
 
 def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:

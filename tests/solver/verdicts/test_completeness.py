@@ -53,6 +53,14 @@ def test_guess_lists_those_nearest_to_it() -> None:
     assert notes(result) == ["S593"]
 
 
+def test_root_that_floats_do_not_come_near_is_looked_for() -> None:
+    """exp is 1 to all digits there, and d = 3.71 - y is 0: an answer is proven to be, by intervals."""
+    result = solved("ln(exp(d*y)) = -2e-27\ny + d = 3.71")
+    assert result.status is Status.SOLVED
+    near = [solution for solution in result.solutions if solution["y"] == 3.71]
+    assert [solution["d"] for solution in near] == pytest.approx([-2e-27 / 3.71], rel=1e-14)
+
+
 def test_whole_list_has_no_note() -> None:
     result = solved("x^2 = 4")
     assert result.complete
