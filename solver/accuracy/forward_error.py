@@ -244,7 +244,8 @@ class _Propagation:
             return found[0].get(unknowns[0], 0.0)
         import numpy as np
 
-        return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
+        with np.errstate(all="ignore"):  # an infinite one is large enough
+            return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
 
     def _free(self, rows: Sequence[_Row | None], unknowns: Sequence[str]) -> None:
         from solver.numerics.nullspace import null_direction

@@ -62,7 +62,7 @@ def look_again(
             if clear and abs(some - more) <= AGREEMENT * abs(more):
                 return _seen(look, more, fine, share, steep)
     except Undefined as error:
-        reaches = not error.hole and look.reaches(share)  # 0/0 may be anything beside 0
+        reaches = not error.hole and look.reaches(share, DIGITS[-1])  # 0/0 may be anything beside 0
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
     if abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - DIGITS[-1]):
         return _seen(look, more, DIGITS[-1], share, steep)  # cos(1e-265) is not 1, as only these digits show
@@ -84,7 +84,7 @@ def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Si
             gentle or any(look.straddles(moves, 2 * t, digits) for t in (scaled, share, share / 1e3))
         )
     except Undefined:
-        reaches = look.reaches(share)
+        reaches = look.reaches(share, digits)
         return Sight(float(miss), 0.0 if reaches else math.inf, reaches)
     return Sight(float(miss), float(scaled), bool(reaches))
 
@@ -133,30 +133,33 @@ class _Look:
         )
         return bool(above >= 0 >= below)
 
-    def reaches(self, share: float) -> bool:
-        """Whether F vanishes, or changes its sign, within a change of one value by that share of it.
+    def reaches(self, share: float, digits: int) -> bool:
+        """Whether F vanishes, or changes its sign, within a change of one value by that share of it, to so
+        many digits: with fewer than F needs to be seen it vanishes everywhere.
 
         For where F has no slope, or no value: at the end of a domain.
         """
         moves = ((-share, -share / 1e3, 0.0), (share, share / 1e3, 0.0))  # what lies between them is no pole
         return any(
-            self._vanishes(one, size, side) for one, _, size in self._numbers(DIGITS[0]) for side in moves
+            self._vanishes(one, size, side, digits)
+            for one, _, size in self._numbers(digits)
+            for side in moves
         )
 
-    def _vanishes(self, name: str, size: Any, changes: tuple[float, ...]) -> bool:
+    def _vanishes(self, name: str, size: Any, changes: tuple[float, ...], digits: int) -> bool:
         """Whether F is 0 at one of these changes of a variable, or between two of them."""
-        mp, found = context(DIGITS[0]), []
+        mp, found = context(digits), []
         for change in changes:
             at = mp.mpf(self.values[name]) + size * change
             try:
-                found.append((at, self.miss(DIGITS[0], {name: at})))
+                found.append((at, self.miss(digits, {name: at})))
             except Undefined:
                 continue
         return any(miss == 0 for _, miss in found) or any(
-            self._meet(name, one, other) for one, other in pairwise(found)
+            self._meet(name, one, other, digits) for one, other in pairwise(found)
         )
 
-    def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any]) -> bool:
+    def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
         """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
         (start, first), (end, last) = one, other
         if first * last > 0:
@@ -165,7 +168,7 @@ class _Look:
         for _ in range(HALVINGS):
             middle = (start + end) / 2
             try:
-                there = self.miss(DIGITS[0], {name: middle})
+                there = self.miss(digits, {name: middle})
             except Undefined:
                 return False
             if there * first > 0:

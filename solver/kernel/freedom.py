@@ -130,15 +130,22 @@ def null_by_rounding(
     rows = np.abs(a).max(axis=1)
     if not (rows > 0).all():
         return None
-    a, b = a / rows[:, None], b / rows
-    columns = np.abs(a).max(axis=0)
-    columns[columns == 0] = 1.0
-    _, singular, right = np.linalg.svd(a / columns)
-    if singular[-1] > 1e-13 * singular[0]:
+    with np.errstate(all="ignore"):  # what overflows is refused as not finite
+        a, b = a / rows[:, None], b / rows
+        columns = np.abs(a).max(axis=0)
+        columns[columns == 0] = 1.0
+        scaled = a / columns
+        if not (np.isfinite(scaled).all() and np.isfinite(b).all()):
+            return None
+        _, singular, right = np.linalg.svd(scaled)
+        if singular[-1] > 1e-13 * singular[0]:
+            return None
+        solution = np.linalg.lstsq(scaled, b, rcond=1e-13)[0] / columns
+        null = right[-1] / columns
+        null = null / np.abs(null).max()
+    if not (np.isfinite(solution).all() and np.isfinite(null).all()):
         return None
-    solution = np.linalg.lstsq(a / columns, b, rcond=1e-13)[0]
-    null = right[-1] / columns
-    return (solution / columns).tolist(), (null / np.abs(null).max()).tolist()
+    return solution.tolist(), null.tolist()
 
 
 def far_along(point: Mapping[str, float], direction: Mapping[str, float]) -> dict[str, float]:

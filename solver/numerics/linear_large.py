@@ -22,6 +22,13 @@ def solve_large(matrix: Any, rhs: Any) -> LinearOutcome:
     """Solve A x = b for m × n rows of floats (or a scipy sparse matrix) by LU, or by SVD where singular."""
     import numpy as np
 
+    with np.errstate(all="ignore"):  # what overflows is not consistent
+        return _solved(matrix, rhs)
+
+
+def _solved(matrix: Any, rhs: Any) -> LinearOutcome:
+    import numpy as np
+
     a = _as_array(matrix)
     b = np.asarray(rhs, dtype=float)
     n = a.shape[1]

@@ -113,7 +113,7 @@ def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int 
     except Undefined:
         return None
     rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
-    sizes = [max(map(abs, row)) for row in rows]
+    sizes = [max(map(abs, row), default=0.0) for row in rows]
     if len(rows) != len(unknowns) or not all(sizes):
         return None
     unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]

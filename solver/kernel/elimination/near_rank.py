@@ -81,7 +81,23 @@ def undetermined(
     ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
     is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
     """
-    near = _Nearly(matrix, rhs)
+    import numpy as np
+
+    with np.errstate(all="ignore"):  # what overflows is no point at which a rule holds
+        try:
+            return _undetermined(question, _Nearly(matrix, rhs), exact, off, singular, slack)
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+
+
+def _undetermined(
+    question: Question,
+    near: _Nearly,
+    exact: Callable[[float], Any],
+    off: Blur,
+    singular: bool,
+    slack: float,
+) -> BlockOutcome | None:
     if not near.left:
         return None
     moved = Perturbed(question, off(), slack)

@@ -8,6 +8,7 @@ counted after Sturm, and at each of them the roots of p are tried.
 
 from __future__ import annotations
 
+from cmath import isfinite
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
@@ -60,12 +61,13 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         try:
             here = _residuals(question, forms, Fraction(x))
             beside = _residuals(question, forms, Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE))
+            pairs = [(p, q) for p, q in zip(here, beside, strict=True) if _size(p) > FADED * _size(q)]
+            if not pairs:
+                return False  # both hold for any y: a curve, of which this x may be but a part
+            found = list(_real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)))
         except (NotPolynomial, OverflowError):
             return False
-        pairs = [(p, q) for p, q in zip(here, beside, strict=True) if _size(p) > FADED * _size(q)]
-        if not pairs:
-            return False  # both hold for any y: a curve, of which this x may be but a part
-        for y in _real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)):
+        for y in found:
             if not _tried(question, trial, forms, {tears[0]: x, tears[1]: y}):
                 return False
     candidates.answers += trial.answers
@@ -143,17 +145,30 @@ def _real_parts(polynomial: Polynomial, beside: Polynomial) -> Iterator[float]:
 
     ``beside``: the polynomial at a first tear that is further off than its digits are.
     """
-    import numpy as np
-
     pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
     slack = [abs(c) * KEPT + abs(other - c) for c, other in pairs]
-    for root in np.roots([float(c) for c in reversed(polynomial)]).tolist():
+    for root in _roots(polynomial):
         real, size = Fraction(complex(root).real), Fraction(abs(root))
         kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
         if abs(complex(root).imag) <= REAL * abs(root) or kept <= sum(
             share * size**k for k, share in enumerate(slack)
         ):
             yield complex(root).real
+
+
+def _roots(polynomial: Polynomial) -> list[complex]:
+    """All roots, to floats. Raises OverflowError where one is beyond these."""
+    import numpy as np
+
+    largest = _size(polynomial) or Fraction(1)
+    with np.errstate(all="ignore"):  # seen to below
+        try:
+            roots: list[complex] = np.roots([float(c / largest) for c in reversed(polynomial)]).tolist()
+        except np.linalg.LinAlgError:
+            raise OverflowError from None
+    if not all(map(isfinite, roots)):
+        raise OverflowError
+    return roots
 
 
 def _tried(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:

@@ -38,8 +38,8 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
     for turn, (first, last) in enumerate(ROUNDS):
         starts = starts_of(question, sizes, first, last)
         ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
-        new = _distinct(_wrapped(question, ends), found, scale)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
+            new = _distinct(_wrapped(question, ends), found, scale)
             nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
         for end in nearest[:MOST]:
             if _of_the_rules(question, end.tolist()):
