@@ -11,7 +11,7 @@ import math
 from fractions import Fraction
 from itertools import pairwise
 
-from solver.numerics.bracket import TINY, bracketed_root, split_point
+from solver.numerics.bracket import MAX, TINY, bracketed_root, split_point
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def real_roots(
     if brackets is None:
         return None
     at_low = (low,) if _sign(whole, low) == 0 else ()
-    return at_low + tuple(bracketed_root(_scaled(whole, *bracket), *bracket) for bracket in brackets)
+    return at_low + tuple(_nearest(whole, *bracket) for bracket in brackets)
 
 
 def simple_part(coefficients: Sequence[Fraction]) -> list[Fraction]:
@@ -142,13 +142,25 @@ def _variations(chain: list[Whole], x: float) -> int:
     return sum(a != b for a, b in pairwise(signs))
 
 
-def _sign(polynomial: Whole, x: float) -> int:
+def _nearest(polynomial: Whole, low: float, high: float) -> float:
+    """The float nearest to the one root between two floats."""
+    found = bracketed_root(_scaled(polynomial, low, high), low, high)
+    side = _sign(polynomial, found)
+    if not side:
+        return found
+    other = math.nextafter(found, high if side == _sign(polynomial, low) else low)
+    middle = (Fraction(found) + Fraction(other)) / 2
+    return other if _sign(polynomial, middle) == side else found
+
+
+def _sign(polynomial: Whole, x: float | Fraction) -> int:
     number = _numerator(polynomial, x)
     return (number > 0) - (number < 0)
 
 
 def _scaled(polynomial: Whole, low: float, high: float) -> ScalarFunction:
-    """p(x) beside its size at the ends of a bracket, correctly rounded, and 0 only where p is."""
+    """p(x) beside its size at the ends of a bracket, correctly rounded; 0 only where p is, and never
+    infinite: between the ends p may be larger by more than floats hold."""
     degree = len(polynomial) - 1
 
     def exact(x: float) -> Fraction:
@@ -158,12 +170,15 @@ def _scaled(polynomial: Whole, low: float, high: float) -> ScalarFunction:
 
     def value(x: float) -> float:
         found = exact(x) / size
-        return float(found) or (TINY if found > 0 else -TINY) if found else 0.0
+        least, most = (TINY, MAX) if found > 0 else (-TINY, -MAX)
+        if abs(found) >= MAX:
+            return most
+        return float(found) or least if found else 0.0
 
     return value
 
 
-def _numerator(polynomial: Whole, x: float) -> int:
+def _numerator(polynomial: Whole, x: float | Fraction) -> int:
     """p(x) times the denominator of x to the power of the degree."""
     numerator, denominator = x.as_integer_ratio()
     total, power = polynomial[-1], denominator

@@ -80,3 +80,18 @@ def test_wilkinson() -> None:
 @pytest.mark.parametrize("size", [1e-150, 1e-20, 1e20, 1e100])
 def test_roots_of_any_size(size: float) -> None:
     assert real_roots(polynomial(-size, size / 3, 1.0)) == (-size, *sorted((size / 3, 1.0)))
+
+
+@pytest.mark.parametrize("pairs", [1, 8, 11])
+def test_a_root_between_ends_where_the_polynomial_is_next_to_nothing(pairs: int) -> None:
+    """Inside it is larger than at the ends by more than floats hold: that is no reason to stop at an end."""
+    near = [Fraction(k, 10**40) for k in range(1, pairs + 1)]
+    coefficients = polynomial(*(-x for x in near), *(1 + x for x in near), Fraction(1, 3))  # type: ignore[arg-type]
+    assert real_roots(coefficients, 0.0, 1.0) == (1 / 3,)
+
+
+@pytest.mark.parametrize("exponent", [90, 99, 110, 300])
+def test_the_nearest_float_where_the_polynomial_underflows_beside_its_size(exponent: int) -> None:
+    """x³ = 10^-3k between 0 and 1: the root is 10^-k, a float of which is the one that is written."""
+    coefficients = [Fraction(-1, 10 ** (3 * exponent)), Fraction(0), Fraction(0), Fraction(1)]
+    assert real_roots(coefficients, 0.0, 1.0) == (float(f"1e-{exponent}"),)
