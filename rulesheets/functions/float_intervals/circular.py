@@ -21,6 +21,8 @@ _SLACK = 8.0 * EPSILON
 """What a count of turns can be off by, relative to the count or one."""
 _LARGEST_ANGLE = 1e15
 """Up to here 180 times a whole number plus 90 is exact."""
+LAST_PLACES = 256 * 5e-324
+"""Directions are computed in radians: what the last place of the smallest of them is in degrees, and more."""
 
 
 def _may_contain(low: float, high: float, offset: float) -> bool:
@@ -104,7 +106,7 @@ def _direction(half_turn: float, unit: float) -> Callable[[float, float, float, 
         ]
         if not corners:
             return EMPTY
-        return down(min(corners), ULPS), up(max(corners), ULPS)
+        return down(min(corners), ULPS) - LAST_PLACES, up(max(corners), ULPS) + LAST_PLACES
 
     return enclosure
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rulesheets.functions import array_degrees
+from rulesheets.functions.float_intervals.circular import LAST_PLACES
 from rulesheets.functions.intervals.bounds import (
     NUMPY_ULPS,
     Array,
@@ -99,8 +100,8 @@ def _direction(half_turn: float, unit: float) -> Callable[[Array, Array, Array, 
             for y in (y_low + 0.0, y_high + 0.0)
             for x in (x_low + 0.0, x_high + 0.0)
         ]
-        below = down(np.fmin.reduce(corners), NUMPY_ULPS)
-        above = up(np.fmax.reduce(corners), NUMPY_ULPS)
+        below = down(np.fmin.reduce(corners), NUMPY_ULPS) - LAST_PLACES
+        above = up(np.fmax.reduce(corners), NUMPY_ULPS) + LAST_PLACES
         cut = (y_low < 0.0) & (y_high >= 0.0) & (x_low < 0.0)
         around = cut & ~(np.isnan(y_high) | np.isnan(x_low))
         below = np.where(around, -half_turn, below)

@@ -6,6 +6,7 @@ serve (Abramowitz & Stegun 1964, tables 6.1, 9.1 and 9.5), and the whole line wh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -26,11 +27,24 @@ from rulesheets.functions.intervals.bounds import (
 )
 
 erf = monotone(special.erf, image=(-1.0, 1.0), ulps=SCIPY_ULPS)
-# In its tail scipy's erfc is off by some hundred units in the last place.
-erfc = monotone(special.erfc, image=(0.0, 2.0), ulps=1024.0, falling=True)
-i1 = monotone(special.i1, ulps=SCIPY_ULPS)
+# Where scipy's i0 and i1 are infinite, which compute exp(x) first, they are no less than this.
+_LEAST_OVERFLOW = 1e306
+_rising_i1 = monotone(special.i1, ulps=SCIPY_ULPS)
 k0 = monotone(special.k0, domain=(0.0, np.inf), image=(0.0, np.inf), ulps=SCIPY_ULPS, falling=True)
 k1 = monotone(special.k1, domain=(0.0, np.inf), image=(0.0, np.inf), ulps=SCIPY_ULPS, falling=True)
+
+
+def _erfc(x: Array) -> Array:
+    """Scipy's; that of the C library where scipy has 0 already, and there is something left."""
+    late = (x > 26.0) & (x < 28.0)
+    found = np.array(special.erfc(x))
+    found[late] = [math.erfc(number) for number in np.asarray(x)[late].tolist()]
+    return found
+
+
+# In its tail scipy's erfc is off by some hundred units in the last place.
+erfc = monotone(_erfc, image=(0.0, 2.0), ulps=1024.0, falling=True)
+
 
 # gamma and its logarithm have their least values for positive arguments here.
 _GAMMA_VALLEY = 1.4616321449683623
@@ -84,7 +98,7 @@ def digamma(low: Array, high: Array) -> Interval:
 def beta(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
     """Falling in either argument where both are positive; elsewhere the whole line."""
     least, greatest = special.beta(a_high, b_high), special.beta(a_low, b_low)
-    low = down(least) * (1.0 - _beta_error(a_high, b_high))
+    low = down(least) * np.maximum(1.0 - _beta_error(a_high, b_high), 0.0)
     high = up(greatest) * (1.0 + _beta_error(a_low, b_low))
     return _for_positive(a_low, b_low, np.maximum(low, 0.0), high)
 
@@ -160,4 +174,12 @@ def yn(n_low: Array, n_high: Array, x_low: Array, x_high: Array) -> Interval:
 def i0(low: Array, high: Array) -> Interval:
     """Even, rising with the size of its argument."""
     least, greatest = magnitudes(low, high)
-    return np.maximum(down(special.i0(least), SCIPY_ULPS), 1.0), up(special.i0(greatest), SCIPY_ULPS)
+    below = np.minimum(special.i0(least), _LEAST_OVERFLOW)
+    return np.maximum(down(below, SCIPY_ULPS), 1.0), up(special.i0(greatest), SCIPY_ULPS)
+
+
+@quiet
+def i1(low: Array, high: Array) -> Interval:
+    """Odd and rising."""
+    low, high = _rising_i1(low, high)
+    return np.minimum(low, _LEAST_OVERFLOW), np.maximum(high, -_LEAST_OVERFLOW)

@@ -10,6 +10,7 @@ import pytest
 
 from rulesheets.functions import TABLE
 from rulesheets.functions.extended import context, functions
+from rulesheets.functions.float_intervals import FLOAT_INTERVALS
 from rulesheets.functions.intervals import INTERVALS, add, divide, multiply, power, subtract
 
 MP = context(40)
@@ -223,3 +224,30 @@ def test_empty_arguments_stay_empty(name: str) -> None:
 
 def test_there_is_a_form_of_every_function() -> None:
     assert set(INTERVALS) == set(TABLE)
+
+
+@pytest.mark.parametrize(
+    ("name", "point"),
+    [
+        ("i0", (709.9,)),
+        ("i0", (-712.0,)),
+        ("i0", (713.9,)),
+        ("bessel_i1", (709.9,)),
+        ("bessel_i1", (-712.0,)),
+        ("erfc", (26.63,)),
+        ("erfc", (26.65,)),
+        ("erfc", (27.0,)),
+        ("beta", (586.7, 1e6)),
+        ("beta", (586.7, 1e300)),
+        ("beta", (3.0, 1e300)),
+        ("atan2d", (-5e-324, 26.5)),
+        ("atan2d", (1e-320, 3.0)),
+        ("atan2d", (1e-20, 1e299)),
+    ],
+)
+def test_contains_the_value_next_to_overflow_and_underflow(name: str, point: tuple[float, ...]) -> None:
+    """Where the libraries lose digits, or are infinite or 0 before the function is."""
+    exact = EXACT[name](*map(MP.mpf, point)) if point[-1] < 1e300 else MP.zero  # it is less than 1e-600
+    for form in (INTERVALS[name], FLOAT_INTERVALS[name]):
+        low, high = map(float, form(*(np.asarray(end) for x in point for end in (x, x))))
+        assert MP.mpf(low) <= exact <= MP.mpf(high)
