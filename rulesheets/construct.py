@@ -15,6 +15,8 @@ from rulesheets.nodes import (
     Quotient,
     Sum,
     Symbol,
+    operands,
+    rebuilt,
 )
 
 ZERO = Number(0.0)
@@ -77,6 +79,13 @@ def substitute(expression: Expression, replacements: Mapping[str, Expression]) -
     return map_leaves(
         expression, lambda leaf: replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf
     )
+
+
+def exchange(expression: Expression, old: Expression, new: Expression) -> Expression:
+    """The expression with ``new`` wherever it has ``old``."""
+    if expression == old:
+        return new
+    return rebuilt(expression, tuple(exchange(part, old, new) for part in operands(expression)))
 
 
 def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:

@@ -18,6 +18,8 @@ MODULES = (
 
 DRIVEN = (
     "offset_slider_crank/model.tk models/offset_slider_crank/slider_driven.csv",
+    "offset_slider_crank/model.tk models/offset_slider_crank/rod_driven.csv",
+    "offset_slider_crank_slope_free/model.tk models/offset_slider_crank_slope_free/rod_driven.csv",
     "oscillating_cylinder/model.tk models/oscillating_cylinder/cylinder_driven.csv",
 )
 SMALL = {

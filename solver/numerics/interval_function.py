@@ -50,7 +50,7 @@ class IntervalFunction:
 
     def ranges(self, boxes: Sequence[Interval]) -> list[Interval | None]:
         """Enclosures of f, a nan that stands alone widened to infinity; None where f is undefined all over
-        the box."""
+        the box, or known to have no root there."""
         self.evaluations += len(boxes)
         return [
             None if isnan(below) and isnan(above) else _widened(below, above)

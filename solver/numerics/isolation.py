@@ -81,10 +81,10 @@ def isolate_roots(
     """Search the roots of f in [low, high], ends included; an infinite one stands for the largest float.
 
     ``enclose`` takes boxes (low, high) and returns for each a pair that encloses the values of f on
-    it, outward rounded; nan, nan where f is undefined on the whole box. ``enclose_slope`` does the same
-    for the difference quotients of f; it must be infinite or nan on a box on which f may be undefined or
-    discontinuous somewhere. ``value(x)`` is f at one point, or raises ArithmeticError or ValueError, or is
-    nan. ``complete`` is as true as these enclosures are.
+    it, outward rounded; nan, nan where f is undefined on the whole box, or known to have no root there.
+    ``enclose_slope`` does the same for the difference quotients of f; it must be infinite or nan on a box on
+    which f may be undefined or discontinuous somewhere. ``value(x)`` is f at one point, or raises
+    ArithmeticError or ValueError, or is nan. ``complete`` is as true as these enclosures are.
     """
     if not low <= high:
         return RootSearch((), True)

@@ -15,6 +15,7 @@ from rulesheets.nodes import Expression, Name, Number, Quotient
 from solver.kernel.code.chain import Assignment, Chain, directions, jumps
 from solver.kernel.code.interval_code import IntervalEmitter
 from solver.kernel.code.quotients import by_slopes
+from solver.kernel.code.sides import sides
 from solver.path import rational
 
 TYPE_CHECKING = False
@@ -45,14 +46,27 @@ class Enclosure:
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
 
     def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
-        """The residual over each box; nan, nan where it is undefined all over it."""
+        """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
+        has no root."""
         if len(boxes) > FEW:
-            return _in_arrays(self.range_on, boxes, known)
-        found, evaluated = [], self._floats[0]
-        for low, high in boxes:
-            below, above, empty = evaluated(low, high, *known)
-            found.append((nan, nan) if empty else (below, above))
-        return found
+            found = _in_arrays(self.range_on, boxes, known)
+        else:
+            evaluated = self._floats[0]
+            found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
+        if not self._sides:
+            return found
+        return [
+            (nan, nan) if below <= 0.0 <= above and self._jumps_across(*box, known) else (below, above)
+            for box, (below, above) in zip(boxes, found, strict=True)
+        ]
+
+    def _jumps_across(self, low: float, high: float, known: Sequence[float]) -> bool:
+        """Whether the residual has no root on either side of the cuts of its directions."""
+        for side in self._sides:
+            below, above = _range(*side._floats[0](low, high, *known))
+            if not (below > 0.0 or above < 0.0 or (isnan(below) and isnan(above))):
+                return False
+        return True
 
     def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
@@ -85,6 +99,10 @@ class Enclosure:
             return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
 
     @cached_property
+    def _sides(self) -> tuple[Enclosure, ...]:
+        return tuple(Enclosure(side, self._known) for side in sides(self._chain))
+
+    @cached_property
     def _floats(self) -> Code:
         from solver.kernel.code.interval_floats import FLOATS
 
@@ -112,6 +130,10 @@ class Enclosure:
             emitter.name(name, emitter.pair(expression))
         slope = emitter.pair(Name(_slope_name(self._chain.residuals[0])))
         return ranges, emitter.function(f"{slope[0]}, {slope[1]}, doubtful")
+
+
+def _range(below: float, above: float, empty: bool) -> Interval:
+    return (nan, nan) if empty else (below, above)
 
 
 def _in_arrays(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from rulesheets import nodes
-from rulesheets.construct import substitute
+from rulesheets.construct import exchange, substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.chain import Chain
@@ -48,7 +48,7 @@ def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
         pairs = [emitter.pair(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
         bounded = f"#quotient {number}"
         emitter.name(bounded, emitter.apply("by_slopes", *pairs))
-        yield emitter.pair(_put(residual, quotient, Name(bounded)))
+        yield emitter.pair(exchange(residual, quotient, Name(bounded)))
 
 
 def _quotients(expression: Expression) -> Iterator[Quotient]:
@@ -58,13 +58,6 @@ def _quotients(expression: Expression) -> Iterator[Quotient]:
         if isinstance(node, Quotient):
             yield node
         stack.extend(nodes.operands(node))
-
-
-def _put(expression: Expression, old: Expression, new: Expression) -> Expression:
-    if expression == old:
-        return new
-    parts = tuple(_put(part, old, new) for part in nodes.operands(expression))
-    return nodes.rebuilt(expression, parts)
 
 
 def _at_zero(expression: Expression, tear: str) -> Fraction | None:
