@@ -12,8 +12,9 @@ kind and status, and every one that is
 - a *false refusal*: called infeasible, contradictory, or completely solved without the planted state,
   although that state is there, and determined well.
 
-With ``--plans`` the sheets go through compiled plans instead (``hostile_plans.py``). A long run writes every
-outcome to a file, goes on where the file ends, and prints the table of all in it.
+With ``--small`` the sheets are those of ``hostile_small.py``. With ``--plans`` they go through compiled plans
+instead (``hostile_plans.py``). A long run writes every outcome to a file, goes on where the file ends, and
+prints the table of all in it.
 """
 
 from __future__ import annotations
@@ -89,9 +90,15 @@ class TooLong(Exception):
     pass
 
 
-def examine(seed: int, limit: float, most: int = 5) -> Outcome:
+def examine(
+    seed: int,
+    limit: float,
+    most: int = 5,
+    make: Callable[[int, int], Sheet] = sheet,
+    claims: Callable[[Sheet, Result], Iterator[tuple[str, str]]] | None = None,
+) -> Outcome:
     """Solve the sheet of a seed (``most`` unknowns) within so many seconds of the processor, and judge it."""
-    made = sheet(seed, most)
+    made = make(seed, most)
     began = time.process_time()
     warnings.simplefilter("error")
     signal.signal(signal.SIGPROF, alarm)
@@ -108,7 +115,7 @@ def examine(seed: int, limit: float, most: int = 5) -> Outcome:
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
     seconds = time.process_time() - began
-    detail = next(_false_claims(made, result), None)
+    detail = next((claims or false_claims)(made, result), None)
     finding = Finding(seed, *detail) if detail else None
     return Outcome(seed, made.kind, str(result.status), seconds, finding)
 
@@ -124,7 +131,7 @@ def _refused(seed: int, made: Sheet, error: Exception, seconds: float) -> Outcom
     return Outcome(seed, made.kind, "refused", seconds, Finding(seed, "refused", str(error).splitlines()[0]))
 
 
-def _false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
+def false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
     if made.raw is not None:
         return
     for solution in result.solutions:
@@ -266,6 +273,11 @@ def main() -> None:
     )
     parser.add_argument("--show", type=int, metavar="SEED", help="print one sheet and solve it")
     parser.add_argument(
+        "--small",
+        action="store_true",
+        help="sheets of one to three rules at special points (hostile_small.py)",
+    )
+    parser.add_argument(
         "--plans", action="store_true", help="hold compiled plans to what a solve says (hostile_plans.py)"
     )
     parser.add_argument(
@@ -276,7 +288,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     if arguments.show is not None:
-        print(sheet(arguments.show, arguments.most).text)
+        print(_trial(arguments).keywords.get("make", sheet)(arguments.show, arguments.most).text)
         print(_trial(arguments)(arguments.show))
         return
     before = [] if arguments.output is None else recorded(arguments.output)
@@ -287,13 +299,18 @@ def main() -> None:
     sys.exit(any(outcome.finding for outcome in outcomes))
 
 
-def _trial(arguments: argparse.Namespace) -> Callable[[int], Outcome]:
+def _trial(arguments: argparse.Namespace) -> partial[Outcome]:
     """What is done with a seed."""
     if arguments.plans:
         from benchmarks import hostile_plans
 
         patience = hostile_plans.PATIENCE if arguments.patience is None else arguments.patience
         return partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most, patience=patience)
+    if arguments.small:
+        from benchmarks import hostile_small
+
+        small, claims = hostile_small.sheet, hostile_small.false_claims
+        return partial(examine, limit=arguments.limit, most=arguments.most, make=small, claims=claims)
     return partial(examine, limit=arguments.limit, most=arguments.most)
 
 

@@ -381,7 +381,7 @@ def _row(
             row.append(float((moved[0] - moved[1]) / (2 * step)))
         exact = evaluated(left, state)
     rough = evaluated(left, state, digits=15)
-    tiny = abs(float(right)) < 1e-290
+    tiny = not names_of(right) and abs(float(right)) < 1e-290
     return row, math.inf if tiny else float(10 * abs(rough - exact) + 2.0**-52 * abs(exact))
 
 

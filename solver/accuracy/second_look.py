@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
+from rulesheets.nodes import operands
 from rulesheets.record import dataclass
 
 if TYPE_CHECKING:
@@ -53,8 +54,8 @@ def look_again(
     the error that floats make in F, if that is known.
     """
     look = _Look(equation, values)
-    size = context(DIGITS[0]).mpf(noise if math.isfinite(noise) else 0.0) / UNIT
     try:
+        size = context(DIGITS[0]).mpf(noise) / UNIT if math.isfinite(noise) else look.largest(DIGITS[0])
         first = look.miss(DIGITS[0])
         for rough, fine in pairwise(DIGITS):
             some, more = look.miss(rough), look.miss(fine)
@@ -102,6 +103,13 @@ class _Look:
     def gross(self, digits: int) -> Any:
         """The size of both sides. Raises Undefined."""
         return sum(abs(extended(s, self.values, digits)) for s in (self.equation.left, self.equation.right))
+
+    def largest(self, digits: int) -> Any:
+        """The size of the largest number that F is made of. Raises Undefined."""
+        parts = [self.equation.left, self.equation.right]
+        for part in parts:  # which grows on the way
+            parts += operands(part)
+        return max(abs(extended(part, self.values, digits)) for part in parts)
 
     def moves(self, digits: int) -> dict[str, Any]:
         """∂F/∂v · |v| by variable: central differences, at a third of the digits. Raises Undefined."""

@@ -58,7 +58,7 @@ def explore_precisely(
 ) -> Exploration | None:
     """The exploration on which two precisions agree; None where none do. ``floats`` is the one in floats."""
 
-    lost = False
+    lost = False  # the digits of a number, all of them or some
 
     def precisely(digits: int) -> Exploration | None:
         nonlocal lost
@@ -69,10 +69,13 @@ def explore_precisely(
             return None
 
     def agreed(digits: Sequence[int]) -> Exploration | None:
+        nonlocal lost
         try:
             for rough, fine in pairwise(map(precisely, digits)):
-                if rough is not None and fine is not None and _agree(rough, fine, judged):
-                    return fine
+                if rough is not None and fine is not None:
+                    if _agree(rough, fine, judged):
+                        return fine
+                    lost = True
         except Exhausted:
             pass
         return None
@@ -84,19 +87,24 @@ def explore_precisely(
 
 def _faint(model: Model, found: Exploration) -> bool:
     """Whether rules are contradicted that only more digits still could satisfy: a number next to zero,
-    beside a larger one, may be lost to all of these precisions alike."""
+    beside a larger one, may be lost to all of these precisions alike. Where it is, it contradicts the very
+    rule that it was solved from."""
     contradicted = (
-        (model.equations[index], conflict.values)
+        (leaf, index, conflict.values)
         for leaf in found.dead
         for conflict in leaf.conflicts
         if isinstance(conflict, Conflict)
         for index in conflict.equations
     )
     return any(
-        testify(equation, values).delicate
-        for equation, values in contradicted
-        if all(name in values for name in equation.names)
+        _solved_from(leaf, index) or testify(model.equations[index], values).delicate
+        for leaf, index, values in contradicted
+        if all(name in values for name in model.equations[index].names)
     )
+
+
+def _solved_from(leaf: Leaf, equation: int) -> bool:
+    return any(equation in equations_of(step) for step in leaf.branch.origins.values())
 
 
 def _known(branch: Branch) -> Mapping[str, Any]:
