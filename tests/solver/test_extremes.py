@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver import Result
+from solver import Result, Status
 
 
 def solve(rules: str, variables: str = "", **inputs: Any) -> Result:
@@ -148,3 +149,47 @@ def test_an_unknown_that_floats_lose_beside_the_other_is_no_reason_to_drop_an_an
     found = sorted(answer["x"] for answer in result.solutions)
     assert str(result.status) == "solved"
     assert found == pytest.approx(expected, rel=1e-12, abs=0.0) or not result.complete
+
+
+COEFFICIENTS = (0, 0, 1, -1, 3, "0.1", "-7.5", "1e-9", "1e16", "1e-16", "1e100", "-1e200", "1e300", "1e-300")
+RIGHT_SIDES = (0, 1, "-0.3", "1e-9", "1e16", "1e200", "-1e300", "1e308", "1e-300")
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_linear_rules_with_numbers_of_any_size(data: st.DataObject) -> None:
+    """Some a multiple of another, so that they leave something free or contradict one another."""
+    n = data.draw(st.integers(2, 3))
+    rows = [[str(data.draw(st.sampled_from(COEFFICIENTS))) for _ in range(n)] for _ in range(n)]
+    matrix = [[Fraction(float(a)) for a in row] for row in rows]
+    factor = data.draw(st.sampled_from(("", "1", "-1", "-4.5", "1e200")))
+    lefts = [" + ".join(f"{a}*{name}" for a, name in zip(row, "xyz", strict=False)) for row in rows]
+    if factor:
+        lefts[1] = f"({lefts[0]})*{factor}"
+        matrix[1] = [a * Fraction(float(factor)) for a in matrix[0]]
+    rights = [str(data.draw(st.sampled_from(RIGHT_SIDES))) for _ in range(n)]
+    result = solve("\n".join(f"{left} = {right}" for left, right in zip(lefts, rights, strict=True)))
+    for solution in result.solutions:
+        assert all(map(math.isfinite, solution.values()))
+        for row, right in zip(matrix, rights, strict=True):
+            read = [(a, solution.get(v)) for v, a in zip("xyz", row, strict=False) if a]
+            if all(isinstance(number, float) for _, number in read):
+                terms = [a * Fraction(number) for a, number in read]
+                below = sum(abs(a) for a, _ in read) * Fraction(2**-1022)  # of numbers that are no floats
+                slack = Fraction(2**-46) * (sum(map(abs, terms)) + below)
+                assert abs(sum(terms) - Fraction(float(right))) <= slack
+    if result.status in (Status.INFEASIBLE, Status.INCONSISTENT):
+        assert rank(matrix) < n
+
+
+def rank(matrix: list[list[Fraction]]) -> int:
+    found, rows = 0, [row[:] for row in matrix]
+    for column in range(len(matrix[0])):
+        top = next((row for row in rows if row[column]), None)
+        if top is not None:
+            rows.remove(top)
+            rows = [
+                [a - row[column] / top[column] * b for a, b in zip(row, top, strict=True)] for row in rows
+            ]
+            found += 1
+    return found

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from rulesheets.evaluate import rounded_derivatives
 from rulesheets.record import replace
-from solver.accuracy.witness import ROUNDINGS
-from solver.facts import Conflict
+from solver.accuracy.witness import ROUNDINGS, SMALLEST
+from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.elimination.near_rank import Blur, free_to_witness, nearly_singular, undetermined
 from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
@@ -45,6 +45,9 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         return free_to_witness(question, matrix, rhs, Fraction, off, found) if small else found
     assert facts.solution is not None
     point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
+    beyond = _beyond_floats(question, matrix, facts, math.isinf)
+    if beyond is not None:
+        return beyond
     if facts.free:
         direction = dict(zip(question.unknowns, facts.nullspace[0], strict=True))
         free = tuple(question.unknowns[j] for j in facts.free)
@@ -53,10 +56,32 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         return None
     if len(matrix) <= EXACT_LIMIT and nearly_singular(matrix):
         lost = undetermined(question, matrix, rhs, Fraction, off)
-        near = lost or _regular(question, point) or _dependent(question, matrix, rhs)
+        free = lost if lost is not None and lost.free else None
+        near = free or _regular(question, point) or lost or _dependent(question, matrix, rhs)
         near = near and free_to_witness(question, matrix, rhs, Fraction, off, near)
         return near and replace(near, doubtful=True)
-    return _regular(question, point) or _dependent(question, matrix, rhs)
+    found = _regular(question, point) or _dependent(question, matrix, rhs)
+    return found or _beyond_floats(question, matrix, facts, _below_floats)
+
+
+def _beyond_floats(
+    question: Question,
+    matrix: Sequence[Sequence[float]],
+    facts: LinearOutcome,
+    lost: Callable[[float], bool],
+) -> BlockOutcome | None:
+    """The first unknown whose exact value no float holds; None where there is none."""
+    assert facts.solution is not None
+    for column, number in enumerate(facts.solution):
+        if number is not None and lost(number):
+            reader = next(i for i, row in enumerate(matrix) if row[column])
+            fact = BeyondFloats(question.equations[reader], question.unknowns[column])
+            return BlockOutcome(facts=(fact,))
+    return None
+
+
+def _below_floats(number: float) -> bool:
+    return abs(number) < SMALLEST
 
 
 def _rounded(question: Question, facts: LinearOutcome) -> bool:

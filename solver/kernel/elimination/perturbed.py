@@ -59,13 +59,13 @@ class Perturbed:
     def holds(self, point: Mapping[str, float]) -> bool:
         """Whether the witness accepts every equation, or what is known may be as far off as it misses.
 
-        Floats may have made up as much of that as they round.
+        Floats may have made up as much of that as they round, if it is known how much that is.
         """
         question = self.question
         everything = {**question.here, **point}
         misses = question.residual(list(point.values()))
         return all(
-            abs(miss) <= blur(form, everything, self.off) + _noise(form, everything)
+            abs(miss) <= blur(form, everything, self.off) + _noise(form, everything) < math.inf
             or testify(equation, everything).holds
             for miss, form, equation in zip(
                 misses, question.kernel.forms, question.kernel.equations, strict=True

@@ -7,6 +7,7 @@ may lie closer than that, both are found, or it is seen that there is one double
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 from rulesheets.evaluate import Undefined
@@ -21,6 +22,7 @@ from solver.kernel.precise.extended_system import ExtendedSystem, Unresolved
 from solver.kernel.precise.fold import null_vectors, resolve_fold
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
+from solver.numerics.linear import EXACT_LIMIT, exact_solution
 
 CLOSE = 1e-5
 """Relative distance of a root from another whose fold it shares."""
@@ -62,15 +64,35 @@ class _Refinement:
             matrix, rhs = self.system.jacobian(zero), [-r for r in self.system.residual(zero)]
         except (Undefined, OverflowError):
             raise Unresolved from None
-        x = eliminate(matrix, rhs, self.system.tiny)
+        x = self._solved(matrix, rhs)
         if self.floats.doubtful:
             free = undetermined(self.question, matrix, rhs, self.system.mp.mpf, off, singular=x is None)
-            if free is not None:
+            if free is not None and (free.free or not (self.floats.answers or self._holds(x))):
                 return free
         found = self._eliminated(x)
         if self.floats.doubtful:
             return free_to_witness(self.question, matrix, rhs, self.system.mp.mpf, off, found)
         return found
+
+    def _solved(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> list[Any] | None:
+        """By elimination in the digits at hand, and exactly where an equation misses by more than these
+        leave of its own terms, as it may where sizes differ: None where the matrix is singular to them."""
+        mp, tiny = self.system.mp, self.system.tiny
+        x = eliminate(matrix, rhs, tiny)
+        if x is None or len(matrix) > EXACT_LIMIT:
+            return x
+        for row, b in zip(matrix, rhs, strict=True):
+            terms = [a * v for a, v in zip(row, x, strict=True)]
+            if abs(sum(terms) - b) > tiny * (sum(map(abs, terms)) + abs(b)):
+                exact = exact_solution(
+                    [[_rational(a) for a in r] for r in matrix], [_rational(b) for b in rhs]
+                )
+                return x if exact is None else [mp.mpf(v.numerator) / v.denominator for v in exact]
+        return x
+
+    def _holds(self, x: list[Any] | None) -> bool:
+        """Whether the floats next to what elimination came to satisfy the block: then nothing contradicts."""
+        return x is not None and self.question.holds(_floats(self.system.point(x)))
 
     def _eliminated(self, x: list[Any] | None) -> BlockOutcome:
         """What elimination came to; where it found the matrix singular, what floats did."""
@@ -205,6 +227,12 @@ class _Refinement:
         doubles = [answer.values for answer in self.double]
         known, digits = self.system.known, self.system.digits
         return settled(self.floats.stretches, self.question.here, known, points, doubles, digits)
+
+
+def _rational(number: Any) -> Fraction:
+    """The number that a finite mpf stands for."""
+    mantissa, exponent = abs(number).man_exp
+    return Fraction(mantissa) * Fraction(2) ** exponent * (-1 if number < 0 else 1)
 
 
 def _close(start: Sequence[float], root: Sequence[Any]) -> bool:
