@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 EPSILON = 2.0**-52
 BACKWARD = 64 * EPSILON
-SMALLEST = 2.0**-1022
-"""The smallest float that has all its digits."""
 STEEP = 1e-6
 """The share of its sides that a rule may change by with its values, to be judged by its slopes."""
 ROUNDINGS = 4
@@ -84,14 +82,9 @@ def _slopes_testify(equation: Equation, values: Mapping[str, Value]) -> Testimon
         scaled = abs(miss) / total
         if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
             return Testimony(True, miss, scaled)
-    if abs(miss) > bound + ROUNDINGS * noise and not _any_below_floats(equation, values):
+    if abs(miss) > bound + ROUNDINGS * noise:
         return Testimony(False, miss, abs(miss) / total if total else math.inf)
     return _look_again(equation, values, noise)
-
-
-def _any_below_floats(equation: Equation, values: Mapping[str, Value]) -> bool:
-    """Whether a value has lost digits, for being so near to 0: its last place is a large share of it."""
-    return any(isinstance(v := values[name], float) and 0.0 < abs(v) < SMALLEST for name in equation.names)
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from rulesheets.evaluate import rounded_derivatives
 from rulesheets.record import replace
-from solver.accuracy.witness import ROUNDINGS, SMALLEST
+from solver.accuracy.witness import ROUNDINGS
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.elimination.near_rank import Blur, free_to_witness, nearly_singular, undetermined
@@ -18,6 +18,9 @@ from solver.kernel.question import Question
 from solver.numerics.linear import EXACT_LIMIT, solve_linear
 from solver.numerics.linear_outcome import LinearOutcome
 from solver.numerics.newton import newton
+
+SMALLEST = 2.0**-1022
+"""The smallest float that has all its digits."""
 
 
 def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
