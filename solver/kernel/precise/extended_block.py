@@ -232,7 +232,8 @@ class _Refinement:
 def _rational(number: Any) -> Fraction:
     """The number that a finite mpf stands for."""
     mantissa, exponent = abs(number).man_exp
-    return Fraction(mantissa) * Fraction(2) ** exponent * (-1 if number < 0 else 1)
+    size = mantissa * Fraction(2) ** exponent
+    return Fraction(-size if number < 0 else size)
 
 
 def _close(start: Sequence[float], root: Sequence[Any]) -> bool:
