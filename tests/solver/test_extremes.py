@@ -151,6 +151,38 @@ def test_an_unknown_that_floats_lose_beside_the_other_is_no_reason_to_drop_an_an
     assert found == pytest.approx(expected, rel=1e-12, abs=0.0) or not result.complete
 
 
+@pytest.mark.parametrize(
+    ("rules", "answer"),
+    [
+        ("z = 0 + 0*x\ny + 1e100*z = 0*x\nx + y + 0*z = 1", (1.0, 0.0, 0.0)),
+        ("x + 0*y + 0*z = 0\n0*x + y + z = -1e300\n0*x - 1e200*y + 0*z = 1e308", (0.0, -1e108, -1e300)),
+        ("0*x + y + 3*z = 0\n1e16*x + y + 0*z = -0.3\n1e300*x + 0*y + 0*z = 1", (1e-300, -0.3, 0.1)),
+    ],
+)
+def test_linear_rules_of_unlike_sizes_do_not_contradict(rules: str, answer: tuple[float, ...]) -> None:
+    result = solve(rules)
+    assert result.status is Status.SOLVED
+    assert [result[name] for name in "xyz"] == pytest.approx(answer, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "0*x + 0*y = 0\n0*x + 1e-9*y = -1e300",
+        "0*x + y + 1e100*z = 0\n0*x + 0*y + z = -1e300\nx + 0*y + 0*z = 0",
+    ],
+)
+def test_linear_rules_whose_answer_no_float_holds(rules: str) -> None:
+    result = solve(rules)
+    assert result.status is Status.FAILED
+    assert [(note.code, note.variables) for note in result.diagnoses] == [("S551", ("y",))]
+
+
+def test_rules_that_contradict_beside_the_largest_float() -> None:
+    result = solve("0*x + 1*y + 0*z = 1\n(0*x + 1*y + 0*z)*1 = 1e308\n0*x + 0*y + 0*z = 0")
+    assert result.status is Status.INCONSISTENT
+
+
 COEFFICIENTS = (0, 0, 1, -1, 3, "0.1", "-7.5", "1e-9", "1e16", "1e-16", "1e100", "-1e200", "1e300", "1e-300")
 RIGHT_SIDES = (0, 1, "-0.3", "1e-9", "1e16", "1e200", "-1e300", "1e308", "1e-300")
 

@@ -59,8 +59,7 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         return None
     if len(matrix) <= EXACT_LIMIT and nearly_singular(matrix):
         lost = undetermined(question, matrix, rhs, Fraction, off)
-        loose = lost if lost is not None and lost.free else None
-        near = loose or _regular(question, point) or lost or _dependent(question, matrix, rhs)
+        near = lost or _regular(question, point) or _dependent(question, matrix, rhs)
         near = near and free_to_witness(question, matrix, rhs, Fraction, off, near)
         return near and replace(near, doubtful=True)
     regular = _regular(question, point) or _dependent(question, matrix, rhs)

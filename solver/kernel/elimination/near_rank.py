@@ -109,7 +109,7 @@ def _undetermined(
     if not moved.holds(point):
         point = question.named(near.point(len(lost), moved.allowances(point)))
         if not moved.holds(point):
-            return near.contradiction(question, len(lost))
+            return None if moved.keeps_rank(near.matrix, exact) else near.contradiction(question, len(lost))
     if not all(moved.holds(far_along(point, direction)) for direction in directions):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))

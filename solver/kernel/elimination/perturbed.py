@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
+from rulesheets.functions.extended import context
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
 from solver.accuracy.last_places import blur, half_unit, with_named_numbers
 from solver.accuracy.witness import BACKWARD, size, testify
 from solver.kernel.question import Question
+from solver.numerics.elimination import Singular, eliminate_rows
 
 NUDGE = 1e-5
 """Relative step of the differences that tell how a coefficient depends on a known number."""
 LEAST = 1e-150
 """What an equation is allowed to miss by, at least, and at most 1 by that."""
+
+DIGITS, ROUNDS = 20, 60
 
 
 class Perturbed:
@@ -36,6 +42,56 @@ class Perturbed:
         """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""
         return sum(self._moved(name, error, w, z) for name, error in self.moves.items())
 
+    def keeps_rank(self, matrix: Sequence[Sequence[Any]], exact: Callable[[float], Any]) -> bool:
+        """Whether the matrix (n, n) is regular however the numbers in it move by what they may be off.
+
+        It is if the spectral radius of |A⁻¹|·E is less than 1, E being how far its entries move (J. Rohn,
+        "Systems of linear interval equations", Linear Algebra Appl. 126 (1989)).
+        Singular vectors do not tell where entries differ by more than floats have digits. ``exact`` makes
+        numbers of the kind of ``matrix``.
+        """
+        n, off = len(matrix), self._entries_move()
+        unit = [[exact(float(i == j)) for i in range(n)] for j in range(n)]
+        try:
+            columns = eliminate_rows([dict(enumerate(row)) for row in matrix], unit)
+        except Singular:
+            return False
+        big = context(DIGITS)
+        inverse = [[_as(abs(columns[j][i]), big) for j in range(n)] for i in range(n)]
+        spread = [
+            [sum(a * big.mpf(e[j]) for a, e in zip(row, off, strict=True)) for j in range(n)]
+            for row in inverse
+        ]
+        x = [big.one] * n
+        for _ in range(ROUNDS):
+            ahead = [
+                v + sum(b * w for b, w in zip(row, x, strict=True)) for v, row in zip(x, spread, strict=True)
+            ]
+            if max(v / w for v, w in zip(ahead, x, strict=True)) < 2:  # bounds 1 + the radius from above
+                return True
+            x = ahead
+        return False
+
+    def _entries_move(self) -> list[list[float]]:
+        """How far the entries of the matrix (n, n) move, at most; infinite where that is not known."""
+        names, n = self.question.unknowns, len(self.question.unknowns)
+        total = [[0.0] * n for _ in range(n)]
+        for name, error in self.moves.items():
+            number = self.at[name]
+            assert isinstance(number, float)
+            step = max(NUDGE * abs(number), error)
+            try:
+                ahead, behind = (self._slopes({**self.at, name: number + s}) for s in (step, -step))
+            except Undefined:
+                return [[math.inf] * n for _ in range(n)]
+            for row, up, down in zip(total, ahead, behind, strict=True):
+                for j, unknown in enumerate(names):
+                    row[j] += abs(up.get(unknown, 0.0) - down.get(unknown, 0.0)) / (2 * step) * error
+        return total
+
+    def _slopes(self, at: Mapping[str, Value]) -> list[dict[str, float]]:
+        return [derivatives(form, at)[1] for form in self.forms]
+
     def _moved(self, name: str, error: float, w: Sequence[float], z: Sequence[float]) -> float:
         number = self.at[name]
         assert isinstance(number, float)
@@ -49,11 +105,10 @@ class Perturbed:
         return abs(ahead - behind) / (2 * step) * error
 
     def _product(self, at: Mapping[str, Value], w: Sequence[float], z: Sequence[float]) -> float:
-        slopes = (derivatives(form, at)[1] for form in self.forms)
         names = self.question.unknowns
         return sum(
             p * sum(row.get(n, 0.0) * q for n, q in zip(names, z, strict=True))
-            for p, row in zip(w, slopes, strict=True)
+            for p, row in zip(w, self._slopes(at), strict=True)
         )
 
     def holds(self, point: Mapping[str, float]) -> bool:
@@ -78,6 +133,10 @@ class Perturbed:
         rows = zip(self.question.kernel.forms, self.question.kernel.equations, strict=True)
         found = (blur(form, everything, self.off) + BACKWARD * size(e, everything) for form, e in rows)
         return [min(max(allowed, LEAST), 1.0 / LEAST) for allowed in found]
+
+
+def _as(number: Any, big: Any) -> Any:
+    return big.mpf(number.numerator) / number.denominator if isinstance(number, Fraction) else big.mpf(number)
 
 
 def _noise(form: Expression, values: Mapping[str, Value]) -> float:

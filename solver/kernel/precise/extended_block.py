@@ -67,7 +67,7 @@ class _Refinement:
         x = self._solved(matrix, rhs)
         if self.floats.doubtful:
             free = undetermined(self.question, matrix, rhs, self.system.mp.mpf, off, singular=x is None)
-            if free is not None and (free.free or not (self.floats.answers or self._holds(x))):
+            if free is not None:
                 return free
         found = self._eliminated(x)
         if self.floats.doubtful:
@@ -89,10 +89,6 @@ class _Refinement:
                 )
                 return x if exact is None else [mp.mpf(v.numerator) / v.denominator for v in exact]
         return x
-
-    def _holds(self, x: list[Any] | None) -> bool:
-        """Whether the floats next to what elimination came to satisfy the block: then nothing contradicts."""
-        return x is not None and self.question.holds(_floats(self.system.point(x)))
 
     def _eliminated(self, x: list[Any] | None) -> BlockOutcome:
         """What elimination came to; where it found the matrix singular, what floats did."""
