@@ -164,6 +164,18 @@ class Candidates:
         if self.question.outside(point) is None and not _is_remote(point):
             self.refused.append(point)
 
+    def part(self, roots: Sequence[Mapping[str, float]]) -> None:
+        """Remember which of these roots, proven to be different, rounding has merged with another one: points
+        between two that nearly meet may all satisfy the rules as far as floats tell."""
+        taken: set[int] = set()
+        for root in roots:
+            covering = [place for place, answer in enumerate(self.answers) if self._covers(answer, root)]
+            if covering:
+                nearest = min(covering, key=lambda place: _apart(self.answers[place].values, root))
+                if nearest in taken:
+                    self.refused.append(dict(root))
+                taken.add(nearest)
+
     def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
         """Whether an answer is that root, as far as rounding tells."""
         scales = self.question.scale()
@@ -240,6 +252,11 @@ def _is_remote(point: Mapping[str, float]) -> bool:
 def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
     """To nine digits."""
     return _near(one, other, 1e-9, [0.0] * len(one))
+
+
+def _apart(one: Mapping[str, float], other: Mapping[str, float]) -> float:
+    """The largest difference of two points."""
+    return max(abs(v - other[name]) for name, v in one.items())
 
 
 def _zeroed(x: Sequence[float], sizes: Sequence[float], share: float) -> tuple[float, ...]:

@@ -72,9 +72,12 @@ class TearSearch:
             complete = complete and search.complete and (smooth or not search.roots)
             self.doubts = self.doubts or not smooth
             self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
-            for root in search.roots:
-                if (point := self._along(place, root)) is not None:
-                    self.candidates.proven(point)
+            along = (self._along(place, x) for x in search.roots)
+            proven = [root for root in along if root is not None]
+            for root in proven:
+                self.candidates.proven(root)
+            if search.complete:
+                self.candidates.part(proven)
             for x, _ in search.touching:
                 self._candidate(place, x)
             doubtful = (*(x for x, _ in search.touching), *(0.5 * (a + b) for a, b in search.unresolved))
