@@ -137,7 +137,7 @@ class _Refinement:
 
     def _look(self, start: Sequence[float]) -> bool:
         """Whether a fold is near: then it is resolved."""
-        fold = resolve_fold(self.system, start)
+        fold = resolve_fold(self.system, start, self.question.scale())
         if fold is None:
             return False
         self.folded += fold.roots

@@ -37,28 +37,43 @@ class Fold:
     double: list[Any] | None = None
 
 
-def resolve_fold(system: ExtendedSystem, start: Sequence[float]) -> Fold | None:
-    """The fold near ``start``; None where there is none, or where it cannot be followed."""
-    vectors = null_vectors(system, start)
-    if vectors is None:
-        return None
-    try:
-        return _Reduction(system, start, *vectors).resolve()
-    except (Undefined, OverflowError, ZeroDivisionError):
-        return None
+def resolve_fold(system: ExtendedSystem, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
+    """The fold near ``start``; None where there is none, or where it cannot be followed.
+
+    Near is measured by the unknowns themselves; failing that by their typical sizes ``scale``: a fold at 0
+    is not near to either of its roots beside their own size.
+    """
+    own = _sizes(start)
+    typical = [max(size, s) for size, s in zip(own, scale, strict=True)]
+    for sizes in (own, typical) if typical != own else (own,):
+        vectors = null_vectors(system, start, sizes)
+        if vectors is None:
+            continue
+        try:
+            fold = _Reduction(system, start, *vectors, sizes).resolve()
+        except (Undefined, OverflowError, ZeroDivisionError):
+            continue
+        if fold is not None:
+            return fold
+    return None
+
+
+def _sizes(x: Sequence[float]) -> list[float]:
+    """Those of the unknowns; that of the largest for one that is next to nothing beside it."""
+    largest = max(abs(v) for v in x) or 1.0
+    return [abs(v) if abs(v) > 1e-3 * largest else largest for v in x]
 
 
 def null_vectors(
-    system: ExtendedSystem, x: Sequence[float]
-) -> tuple[list[float], list[float], list[float]] | None:
-    """Null vectors (v, u) of the scaled Jacobian and the sizes of the unknowns; None if it is regular."""
+    system: ExtendedSystem, x: Sequence[float], sizes: Sequence[float] | None = None
+) -> tuple[list[float], list[float]] | None:
+    """Null vectors (v, u) of the Jacobian, scaled by the ``sizes`` of the unknowns; None if it is regular."""
     x = [float(v) for v in x]
+    sizes = sizes or _sizes(x)
     try:
         jacobian = [[float(a) for a in row] for row in system.jacobian(x)]
     except (Undefined, OverflowError):
         return None
-    largest = max(abs(v) for v in x) or 1.0
-    sizes = [abs(v) if abs(v) > 1e-3 * largest else largest for v in x]
     values = {name: float(v) for name, v in {**system.known, **system.point(x)}.items()}
     scaled = [[a * size for a, size in zip(row, sizes, strict=True)] for row in jacobian]
     rows = [
@@ -74,7 +89,7 @@ def null_vectors(
     if singular[-1] > SUSPECT or (len(singular) > 1 and singular[-2] <= SUSPECT * SUSPECT):
         return None
     _, left = last_singular(list(zip(*equilibrated, strict=True)))
-    return right, [u * size for u, size in zip(left, rows, strict=True)], sizes
+    return right, [u * size for u, size in zip(left, rows, strict=True)]
 
 
 def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:

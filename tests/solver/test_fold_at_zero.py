@@ -1,0 +1,59 @@
+"""Two answers that nearly meet at 0, where neither is far from the other but beside its own size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mpmath
+import pytest
+
+import rulesheets
+import solver
+
+MP = mpmath.mp.clone()
+MP.dps = 60
+
+FOLDS: dict[str, Callable[[Any], Any]] = {
+    "exp(x) - x = d": lambda x: MP.exp(x) - x,
+    "cosh(x) + x^2 = d": lambda x: MP.cosh(x) + x * x,
+    "y = exp(x)\ny - x = d": lambda x: MP.exp(x) - x,
+}
+"""Rules in x and a d, of which x is 0 at d = 1, a minimum of d."""
+
+
+def roots(function: Callable[[Any], Any], d: float) -> list[Any]:
+    """The two numbers beside 0 at which a convex function is d, by bisection."""
+    found = []
+    for low, high in ((MP.mpf(-3), MP.mpf(0)), (MP.mpf(3), MP.mpf(0))):
+        for _ in range(180):
+            middle = (low + high) / 2
+            low, high = (middle, high) if function(middle) > d else (low, middle)
+        found.append(low)
+    return found
+
+
+@pytest.mark.parametrize("rule", FOLDS)
+@pytest.mark.parametrize("gap", [1e-13, 3e-14, 1e-14, 3e-15, 1e-15])
+def test_both_answers_are_found_to_the_last_digit(rule: str, gap: float) -> None:
+    """Points between the two satisfy the rules as far as floats tell: that makes them no one answer."""
+    result = solver.solve(rulesheets.loads(rule), {"d": 1.0 + gap})
+    assert result.status is solver.Status.SOLVED
+    assert result.complete
+    expected = [float(root) for root in roots(FOLDS[rule], 1.0 + gap)]
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(expected, rel=1e-15, abs=0.0)
+
+
+@pytest.mark.parametrize("rule", FOLDS)
+@pytest.mark.parametrize("gap", [1e-13, 1e-15])
+def test_what_is_a_hair_out_of_reach_has_no_answer(rule: str, gap: float) -> None:
+    result = solver.solve(rulesheets.loads(rule), {"d": 1.0 - gap})
+    assert result.status is solver.Status.INFEASIBLE
+    assert not result.solutions
+
+
+@pytest.mark.parametrize("rule", FOLDS)
+def test_where_the_two_coincide(rule: str) -> None:
+    result = solver.solve(rulesheets.loads(rule), {"d": 1.0})
+    assert result.status is solver.Status.SINGULAR
+    assert result["x"] == pytest.approx(0.0, abs=1e-8)
