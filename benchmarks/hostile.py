@@ -137,7 +137,7 @@ def false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
     for solution in result.solutions:
         for rule in made.rules:
             known = {name: v for name, v in solution.items() if isinstance(v, float)}
-            if not satisfied(rule, known):
+            if not satisfied(*_with_result(made, rule, known)):
                 yield "false success", f"{result.status}: {rule} at {known}"
     spread = uncertainty(made)
     if spread > CERTAIN:
@@ -151,6 +151,14 @@ def false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
         and not any(_in_parts(made, name) for name in made.planted or ())
     ):
         yield "false refusal", f"complete without {made.planted}"
+
+
+def _with_result(
+    made: Sheet, rule: tuple[str, str, str], known: Mapping[str, float]
+) -> tuple[tuple[str, str, str], Mapping[str, float]]:
+    """The rule and what is known: what a call gives back is a value of its own, not a number of the rule."""
+    condition, left, right = rule
+    return ((condition, left, "k"), {**known, "k": float(right)}) if made.head else (rule, known)
 
 
 def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
