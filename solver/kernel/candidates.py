@@ -101,7 +101,7 @@ class Candidates:
         from solver.kernel.sharp_root import multiple_root, sharp_root
 
         point = self.question.named(x)
-        if not self._nearly(point):
+        if not self.nearly(point):
             return
         if self.dull >= MOST_DULL:
             self._blurred(point)
@@ -186,7 +186,7 @@ class Candidates:
 
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation; whether it does may be beyond floats."""
-        if self._nearly(point):
+        if self.nearly(point):
             self.suspects.append(point)
 
     def _blurred(self, point: dict[str, float]) -> None:
@@ -195,7 +195,8 @@ class Candidates:
         if not any(_near(point, one, BLUR, self.question.scale()) for one in known):
             self.blurred.append(point)
 
-    def _nearly(self, point: dict[str, float]) -> bool:
+    def nearly(self, point: dict[str, float]) -> bool:
+        """Whether a point misses no equation by more than a tiny share of its terms."""
         everything = {**self.question.here, **point}
         if _is_remote(point):
             return False

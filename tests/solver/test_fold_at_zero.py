@@ -57,3 +57,28 @@ def test_where_the_two_coincide(rule: str) -> None:
     result = solver.solve(rulesheets.loads(rule), {"d": 1.0})
     assert result.status is solver.Status.SINGULAR
     assert result["x"] == pytest.approx(0.0, abs=1e-8)
+
+
+@pytest.mark.parametrize("gap", [1e-14, 1e-15])
+def test_three_answers_that_nearly_meet_are_no_plateau(gap: float) -> None:
+    """sin(x) = q x is next to nothing around 0, and beyond: it determines x all the same."""
+    q = 1.0 - gap
+    result = solver.solve(rulesheets.loads("sin(x) = q*x\nz = x"), {"q": q})
+    low, high = MP.mpf("1e-9"), MP.mpf(1)
+    for _ in range(180):
+        middle = (low + high) / 2
+        low, high = (middle, high) if MP.sin(middle) > q * middle else (low, middle)
+    assert result.status is solver.Status.SOLVED
+    found = [s["x"] for s in result.solutions]
+    assert 0.0 in found
+    assert all(x == 0.0 or abs(x) == pytest.approx(float(low), rel=1e-14, abs=0.0) for x in found)
+    assert len(found) == 3 or not result.complete
+
+
+@pytest.mark.parametrize(
+    "rule", ["int(x) = 3", "int(x*1e9) = 0\nz = x", "abs(x - 1) + abs(x + 1) = 2\nz = x"]
+)
+def test_a_plateau_of_any_width_leaves_its_unknown_free(rule: str) -> None:
+    result = solver.solve(rulesheets.loads(rule))
+    assert result.status is solver.Status.PARTIAL
+    assert "x" in result.undetermined

@@ -129,12 +129,20 @@ class TearSearch:
     def flat_stretch(self) -> BlockOutcome | None:
         """After the search: a stretch of the tear on which every point is an answer (``int(x) = 3``)."""
         for place, low, high in self.flat:
+            if self._fades(place, low, high):
+                continue
             points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
             first, second = points
             apart = first and second and first[self.tear] != second[self.tear]
             if first and second and apart and self._satisfied(place, (first, second)):
                 return self._free(first, second)
         return None
+
+    def _fades(self, place: int, low: float, high: float) -> bool:
+        """Whether the residual is next to nothing beyond both ends of a stretch, too: it grows from 0 as that
+        of a multiple root, where one that leaves a plateau jumps or bends."""
+        beyond = (self._along(place, low - (high - low)), self._along(place, high + (high - low)))
+        return all(point is not None and self.candidates.nearly(point) for point in beyond)
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
         """Whether the block holds at all these points of a chain, and does not only seem to."""
