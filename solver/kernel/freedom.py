@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import chain
 
 from solver.facts import RankLoss
 from solver.kernel.question import Question
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from solver.numerics.nullspace import decompose
 
 RANK = 1e-9
 STEP = 1e-2
+NUDGE = 6e-6
+"""Shares of the size of a variable: by which a point is displaced, and by which differences are taken."""
 
 
 def rank_loss(
@@ -35,89 +35,79 @@ def _everywhere(question: Question, point: Mapping[str, float]) -> bool:
     the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost
     rank there too, the equations repeat one another; if not, it is the values at hand that are special.
     """
-    import numpy as np
-
     n = len(question.unknowns)
-    start = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])
+    start = [*(point.get(name, 1.0) for name in question.unknowns), *question.known]
     if n == len(start):
         return True
     function = _Whole(question)
     try:
-        with np.errstate(all="ignore"):  # what overflows is refused as not finite
-            basis = function.null_space(start)
-            for seed in range(3):
-                mix = np.cos(np.arange(1, basis.shape[1] + 1) * (1.7 + seed))
-                moved = function.returned(start + STEP * function.scale(start) * (basis @ mix))
-                if moved is not None and function.rank(moved) == n:
-                    return False
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        basis = function.null_space(start)
+        for seed in range(3):
+            mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(basis))]
+            way = [sum(c * v[j] for c, v in zip(mix, basis, strict=True)) for j in range(len(start))]
+            steps = zip(start, function.scale(start), way, strict=True)
+            moved = function.returned([z + STEP * size * part for z, size, part in steps])
+            if moved is not None and function.rank(moved) == n:
+                return False
+    except (ArithmeticError, ValueError):
         return False
     return True
 
 
 class _Whole:
-    """The equations as functions of unknowns and known values together, scaled."""
+    """The equations as functions of unknowns and known values together."""
 
     def __init__(self, question: Question) -> None:
         self.question = question
         self.n = len(question.unknowns)
 
-    def residual(self, z: NDArray[Any]) -> NDArray[Any]:
-        import numpy as np
+    def residual(self, z: Sequence[float]) -> Sequence[float]:
+        return self.question.kernel.residual(z[self.n :])(z[: self.n])
 
-        numbers = z.tolist()
-        return np.array(self.question.kernel.residual(numbers[self.n :])(numbers[: self.n]))
+    def scale(self, z: Sequence[float]) -> list[float]:
+        return [abs(v) or 1.0 for v in z]
 
-    def scale(self, z: NDArray[Any]) -> NDArray[Any]:
-        import numpy as np
-
-        return np.where(z == 0.0, 1.0, np.abs(z))
-
-    def jacobian(self, z: NDArray[Any]) -> NDArray[Any]:
-        """Central differences in scaled variables, rows equilibrated."""
-        import numpy as np
-
-        columns = []
-        for j, size in enumerate(self.scale(z)):
-            h = np.zeros_like(z)
-            h[j] = 6e-6 * size
-            columns.append((self.residual(z + h) - self.residual(z - h)) / 1.2e-5)
-        matrix = np.array(columns).T
-        rows = np.abs(matrix).max(axis=1, initial=0.0)
-        if not np.isfinite(rows).all():
+    def jacobian(self, z: Sequence[float]) -> list[list[float]]:
+        """Central differences in scaled variables, rows equilibrated. Raises ValueError where one has no
+        bounds."""
+        rows = self._differences(z, [1.0] * len(z))
+        if not _finite(rows):
             raise ValueError("the Jacobian is not finite")
-        return matrix / np.where(rows > 0, rows, 1.0)[:, None]
+        sizes = [max(map(abs, row)) or 1.0 for row in rows]
+        return [[a / size for a in row] for row, size in zip(rows, sizes, strict=True)]
 
-    def null_space(self, z: NDArray[Any]) -> NDArray[Any]:
-        import numpy as np
+    def _differences(self, z: Sequence[float], units: Sequence[float]) -> list[list[float]]:
+        """What each equation rises by, to either side of z, for a unit of each variable."""
+        columns = []
+        for j, (size, unit) in enumerate(zip(self.scale(z), units, strict=True)):
+            above, below = (
+                self.residual([*z[:j], z[j] + step, *z[j + 1 :]]) for step in (NUDGE * size, -NUDGE * size)
+            )
+            columns.append([(a - b) / (2 * NUDGE * unit) for a, b in zip(above, below, strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
 
-        _, singular, right = np.linalg.svd(self.jacobian(z))
-        rank = int((singular > 1e-6 * singular[0]).sum())
-        return np.asarray(right[rank:].T)
+    def null_space(self, z: Sequence[float]) -> list[list[float]]:
+        found = decompose(self.jacobian(z))
+        return found.right[found.rank(1e-6) :]
 
-    def returned(self, z: NDArray[Any]) -> NDArray[Any] | None:
+    def returned(self, z: Sequence[float]) -> Sequence[float] | None:
         """The nearest point of the solution set, by Gauss–Newton; None where it is not reached."""
-        import numpy as np
-
         for _ in range(12):
-            residual = self.residual(z)
-            jacobian = np.array(
-                [
-                    (self.residual(z + h) - self.residual(z - h)) / (2 * h.max())
-                    for h in np.diag(6e-6 * self.scale(z))
-                ]
-            ).T
-            if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
+            miss, rows = self.residual(z), self._differences(z, self.scale(z))
+            if not _finite([miss, *rows]):
                 return None
-            z = z - np.linalg.lstsq(jacobian, residual, rcond=1e-10)[0]
-        settled = np.abs(self.residual(z)).max() <= 1e-9 * max(1.0, float(np.abs(z).max()) ** 2)
-        return z if settled and np.isfinite(z).all() else None
+            found = decompose(rows)
+            step = found.least(miss, found.rank(1e-10))
+            z = [v - change for v, change in zip(z, step, strict=True)]
+        settled = max(map(abs, self.residual(z))) <= 1e-9 * max(1.0, max(map(abs, z)) ** 2)
+        return z if settled and _finite([z]) else None
 
-    def rank(self, z: NDArray[Any]) -> int:
-        import numpy as np
+    def rank(self, z: Sequence[float]) -> int:
+        return decompose([row[: self.n] for row in self.jacobian(z)]).rank(1e-5)
 
-        singular = np.linalg.svd(self.jacobian(z)[:, : self.n], compute_uv=False)
-        return int((singular > 1e-5 * singular[0]).sum())
+
+def _finite(rows: Sequence[Sequence[float]]) -> bool:
+    return all(map(math.isfinite, chain.from_iterable(rows)))
 
 
 def null_by_rounding(

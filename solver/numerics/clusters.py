@@ -177,7 +177,7 @@ def _is_flat(function: IntervalFunction, cluster: Cluster) -> bool:
     low, high = cluster.low, cluster.high
     if not math.isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
         return False
-    values = function.ranges([(x, x) for x in _spread(low, high)[1:-1]])
+    values = map(function.at, _spread(low, high)[1:-1])  # the first of them mostly tells
     return all(f is not None and f[0] <= 0.0 <= f[1] and math.isfinite(f[1] - f[0]) for f in values)
 
 

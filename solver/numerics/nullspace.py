@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
-from solver.numerics.small_svd import LARGEST, decomposed
+from solver.numerics.small_svd import LARGEST, Decomposition, decomposed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+ORDINARY = 1e-100, 1e100
+"""The size of a matrix of which no square overflows or is lost."""
 
 
 def null_direction(matrix: Sequence[Sequence[float]], x: Sequence[float]) -> tuple[float, ...]:
@@ -39,3 +42,17 @@ def last_singular(matrix: Sequence[Sequence[float]]) -> tuple[list[float], list[
 
     _, values, right = np.linalg.svd(np.array(matrix))
     return values.tolist(), right[-1].tolist()
+
+
+def decompose(matrix: Sequence[Sequence[float]]) -> Decomposition:
+    """Of finite numbers (m, n): where m < n, the last n - m of the n values are 0 to rounding."""
+    largest = max(abs(a) for row in matrix for a in row)
+    ordinary = not largest or ORDINARY[0] < largest < ORDINARY[1]
+    if ordinary and max(len(matrix), len(matrix[0])) <= LARGEST:
+        return decomposed(matrix)
+    import numpy as np
+
+    array = np.array(matrix)
+    _, values, right = np.linalg.svd(array)
+    short = [0.0] * (len(right) - len(values))
+    return Decomposition([*values.tolist(), *short], right.tolist(), (right @ array.T).tolist())

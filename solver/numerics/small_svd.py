@@ -30,6 +30,18 @@ class Decomposition:
     right: list[list[float]]
     images: list[list[float]]
 
+    def rank(self, share: float) -> int:
+        """How many values are larger than a share of the largest."""
+        return sum(value > share * self.values[0] for value in self.values)
+
+    def least(self, rhs: Sequence[float], rank: int) -> list[float]:
+        """x (n,) of least norm with |A x - rhs| least, along the first ``rank`` of the right vectors."""
+        x = [0.0] * len(self.values)
+        for value, right, image in zip(self.values[:rank], self.right, self.images, strict=False):
+            length = sum(a * b for a, b in zip(image, rhs, strict=True)) / value / value
+            x = [v + length * r for v, r in zip(x, right, strict=True)]
+        return x
+
 
 def decomposed(matrix: Sequence[Sequence[float]]) -> Decomposition:
     """Of finite numbers (m, n) of ordinary size. Where m < n, the last n - m values are 0 to rounding."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import chain
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
@@ -20,6 +21,7 @@ from solver.kernel.blur import astray
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.elimination.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
+from solver.numerics.nullspace import last_singular
 from solver.numerics.sturm import real_roots, simple_part
 
 TOUCHING = Fraction(1, 10**9)
@@ -129,14 +131,16 @@ def _tried(question: Question, trial: Candidates, point: Point, several: bool) -
 
 
 def _is_singular(question: Question, point: Point) -> bool:
-    import numpy as np
-
     try:
-        matrix = np.asarray(question.jacobian(list(point.values())), dtype=float)
+        matrix = question.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):
         return False
-    sizes = np.abs(matrix).max(axis=1, keepdims=True)
-    return bool(np.linalg.cond(matrix / np.where(sizes > 0, sizes, 1.0)) > 1e8)
+    sizes = [max(map(abs, row)) or 1.0 for row in matrix]
+    rows = [[a / size for a in row] for row, size in zip(matrix, sizes, strict=True)]
+    if not all(map(math.isfinite, chain.from_iterable(rows))):
+        return False
+    values, _ = last_singular(rows)
+    return values[0] > 1e8 * values[-1]
 
 
 def explicit_forms(question: Question) -> Forms | None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.nullspace import last_singular, null_direction
+from solver.numerics.nullspace import decompose, last_singular, null_direction
 from solver.numerics.small_svd import LARGEST, decomposed
 
 ORDERS = st.integers(1, LARGEST)
@@ -48,3 +48,31 @@ def test_a_direction_is_scaled_like_the_point() -> None:
     moving = null_direction([[1.0, -2.0], [2.0, -4.0]], [4.0, 2.0])
     assert np.abs(moving).tolist() == pytest.approx([1.0, 0.5])
     assert null_direction([[1.0, float("inf")], [0.0, 1.0]], [1.0, 1.0]) == (1.0, 1.0)
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(1, LARGEST + 3),
+    st.integers(1, LARGEST + 3),
+    st.integers(0, 2**32 - 1),
+    st.sampled_from([1.0, 1e-120, 1e120]),
+)
+def test_least_squares_of_least_norm(m: int, n: int, seed: int, size: float) -> None:
+    """Of any rank, also where the matrix is too large for plain Python, or its squares are no floats."""
+    random = np.random.default_rng(seed)
+    rank = int(random.integers(1, min(m, n) + 1))
+    matrix = size * random.normal(size=(m, rank)) @ random.normal(size=(rank, n))
+    rhs = random.normal(size=m)
+    found = decompose(matrix.tolist())
+    assert found.rank(1e-10) == rank
+    condition = found.values[0] / found.values[rank - 1]
+    expected = np.linalg.pinv(matrix / size, rcond=1e-10) @ rhs
+    least = np.array(found.least(rhs.tolist(), rank)) * size
+    assert np.allclose(least, expected, rtol=0.0, atol=1e-14 * condition**2 * np.abs(expected).max())
+    null = np.array(found.right[rank:]).reshape(-1, n)
+    assert np.allclose(null @ matrix.T / size, 0.0, rtol=0.0, atol=1e-12 * found.values[0] / size)
+
+
+def test_nothing_is_all_null() -> None:
+    found = decompose([[0.0, 0.0], [0.0, 0.0]])
+    assert (found.rank(1e-6), found.least([1.0, 2.0], 0)) == (0, [0.0, 0.0])
