@@ -35,7 +35,7 @@ def split_point(low: float, high: float) -> float:
 
     From 0 or infinity the exponent is doubled or halved, so that the whole line is about twenty deep.
     """
-    if low < 0.0 < high:
+    if low < 0.0 < high or low == high == 0.0:
         return 0.0
     if high <= 0.0:
         return -split_point(-high, -low)

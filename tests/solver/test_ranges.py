@@ -45,3 +45,14 @@ def test_an_end_that_is_left_out_stays_out() -> None:
         rulesheets.loads("variables\n  x > 0\n  a\nrules\n  a = x + 1e3"), {"a": 1e3 - 1e-13}
     )
     assert str(result.status) == "infeasible"
+
+
+@pytest.mark.parametrize("point", [0, 1])
+@pytest.mark.parametrize(
+    "rules", ["cos(x - a) - 1 = (x - a)^2", "cos(x - a) - 1 = y^2\n  exp(y) = 1 + x - a"]
+)
+def test_a_range_of_one_point_that_is_a_multiple_root(rules: str, point: int) -> None:
+    sheet = f"variables\n  x in [{point}, {point}]\n  y in [0, 0]\n  a = {point}\nrules\n  {rules}"
+    result = solver.solve(rulesheets.loads(sheet), want=["x"])
+    assert result.status is solver.Status.SINGULAR
+    assert result["x"] == point

@@ -61,6 +61,11 @@ def test_split_point_lies_between(low: float, high: float) -> None:
     assert low < split_point(low, high) < high
 
 
+@pytest.mark.parametrize("point", [0.0, -0.0, 1.0, -2.0, 5e-324, 1e308])
+def test_a_point_is_split_into_itself(point: float) -> None:
+    assert split_point(point, point) == point
+
+
 def test_the_whole_line_is_shallow() -> None:
     for target in (1e-300, 1e-9, 1.0, 1e300):
         low, high, depth = 0.0, math.inf, 0
