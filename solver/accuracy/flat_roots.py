@@ -59,7 +59,7 @@ class _Flat:
 
     def _correct(self, there: dict[str, Value]) -> None:
         """One Gauss–Newton step, by no part along the direction."""
-        from solver.numerics.factor import DenseFactor
+        from solver.numerics.factor import any_rank
 
         names = list(self.direction)
         sizes = [abs(number) or 1.0 for number in (float(self.values[name]) for name in names)]
@@ -68,5 +68,5 @@ class _Flat:
             left, right = (derivatives(side, there)[1] for side in (equation.left, equation.right))
             rows.append([left.get(name, 0.0) - right.get(name, 0.0) for name in names])
             misses.append(value(equation.right, there) - value(equation.left, there))
-        for name, step in zip(names, DenseFactor(rows, sizes).solve(misses), strict=True):
+        for name, step in zip(names, any_rank(rows, sizes).solve(misses), strict=True):
             there[name] = float(there[name]) + step

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from solver.numerics.termination import EPS
+from solver.numerics.tiny_factor import TINY, TinyFactor
 
 SMALL = 16
 """Up to so many unknowns LAPACK, with the import of scipy, takes longer than plain Python over a solve: a
@@ -61,6 +62,13 @@ def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
         regular = _small(_rows(matrix), column_weights) if n <= SMALL else _large(matrix, column_weights)
         if regular is not None:
             return regular
+    return any_rank(matrix, column_weights)
+
+
+def any_rank(matrix: Any, column_weights: Sequence[float]) -> Factor:
+    """Factor an m × n matrix, given as rows or as an array, by its singular values."""
+    if not hasattr(matrix, "dtype") and 0 < len(matrix) <= TINY and 0 < len(column_weights) <= TINY:
+        return TinyFactor(matrix, column_weights)
     return DenseFactor(matrix, column_weights)
 
 

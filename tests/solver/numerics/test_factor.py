@@ -7,10 +7,11 @@ import math
 import numpy
 import pytest
 import scipy.sparse
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.factor import factorise, row_products, row_sizes
+from solver.numerics.factor import DenseFactor, any_rank, factorise, row_products, row_sizes
+from solver.numerics.tiny_factor import TINY, TinyFactor
 
 ENTRIES = st.integers(-9, 9).map(float)
 SQUARE = st.integers(1, 8).flatmap(
@@ -28,6 +29,27 @@ def test_small_and_large_paths_agree_with_numpy(rows: list[list[float]]) -> None
     if rank == n:
         rhs = [float(i + 1) for i in range(n)]
         assert factor.solve(rhs) == pytest.approx(numpy.linalg.solve(rows, rhs).tolist(), rel=1e-7, abs=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, TINY), st.integers(1, TINY), st.integers(1, TINY), st.integers(0, 2**32 - 1))
+def test_tiny_matrices_of_any_rank_agree_with_numpy(m: int, n: int, rank: int, seed: int) -> None:
+    random = numpy.random.default_rng(seed)
+    rows = random.integers(-9, 10, size=(m, rank)) @ random.integers(-9, 10, size=(rank, n))
+    weights, rhs = random.uniform(0.5, 2.0, size=n).tolist(), random.normal(size=m).tolist()
+    tiny, dense = any_rank(rows.astype(float).tolist(), weights), DenseFactor(rows, weights)
+    singular = numpy.linalg.svd(rows * numpy.array(weights), compute_uv=False)
+    assume(0.0 < singular[0] < 1e4 * singular[tiny.rank - 1])
+    assert isinstance(tiny, TinyFactor)
+    assert (tiny.rank, tiny.columns) == (dense.rank, dense.columns)
+    assert tiny.condition() == pytest.approx(dense.condition(), rel=1e-9)
+    assert tiny.solve(rhs) == pytest.approx(dense.solve(rhs), rel=1e-7, abs=1e-9)
+
+
+def test_a_tiny_matrix_that_overflows_moves_nothing() -> None:
+    for rows in ([[1e300, 1.0], [math.nan, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1e300, 1.0], [1e300, 1.0]]):
+        factor = any_rank(rows, [1e10, 1.0])
+        assert (factor.rank, factor.solve([1.0, 1.0])) == (0, [0.0, 0.0])
 
 
 def test_condition_grows_where_the_matrix_nears_singularity() -> None:
