@@ -86,7 +86,12 @@ def roots(made: Sheet, name: str) -> list[float]:
         for root in _roots(_miss(rule), name, points):
             if any(abs(root - other) <= 1e-12 * abs(root) for other in found):
                 continue
-            if rule in _asked(made, name, root) and _fits(made, name, root):
+            near = (
+                root,
+                math.nextafter(root, -math.inf),
+                math.nextafter(root, math.inf),
+            )  # no float may be exact
+            if all(rule in _asked(made, name, x) for x in near) and _fits(made, name, root):
                 found.append(root)
     return found
 

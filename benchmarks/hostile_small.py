@@ -90,7 +90,7 @@ Form = Callable[[Dice, list[str]], str]
 
 def _planted(random: Dice, form: Form, kind: str, most: int = 3) -> Sheet:
     """A rule of the form for each unknown, at a special state; now and then with a right side of any kind."""
-    n = min(most, random.choice((1, 1, 1, 1, 2, 2, 3)))
+    n = min(most, random.most, random.choice((1, 1, 1, 1, 2, 2, 3)))
     names = random.sample(("x", "y", "z", "a"), n)
     wild = random.choice((0.0, 0.0, 0.3, 1.0))
     state = {name: special(random, wild) for name in names}

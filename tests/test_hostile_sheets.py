@@ -10,6 +10,8 @@ from math import sin, sqrt
 
 import pytest
 
+from benchmarks import hostile_small
+from benchmarks.brute_force import roots
 from benchmarks.expressions import Undefined, evaluated
 from benchmarks.hostile import _in_parts, examine, satisfied
 from benchmarks.hostile_kinds import KINDS, sheet
@@ -30,6 +32,38 @@ def test_hostile_sheets(first: int) -> None:
         warnings.simplefilter("error")
         outcomes = [examine(seed, LIMIT, most=2) for seed in range(first, first + 50)]
     assert [outcome.finding for outcome in outcomes if outcome.finding] == []
+
+
+@pytest.mark.parametrize(
+    "first",
+    [30070, *(pytest.param(k, marks=pytest.mark.slow) for k in (30020, 30120, 30170, 31370, 31420))],
+)
+def test_small_sheets_at_special_points(first: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        outcomes = [examine(seed, LIMIT, 1, hostile_small.sheet) for seed in range(first, first + 50)]
+    assert [outcome.finding for outcome in outcomes if outcome.finding] == []
+
+
+def test_there_are_small_sheets_of_every_kind() -> None:
+    assert {hostile_small.sheet(seed).kind for seed in range(100)} == set(hostile_small.SMALL)
+
+
+@pytest.mark.parametrize(
+    ("rules", "expected"),
+    [
+        ((("", "x^2", "9.0"),), [-3.0, 3.0]),
+        ((("", "1/x", "0.0"),), []),
+        ((("", "(x - 3)^2", "0.0"),), [3.0]),
+        ((("", "int(x)", "2.5"),), []),
+        ((("x > 0", "x^2", "4.0"), ("x <= 0", "x", "5.0")), [2.0]),
+        ((("", "x^2", "4.0"), ("", "x + 1", "3.0")), [2.0]),
+    ],
+)
+def test_brute_force_finds_roots_and_no_poles(
+    rules: tuple[tuple[str, str, str], ...], expected: list[float]
+) -> None:
+    assert sorted(roots(Sheet("any", rules), "x")) == expected
 
 
 def test_there_are_sheets_of_every_kind() -> None:
