@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
-from rulesheets.nodes import operands
+from rulesheets.nodes import Sum, operands
 from rulesheets.record import dataclass
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def look_again(
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
     if abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - DIGITS[-1]):
         return _seen(look, more, DIGITS[-1], share, steep)  # cos(1e-265) is not 1, as only these digits show
-    seen = max(abs(first), look.gross(DIGITS[0]))  # fifty digits may see exactly nothing already
+    seen = max(abs(first), look.gross(DIGITS[0]), size)  # fifty digits may see exactly nothing already
     vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
     return Sight(0.0, 0.0, True) if vanishes and not look.drowned() else Sight(math.nan, math.inf, False)
 
@@ -105,11 +105,13 @@ class _Look:
         return sum(abs(extended(s, self.values, digits)) for s in (self.equation.left, self.equation.right))
 
     def largest(self, digits: int) -> Any:
-        """The size of the largest number that F is made of. Raises Undefined."""
-        parts = [self.equation.left, self.equation.right]
-        for part in parts:  # which grows on the way
-            parts += operands(part)
-        return max(abs(extended(part, self.values, digits)) for part in parts)
+        """The size of the largest number that is added to others in F. Raises Undefined."""
+        parts = terms = [self.equation.left, self.equation.right]
+        while parts:
+            inside = [(part, operands(part)) for part in parts]
+            parts = [operand for _, found in inside for operand in found]
+            terms = terms + [term for part, found in inside if isinstance(part, Sum) for term in found]
+        return max(abs(extended(term, self.values, digits)) for term in terms)
 
     def moves(self, digits: int) -> dict[str, Any]:
         """∂F/∂v · |v| by variable: central differences, at a third of the digits. Raises Undefined."""

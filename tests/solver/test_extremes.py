@@ -183,6 +183,13 @@ def test_rules_that_contradict_beside_the_largest_float() -> None:
     assert result.status is Status.INCONSISTENT
 
 
+@pytest.mark.parametrize("power", [3, 40])
+def test_a_term_below_floats_does_not_stand_against_the_others(power: int) -> None:
+    result = solve(f"x + b = b^{power}", b=1e-300)
+    assert result.status is Status.SOLVED
+    assert result["x"] == -1e-300
+
+
 COEFFICIENTS = (0, 0, 1, -1, 3, "0.1", "-7.5", "1e-9", "1e16", "1e-16", "1e100", "-1e200", "1e300", "1e-300")
 RIGHT_SIDES = (0, 1, "-0.3", "1e-9", "1e16", "1e200", "-1e300", "1e308", "1e-300")
 
