@@ -125,6 +125,7 @@ class Truncated:
 class Gap:
     """Why the answers are not known to be all: for ``unknowns``, by ``equations``, so many are there as were
     found, or as are listed where the list is ``cut``. ``low`` and ``high`` are the ends of the first unknown.
+    ``uncounted``: a direct step has more values than it could count.
 
     Without equations it is a limit on the answers, or the cases, of the whole.
     """
@@ -135,6 +136,7 @@ class Gap:
     low: float = 0.0
     high: float = 0.0
     cut: bool = False
+    uncounted: bool = False
 
 
 Fact: TypeAlias = (

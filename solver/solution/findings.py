@@ -58,8 +58,8 @@ class Findings:
             return
         numbers = [number for values in listed if isinstance(number := values.get(unknowns[0]), float)]
         low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
-        cut = cut and len(listed) > 1
-        self._gaps[equations] = Gap(equations, unknowns, len(listed), float(low), float(high), cut)
+        ends, listed_cut = (float(low), float(high)), cut and len(listed) > 1
+        self._gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
 
     def truncate(self, branch: Branch, what: str) -> None:
         """Remember that a branch was given up: there are too many ``what``."""

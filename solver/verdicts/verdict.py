@@ -221,13 +221,14 @@ def _contradicted(found: Exploration) -> Verdict:
 def _conclusive(found: Exploration) -> bool:
     """Whether refusals on every way prove that there is no answer.
 
-    They do if every way was followed to its end; or if there was one way only, of direct steps.
+    They do if every way was followed to its end; or if there was one way only, of direct steps, none of which
+    has more values than it could count.
     """
     ends = (*found.leaves, *found.dead, *found.adrift)
     direct = not any(
         leaf.branch.attempts or any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
         for leaf in ends
-    )
+    ) and not any(gap.uncounted for gap in found.gaps)
     return found.complete or (len(ends) == 1 and not ends[0].branch.signs and direct)
 
 

@@ -156,3 +156,13 @@ def test_a_root_next_to_zero_is_not_denied(c: float) -> None:
     """ln(w) + w = c has one root, near exp(c), be that 1e-304."""
     result = solved(f"ln(w) + w = {c}")
     assert [s["w"] for s in result.solutions] == [pytest.approx(exp(c), rel=1e-12)]
+
+
+@pytest.mark.parametrize("y", [60.0, 90.0, 120.0])
+def test_a_value_of_which_not_all_turns_were_counted_contradicts_nothing(y: float) -> None:
+    """y^4 is a whole number of turns: of all the y with that cosine only some are looked at."""
+    model = rulesheets.loads("cosd(y^4) = 1\nround(y) = a")
+    assert y**4 % 360.0 == 0.0
+    result = solver.solve(model, {"a": y})
+    assert result.status not in (solver.Status.INCONSISTENT, solver.Status.INFEASIBLE)
+    assert not result.complete
