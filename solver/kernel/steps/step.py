@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect
 from collections.abc import Mapping
 
 from rulesheets.evaluate import Undefined, derivatives, value
@@ -95,6 +96,7 @@ class StepSolver(Preimages):
 
     def _kept(self, numbers: list[float]) -> StepOutcome:
         kept: list[float] = []
+        ordered: list[float] = []  # of a long list only the neighbours need comparing
         outside: float | None = None
         lost = False
         for number in numbers:
@@ -103,8 +105,11 @@ class StepSolver(Preimages):
                 lost = True
             elif not self.variable.admits(float(number)):
                 outside = float(number)
-            elif self._holds(number) and not any(self._same(number, other) for other in kept):
-                kept.append(number)
+            elif self._holds(number):
+                place = bisect(ordered, number)
+                if not any(self._same(number, other) for other in ordered[max(place - 1, 0) : place + 1]):
+                    kept.append(number)
+                    ordered.insert(place, number)
         if kept:
             double = self._double(kept[0]) if len(kept) == 1 < self.isolation.branches else None
             complete, delicate = self.complete and not lost, self.delicate or double is not None
