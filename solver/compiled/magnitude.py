@@ -46,7 +46,8 @@ ANY = Size()
 
 def whole(flow: Flow, node: int) -> int:
     """The node that is true where a product or a quotient has all of its digits but a few, or is 0 because a
-    factor or the dividend is."""
+    factor or the dividend is. A dividend that is a product has to have all of its own: a/(c/d) is computed as
+    (a·d)/c."""
     operation, *parts = flow.nodes[node]
     if operation == "neg":
         return whole(flow, int(parts[0]))
@@ -59,13 +60,14 @@ def whole(flow: Flow, node: int) -> int:
     else:
         least, shrinks = one.low - other.high, other.high
     if least > LEAST_WHOLE or shrinks <= FEW:
-        return flow.true
+        return flow.true if operation == "mul" else whole(flow, int(parts[0]))
     enough = flow.add("le", flow.constant(SMALLEST), flow.add("abs", node))
     zero = flow.constant(0.0)
     nothing = flow.add("eq", int(parts[0]), zero)
     if operation == "mul":
         nothing = flow.add("or", nothing, flow.add("eq", int(parts[1]), zero))
-    return flow.add("or", enough, nothing)
+        return flow.add("or", enough, nothing)
+    return flow.add("and", flow.add("or", enough, nothing), whole(flow, int(parts[0])))
 
 
 def stands_out(flow: Flow, number: int, beside: int) -> int:

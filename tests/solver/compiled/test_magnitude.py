@@ -123,3 +123,13 @@ def test_answers_as_near_to_the_guesses_come_in_the_order_of_those_without_guess
         assert first == pytest.approx(1e150)
     result = solver.solve(rulesheets.loads(rules), {"a": -1e300})
     assert [solution["x"] for solution in result.solutions] == pytest.approx([1e150, -1e150])
+
+
+def test_a_divisor_that_is_a_quotient_loses_no_digits() -> None:
+    """a*x/(x/b) is computed as (a*x*b)/x, which is 0 where a*x*b is below floats."""
+    rules = "x = b\n(x/b)*(b + y) = a*x\n"
+    plan = solver.prepare(rulesheets.loads(rules), ["a", "b"], ["y"])
+    assert plan(1.5, 2.0) == pytest.approx([1.0])
+    assert plan(1e16, 1e-300) == pytest.approx([1e-284], rel=1e-14)
+    table = plan.sweep(np.array([1.5, 1e16] * 12), np.array([2.0, 1e-300] * 12))
+    assert table["y"] == pytest.approx([1.0, 1e-284] * 12, rel=1e-14)
