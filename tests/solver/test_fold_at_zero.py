@@ -82,3 +82,12 @@ def test_a_plateau_of_any_width_leaves_its_unknown_free(rule: str) -> None:
     result = solver.solve(rulesheets.loads(rule))
     assert result.status is solver.Status.PARTIAL
     assert "x" in result.undetermined
+
+
+@pytest.mark.parametrize("d", [1e-300, 1e-45])
+@pytest.mark.parametrize("rules", ["exp(x) = y\ny = x + 1 + d", "cosh(x) = y\ny = 1 + d*x"])
+def test_what_drowns_beside_one_leaves_nothing_free(rules: str, d: float) -> None:
+    """Each of these has two answers next to 0 and is far from holding anywhere else."""
+    result = solver.solve(rulesheets.loads(rules), {"d": d})
+    assert result.status is not solver.Status.PARTIAL
+    assert all(abs(s["x"]) < 1e-7 for s in result.solutions)

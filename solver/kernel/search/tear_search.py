@@ -23,6 +23,8 @@ OPERATIONS = 4
 """Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
 HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
+FAINT = 1e-30
+"""Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
 MIN_SAMPLES = 3
 MAX_SUSPECTS = 8
 """Points of a search that are looked at more closely, where it could not settle all."""
@@ -171,7 +173,8 @@ class TearSearch:
         size = self.question.scale()[self.question.unknowns.index(self.tear)]
         middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
         signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
-        return [middle + sign * size * share for sign in signs for share in SHARES]
+        sizes = (size,) if size > FAINT else (size, 1.0)
+        return [middle + sign * s * share for s in sizes for sign in signs for share in SHARES]
 
     def _within(self, low: float, high: float) -> tuple[float, float]:
         """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; else the range stays."""
