@@ -102,16 +102,18 @@ def table(found: dict[str, float]) -> None:
         print(f"{name:<32}{found[name] * 1e3:8.0f}  {ratio:.2f} × {yardstick} (held to {limit:g})")
 
 
-def each_imported(lines: Sequence[str], store: Path, at_hand: Sequence[str] = ()) -> dict[str, set[str]]:
+def each_imported(
+    lines: Sequence[str], store: Path, at_hand: Sequence[str] = (), code: int = 0
+) -> dict[str, set[str]]:
     """Names of the modules that each line of words for the command has imported in a process of its own,
-    which forks from one that has imported the command and what is ``at_hand``."""
+    which forks from one that has imported the command and what is ``at_hand``, and ends with that code."""
     environment = {**INSTALLED, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
     call, text = [sys.executable, "-c", EACH, *at_hand], "".join(f"{line}\n" for line in lines)
     ran = subprocess.run(
         call, input=text, capture_output=True, text=True, env=environment, timeout=120, check=True, cwd=ROOT
     )
     found = [answer.split() for answer in ran.stdout.splitlines()]
-    assert [code for code, *_ in found] == ["0"] * len(lines), ran.stderr
+    assert [ended for ended, *_ in found] == [str(code)] * len(lines), ran.stderr
     return {line: set(names) for line, (_, *names) in zip(lines, found, strict=True)}
 
 

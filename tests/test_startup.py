@@ -78,6 +78,21 @@ def test_a_warm_solve_by_search_imports_no_library(tmp_path: Path) -> None:
         assert (line, names & (SCIENCE | FIRST) - digits) == (line, set())
 
 
+def test_what_is_free_is_told_without_a_library(tmp_path: Path) -> None:
+    """A stretch of answers, and an unknown that its rule loses at these numbers."""
+    sheets = {
+        "stretch": "int(x) = 3\n",
+        "lost": "y*(z - z)*y = 0\nz = 3\n",
+    }
+    for name, text in sheets.items():
+        (tmp_path / f"{name}.tk").write_text(text)
+    lines = [f"solve {tmp_path / name}.tk" for name in sheets]
+    store = tmp_path / "store"
+    each_imported(lines, store, at_hand=("sympy", "lark", "mpmath", "numpy"), code=1)
+    for line, names in each_imported(lines, store, code=1).items():
+        assert (line, names & SCIENCE - {"mpmath"}) == (line, set())
+
+
 @pytest.mark.parametrize("line", ["--help", "models", "cache"])
 def test_other_commands_import_next_to_nothing(line: str, tmp_path: Path) -> None:
     assert imported(line, tmp_path / "store") & (SCIENCE | FIRST | SLOW) == set()
