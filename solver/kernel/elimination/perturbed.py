@@ -8,7 +8,6 @@ from fractions import Fraction
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
-from rulesheets.functions.extended import context
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
 from solver.accuracy.last_places import blur, half_unit, with_named_numbers
@@ -50,6 +49,8 @@ class Perturbed:
         Singular vectors do not tell where entries differ by more than floats have digits. ``exact`` makes
         numbers of the kind of ``matrix``.
         """
+        from rulesheets.functions.extended import context
+
         n, off = len(matrix), self._entries_move()
         unit = [[exact(float(i == j)) for i in range(n)] for j in range(n)]
         try:
