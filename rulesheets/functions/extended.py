@@ -36,6 +36,8 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
         **{name: _real(mp, getattr(mp, name)) for name in _SAME_NAME},
         **{name: _real(mp, getattr(mp, other)) for name, other in _OTHER_NAME.items()},
         "exp": _real(mp, partial(_exp, mp)),
+        "sinh": _real(mp, partial(_hyperbolic, mp, mp.sinh)),
+        "cosh": _real(mp, partial(_hyperbolic, mp, mp.cosh)),
         **_of_parts(mp),
         **_of_degrees(mp),
         **_bessel(mp),
@@ -44,7 +46,7 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
 
 _SAME_NAME = (
     *("sqrt", "ln", "sin", "cos", "tan", "asin", "acos", "atan"),
-    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta", "erf", "erfc"),
+    *("tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta", "erf", "erfc"),
 )
 _OTHER_NAME = {"log": "log10", "log10": "log10", "abs": "fabs"}
 
@@ -66,6 +68,13 @@ def _exp(mp: Any, x: Extended) -> Extended:
     if abs(x) < LARGE or not mp.isint(x):
         return mp.exp(x)
     return mp.exp(mp.fsub(x, 0.5, exact=True)) * mp.exp(0.5)
+
+
+def _hyperbolic(mp: Any, function: Callable[[Extended], Extended], x: Extended) -> Extended:
+    """sinh and cosh; of large whole numbers half a power of e, as the other half is below any digits."""
+    if abs(x) < LARGE or not mp.isint(x):
+        return function(x)
+    return _exp(mp, abs(x)) / 2 * mp.sign(function(mp.sign(x)))
 
 
 def _of_parts(mp: Any) -> dict[str, Callable[..., Extended]]:

@@ -67,7 +67,7 @@ def look_again(
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
     if abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - DIGITS[-1]):
         return _seen(look, more, DIGITS[-1], share, steep)  # cos(1e-265) is not 1, as only these digits show
-    seen = max(abs(first), look.gross(DIGITS[0]), size)  # fifty digits may see exactly nothing already
+    seen = max(abs(first), look.terms(DIGITS[0]))  # fifty digits may see exactly nothing already
     vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
     return Sight(0.0, 0.0, True) if vanishes and not look.drowned() else Sight(math.nan, math.inf, False)
 
@@ -103,6 +103,12 @@ class _Look:
     def gross(self, digits: int) -> Any:
         """The size of both sides. Raises Undefined."""
         return sum(abs(extended(s, self.values, digits)) for s in (self.equation.left, self.equation.right))
+
+    def terms(self, digits: int) -> Any:
+        """The size of what the sides add up. Raises Undefined."""
+        sides = (self.equation.left, self.equation.right)
+        terms = [term for side in sides for term in (side.terms if isinstance(side, Sum) else (side,))]
+        return sum(abs(extended(term, self.values, digits)) for term in terms)
 
     def largest(self, digits: int) -> Any:
         """The size of the largest number that is added to others in F. Raises Undefined."""

@@ -21,6 +21,7 @@ LEAST = 1e-150
 """What an equation is allowed to miss by, at least, and at most 1 by that."""
 
 DIGITS, ROUNDS = 20, 60
+"""Of the numbers that bound a spectral radius, for their exponents more than their digits; steps of it."""
 
 
 class Perturbed:

@@ -171,3 +171,12 @@ def test_the_table_is_whole() -> None:
     assert all(name == row.name == name.lower() for name, row in TABLE.items())
     assert not PLANNED & set(TABLE)
     assert TABLE["max"].accepts(5) and not TABLE["max"].accepts(0) and not TABLE["atan2"].accepts(1)
+
+
+@pytest.mark.parametrize("x", [2.0**20, 2.0**20 + 0.5, -(2.0**20) - 3, -(2.0**22)])
+def test_powers_of_e_to_large_whole_numbers(x: float) -> None:
+    with mpmath.workdps(70):
+        exact = {name: getattr(mpmath, name)(mpmath.mpf(x)) for name in ("exp", "sinh", "cosh")}
+        for name, expected in exact.items():
+            found = functions(50)[name](context(50).mpf(x))
+            assert abs(found / expected - 1) < mpmath.mpf(10) ** -48

@@ -29,6 +29,7 @@ def equations(rule: str) -> Sequence[Equation]:
 
 FALSE: list[tuple[str, dict[str, Any]]] = [
     ("exp(c^0.5 - y) = 1", {"c": 0.0, "y": -2e-87}),
+    ("erfc(x + w + x) = 0", {"w": -1.6418, "x": 41.68606275130904}),
     ("tanh(x) = 1", {"x": 20.0}),
     ("erf(x) = 1", {"x": 7.0}),
     ("x^x = 1", {"x": 1e-19}),
