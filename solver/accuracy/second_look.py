@@ -36,12 +36,14 @@ SMALLEST = 2.0**-1022
 class Sight:
     """``miss`` is F, and ``scaled`` is |F| / Σ|∂F/∂v · v|, both rounded to floats; nan where F has no value.
 
-    ``reaches``: a change of one value by no more than a given share of it makes F vanish.
+    ``reaches``: a change of one value by no more than a given share of it makes F vanish. ``digits``: how
+    many it took to see that.
     """
 
     miss: float
     scaled: float
     reaches: bool
+    digits: int = DIGITS[-1]
 
 
 def look_again(
@@ -86,8 +88,8 @@ def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Si
         )
     except Undefined:
         reaches = look.reaches(share, digits)
-        return Sight(float(miss), 0.0 if reaches else math.inf, reaches)
-    return Sight(float(miss), float(scaled), bool(reaches))
+        return Sight(float(miss), 0.0 if reaches else math.inf, reaches, digits)
+    return Sight(float(miss), float(scaled), bool(reaches), digits)
 
 
 class _Look:

@@ -37,12 +37,14 @@ class Testimony:
     """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
 
     ``delicate``: floats could not decide; values to more digits may well satisfy a rule that these do not.
+    ``digits``: how many it was decided with, then.
     """
 
     holds: bool
     miss: float | None
     scaled: float = 0.0
     delicate: bool = False
+    digits: int = 0
 
 
 def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
@@ -116,7 +118,8 @@ def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -
     if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
         return Testimony(False, None, math.inf)
     sight = look_again(equation, values, BACKWARD, STEEP, noise)
-    return Testimony(sight.reaches, sight.miss if math.isfinite(sight.miss) else None, sight.scaled, True)
+    miss = sight.miss if math.isfinite(sight.miss) else None
+    return Testimony(sight.reaches, miss, sight.scaled, True, sight.digits)
 
 
 def jumps(equation: Equation) -> bool:

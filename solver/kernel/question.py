@@ -6,23 +6,35 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
-from rulesheets.model import Value
+from rulesheets.model import Equation, Value
 from rulesheets.nodes import Number
 from rulesheets.program import walk
+from solver.accuracy.effort import special_effort
 from solver.accuracy.witness import testify
+from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel
 
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
+LOOKS = 8
+"""Values of a rule, or thereabouts, that a second look takes."""
 
 
 class Question:
-    """What is asked of a block. Points are lists of numbers in the order of ``unknowns``."""
+    """What is asked of a block. Points are lists of numbers in the order of ``unknowns``.
+
+    What it costs to look again at points goes to the ``budget``.
+    """
 
     def __init__(
-        self, kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float]
+        self,
+        kernel: BlockKernel,
+        values: Mapping[str, Value],
+        guesses: Mapping[str, float],
+        budget: Budget | None = None,
     ) -> None:
         self.kernel, self.values, self.guesses = kernel, values, guesses
+        self.budget = budget or Budget()
         self.here = {name: values[name] for name in kernel.known}
         self.unknowns = kernel.unknowns
         self.graph = kernel.graph
@@ -55,7 +67,14 @@ class Question:
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
-        return all(testify(equation, everything).holds for equation in self.kernel.equations)
+        return all(self._testifies(equation, everything) for equation in self.kernel.equations)
+
+    def _testifies(self, equation: Equation, everything: Mapping[str, Value]) -> bool:
+        testimony = testify(equation, everything)
+        if testimony.digits:
+            sides = equation.left, equation.right
+            self.budget.look(LOOKS * sum(special_effort(side, testimony.digits) for side in sides))
+        return testimony.holds
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""

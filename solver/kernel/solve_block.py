@@ -6,12 +6,12 @@ where they found nothing, those of ``fallback.py``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from rulesheets.model import Value
 from rulesheets.record import replace
 from solver.attempts import Attempt, Method
-from solver.facts import NoRoot
+from solver.facts import Fact, NoRoot
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.code.block import BlockKernel
@@ -45,22 +45,24 @@ def solve_block(
     budget: Budget | None = None,
     assumed: bool = False,
     off: Blur = dict,
+    given: Collection[str] = (),
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
     ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
-    case that may well have no answer, so that last resorts are left out.
+    case that may well have no answer, so that last resorts are left out. ``given``: the known names whose
+    values are exact.
     """
     if budget is None:
         budget = Budget()
         budget.begin_block()
-    question = Question(kernel, values, guesses)
+    question = Question(kernel, values, guesses, budget)
     if question.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
     search = _Search(question, budget, off)
     for method in first_methods(kernel, budget.thorough):
-        if method is Method.STARTS and search.candidates.fruitless and (found := contradiction(question)):
+        if method is Method.STARTS and (found := _refuted(question, search.candidates, given)) is not None:
             return BlockOutcome(complete=True, facts=(found,))
         outcome = search.ways[method]()
         if outcome is not None:
@@ -74,6 +76,17 @@ def solve_block(
 
         fall_back(question, search.candidates, last_resorts(kernel))
     return search.outcome() if assumed else search.isolated(search.outcome())
+
+
+def _refuted(question: Question, candidates: Candidates, given: Collection[str]) -> Fact | None:
+    """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
+    if candidates.fruitless and (found := contradiction(question)) is not None:
+        return found
+    if candidates.answers or candidates.outside:
+        return None
+    from solver.kernel.elimination.unattained import unattained
+
+    return unattained(question, given)
 
 
 class _Search:

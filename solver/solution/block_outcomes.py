@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
+from rulesheets.nodes import Number
 from solver.facts import NoRoot
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import kernel_of
@@ -14,7 +15,7 @@ from solver.kernel.elimination.near_rank import Blur
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.solve_block import solve_block
 from solver.path.graph import ModelGraph
-from solver.path.steps import SolveBlock
+from solver.path.steps import Evaluate, SolveBlock
 from solver.solution.leaves import Branch, Outcomes
 
 if TYPE_CHECKING:
@@ -52,10 +53,19 @@ class BlockOutcomes:
             shared = assumed or step in self._searched
             self._searched.add(step)
             self.budget.begin_block(proving, shared)
-            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off)
+            given = [name for name in kernel.known if self._is_given(branch, name)]
+            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
             if assumed:
                 self._senses.setdefault(self._sense(step, kernel.known, numbers), key)
         return self.outcomes[key]
+
+    def _is_given(self, branch: Branch, name: str) -> bool:
+        """Whether a value is exact: an input, or a number that a rule says."""
+        step = branch.origins.get(name)
+        if not isinstance(step, Evaluate):
+            return step is None
+        isolation = self.graph.isolation(step.equation, self.graph.number[name])
+        return isolation is not None and isolation.identity and isinstance(isolation.start, Number)
 
     def _told(
         self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]

@@ -7,8 +7,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
-from rulesheets.nodes import Expression
-from rulesheets.program import walk
+from solver.accuracy.effort import effort
 from solver.kernel.code.block import BlockKernel
 from solver.numerics.elimination import eliminate
 
@@ -17,6 +16,7 @@ SPARE = 8
 MAX_ITERATIONS = 40
 MAX_UNKNOWNS = 60
 MAX_WORK = 60_000
+"""Operations, as ``accuracy/effort.py`` counts them."""
 
 
 class Unresolved(Exception):
@@ -50,7 +50,7 @@ class ExtendedSystem:
     def __init__(self, kernel: BlockKernel, known: Mapping[str, Any], digits: int, work: Work) -> None:
         self.kernel, self.known, self.digits, self.work = kernel, known, digits, work
         self.mp = context(digits)
-        self.size = sum(_size(form) for form in kernel.forms)
+        self.size = sum(effort(form, digits) for form in kernel.forms)
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 
@@ -110,8 +110,3 @@ class ExtendedSystem:
         """Whether the next step, which is quadratically smaller, would be lost in rounding."""
         size = max(abs(v) for v in x)
         return all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d in zip(x, step, strict=True))
-
-
-def _size(expression: Expression) -> int:
-    """How many operations, names and numbers an expression is made of."""
-    return sum(1 for _ in walk(expression))

@@ -1,0 +1,61 @@
+"""Functions asked for the end of their image that they never attain, and for what is next to it."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import pytest
+
+import rulesheets
+import solver
+from solver.kernel import budget
+
+
+def solved(rules: str) -> solver.Result:
+    return solver.solve(rulesheets.loads(rules))
+
+
+@pytest.mark.parametrize(
+    ("rules", "needs"),
+    [
+        ("erfc((-0.5)/x) = 2.0", "erfc = 2"),
+        ("erfc(z - 1) - 60.00000000000001 = -60.00000000000001", "erfc = 0"),
+        ("erf(x) = 1", "erf = 1"),
+        ("7 = 5 - 2*erf(x*x*x + x)", "erf = -1"),
+        ("3*tanh(x + sin(x))/4 = 0.75", "tanh = 1"),
+        ("erfc(x) - y = -0.5\ny = 0.5", "erfc = 0"),
+        ("x + y = 3\nexp(x*y + sin(x)) + 1 = 1", "exp = 0"),
+    ],
+)
+def test_the_end_of_an_image_that_is_never_attained_has_no_preimage(rules: str, needs: str) -> None:
+    result = solved(rules)
+    assert result.status is solver.Status.INFEASIBLE
+    assert f"it needs {needs}" in result.diagnoses[0].message
+
+
+def test_a_float_beside_the_end_is_attained() -> None:
+    last = math.nextafter(1.0, 0.0)
+    result = solved(f"erf(x) = {last!r}")
+    with mpmath.workdps(50):
+        assert result["x"] == pytest.approx(float(mpmath.erfinv(mpmath.mpf(last))), rel=1e-12)
+
+
+def test_what_is_rounded_to_the_end_of_an_image_proves_nothing() -> None:
+    assert solved("erf(x) = y/3\ny*0.1 = 0.3").status is not solver.Status.INFEASIBLE
+
+
+def test_without_looks_to_spend_a_root_is_still_known_and_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budget, "SECOND_LOOKS", 0)
+    result = solved("erf(x) + x = 0.1")
+    with mpmath.workdps(50):
+        root = mpmath.findroot(lambda x: mpmath.erf(x) + x - mpmath.mpf(0.1), 0.05)
+    assert result["x"] == pytest.approx(float(root), rel=1e-13)
+
+
+def test_looks_are_counted_and_end() -> None:
+    left = budget.Budget()
+    assert left.looks
+    left.look(budget.SECOND_LOOKS)
+    assert not left.looks
+    assert left.used >= budget.SECOND_LOOKS
