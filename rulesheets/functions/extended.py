@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 
 import mpmath
 
+from rulesheets.functions import extended_erf
+
 Extended: TypeAlias = Any
 """A number of mpmath (which has no types of its own)."""
 
@@ -36,6 +38,8 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
         **{name: _real(mp, getattr(mp, name)) for name in _SAME_NAME},
         **{name: _real(mp, getattr(mp, other)) for name, other in _OTHER_NAME.items()},
         "exp": _real(mp, partial(_exp, mp)),
+        "erf": _real(mp, partial(extended_erf.erf, mp)),
+        "erfc": _real(mp, partial(extended_erf.erfc, mp)),
         "sinh": _real(mp, partial(_hyperbolic, mp, mp.sinh)),
         "cosh": _real(mp, partial(_hyperbolic, mp, mp.cosh)),
         **_of_parts(mp),
@@ -46,7 +50,7 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
 
 _SAME_NAME = (
     *("sqrt", "ln", "sin", "cos", "tan", "asin", "acos", "atan"),
-    *("tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta", "erf", "erfc"),
+    *("tanh", "asinh", "acosh", "atanh", "gamma", "digamma", "beta"),
 )
 _OTHER_NAME = {"log": "log10", "log10": "log10", "abs": "fabs"}
 

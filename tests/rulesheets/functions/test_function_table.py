@@ -180,3 +180,13 @@ def test_powers_of_e_to_large_whole_numbers(x: float) -> None:
         for name, expected in exact.items():
             found = functions(50)[name](context(50).mpf(x))
             assert abs(found / expected - 1) < mpmath.mpf(10) ** -48
+
+
+@pytest.mark.parametrize("digits", [50, 200, 400])
+@pytest.mark.parametrize("x", [-60.0, -27.3, -4.1, 3.9, 4.1, 9.7, 26.5, 41.0])
+def test_error_functions_to_many_digits(x: float, digits: int) -> None:
+    with mpmath.workdps(digits + 30 + round(x * x / 2)):
+        exact = {"erf": mpmath.erf(mpmath.mpf(x)), "erfc": mpmath.erfc(mpmath.mpf(x))}
+        for name, expected in exact.items():
+            found = functions(digits)[name](context(digits).mpf(x))
+            assert abs(found / expected - 1) < mpmath.mpf(10) ** -(digits - 1)
