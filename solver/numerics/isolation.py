@@ -59,6 +59,7 @@ class RootSearch:
     ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
+    ``remote``: boxes beyond, that were given up.
     """
 
     roots: tuple[float, ...]
@@ -68,6 +69,7 @@ class RootSearch:
     flat: tuple[tuple[float, float], ...] = ()
     evaluations: int = 0
     levels: int = 0
+    remote: tuple[tuple[float, float], ...] = ()
 
 
 def isolate_roots(
@@ -91,7 +93,7 @@ def isolate_roots(
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
     settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
     if not (settled or at_rounding or unsplit) and remote:
-        settled, at_rounding, unsplit, _, more = _branch_and_prune(function, limits, remote)
+        settled, at_rounding, unsplit, remote, more = _branch_and_prune(function, limits, remote)
         levels += more
     roots = [bracketed_root(value, a, b) for a, b in settled]
     found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
@@ -103,6 +105,7 @@ def isolate_roots(
         flat=tuple(found.flat),
         evaluations=function.evaluations,
         levels=levels,
+        remote=tuple(remote),
     )
 
 

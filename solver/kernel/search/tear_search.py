@@ -71,7 +71,8 @@ class TearSearch:
                 limits,
             )
             self.budget.spend(search.levels * enclosure.operations)
-            complete = complete and search.complete and (smooth or not search.roots)
+            beyond = search.complete and complete and self._beyond(place, search.remote)
+            complete = complete and search.complete and not beyond and (smooth or not search.roots)
             self.doubts = self.doubts or not smooth
             self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
             along = (self._along(place, x) for x in search.roots)
@@ -90,6 +91,20 @@ class TearSearch:
         self._at_ends()
         self.doubts = self.doubts or not self.kernel.exhaustive
         return complete and not self.doubts
+
+    def _beyond(self, place: int, boxes: Sequence[tuple[float, float]]) -> bool:
+        """Whether there may be roots on remote boxes, that a search gave up; those found there are tried."""
+        if not boxes:
+            return False
+        from solver.kernel.search.beyond import changes_of_sign
+
+        enclose = partial(self.kernel.enclosure(place).ranges, known=self.question.known)
+        changes = changes_of_sign(self.kernel.chains()[place], self.question.here, boxes, enclose)
+        for x in changes:
+            point = self._along(place, x)
+            if point is not None:
+                self.candidates.refine(list(point.values()))
+        return bool(changes)
 
     def _at_ends(self) -> None:
         """The ends of a declared range, where a root may lie a rounding outside."""
