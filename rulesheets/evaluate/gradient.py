@@ -134,6 +134,8 @@ def _product(expression: Product, values: Values) -> _Trace:
     first, second = _trace(left, values), _trace(right, values)
     result = first.value * second.value
     rounded = _rounded(result, first.value != 0.0 != second.value)
+    if first.value == 0.0 == second.value and _lost(first) and _lost(second):
+        rounded = _SMALLEST
     return _Trace(result, "", ((second.value, first), (first.value, second)), rounded)
 
 
@@ -141,6 +143,14 @@ def _rounded(result: float, some: bool) -> float:
     """The size of a result that has been rounded; ``some``: it would not be 0 in exact numbers."""
     size = abs(result)
     return size if size >= _SMALLEST else _SMALLEST if size else math.inf if some else 0.0
+
+
+def _lost(part: _Trace) -> bool:
+    """Whether a 0 is a number below floats, or made of such, which no slope of what is made of it tells."""
+    if part.value != 0.0:
+        return False
+    below = 0.0 < part.rounded <= _SMALLEST * 64.0 or part.rounded == math.inf
+    return below or (not part.rounded and any(_lost(inner) for _, inner in part.slopes))
 
 
 def _applied(expression: Expression, template: Expression, parts: tuple[_Trace, ...]) -> float:
@@ -177,6 +187,8 @@ def _power(expression: Power, values: Values) -> _Trace:
     base, exponent = parts = _trace(expression.base, values), _trace(expression.exponent, values)
     result = _applied(expression, _POWER, parts)
     rounded = _rounded(result, base.value != 0.0)
+    if result == 0.0 == base.value and _lost(base):
+        rounded = _SMALLEST
     by_base = 0.0 if exponent.value == 0.0 else _slope(_POWER_BY_BASE, parts)
     if exponent.constant:
         return _Trace(result, "", ((by_base, base),), rounded)
