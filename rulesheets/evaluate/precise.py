@@ -26,6 +26,9 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 """Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""
 
 
+LARGE_BITS = 40
+"""Binary digits before the point from which on an exponent is large."""
+SPARE = 5
 MOST_BITS = 100_000
 """Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
@@ -54,7 +57,9 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
         case Quotient(left, right):
             return _quotient(expression, extended(left, values, digits), extended(right, values, digits))
         case Power(base, exponent):
-            return _power(expression, extended(base, values, digits), extended(exponent, values, digits))
+            return _power(
+                expression, extended(base, values, digits), extended(exponent, values, digits), digits
+            )
         case Call(_, arguments):
             return _call(expression, [extended(argument, values, digits) for argument in arguments], digits)
         case Symbol():
@@ -75,11 +80,25 @@ def _quotient(expression: Quotient, numerator: Extended, divisor: Extended) -> E
     return numerator / divisor
 
 
-def _power(expression: Power, base: Extended, exponent: Extended) -> Extended:
+def _power(expression: Power, base: Extended, exponent: Extended, digits: int) -> Extended:
     negative_root = base < 0 and exponent != int(exponent)
     if negative_root or (base == 0 and exponent < 0):
         raise Undefined("^", (float(base), float(exponent)), expression)
-    return base**exponent
+    size = exponent.exp + exponent.bc if exponent else 0
+    if size <= LARGE_BITS or not base:
+        return base**exponent
+    return _large_power(expression, base, exponent, size, digits)
+
+
+def _large_power(expression: Power, base: Extended, exponent: Extended, size: int, digits: int) -> Extended:
+    """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares, and
+    squares again, for whole exponents, and for others it takes no more digits."""
+    if size > MOST_BITS:
+        raise Undefined("overflow", (math.inf,), expression)
+    mp = context(digits + SPARE + size // 3)
+    found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
+    odd = base < 0 and int(exponent) % 2 == 1
+    return +context(digits).mpf(-found if odd else found)
 
 
 def _call(expression: Call, arguments: list[Extended], digits: int) -> Extended:

@@ -56,7 +56,8 @@ class Findings:
         self.complete = self.complete and complete
         if complete or equations in self._gaps:
             return
-        numbers = [number for values in listed if isinstance(number := values.get(unknowns[0]), float)]
+        first = [values[unknowns[0]] for values in listed if unknowns[0] in values]
+        numbers = [number for number in first if not isinstance(number, str)]  # in floats, or of many digits
         low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
         ends, listed_cut = (float(low), float(high)), cut and len(listed) > 1
         self._gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
