@@ -137,6 +137,12 @@ def _roots(text: str, name: str, points: list[float]) -> Iterator[float]:
 
 
 def _isolated(text: str, name: str, x: float) -> bool:
+    """Whether what is 0 with 50 digits is so with many more, and not next to it."""
+    try:
+        if evaluated(text, {name: x}, 8 * DIGITS) != 0:
+            return False
+    except Undefined:
+        return False
     aside = abs(x) * 1e-7 or 1e-30
     return all(_value(text, name, x + sign * aside) for sign in (1, -1))
 
