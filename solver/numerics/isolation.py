@@ -59,7 +59,7 @@ class RootSearch:
     ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
-    ``remote``: boxes beyond, that were given up.
+    ``remote``: boxes beyond, that were given up, or not settled.
     """
 
     roots: tuple[float, ...]
@@ -93,8 +93,10 @@ def isolate_roots(
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
     settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
     if not (settled or at_rounding or unsplit) and remote:
-        settled, at_rounding, unsplit, remote, more = _branch_and_prune(function, limits, remote)
+        settled, at_rounding, unsplit, _, more = _branch_and_prune(function, limits, remote)
+        remote = []
         levels += more
+    remote += [box for box in (*at_rounding, *unsplit) if function.is_remote(*box)]
     roots = [bracketed_root(value, a, b) for a, b in settled]
     found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
     return RootSearch(

@@ -48,6 +48,15 @@ def test_a_root_that_floats_cannot_check_is_not_denied() -> None:
     assert result.status is not solver.Status.INFEASIBLE
 
 
+def test_a_root_where_a_square_overflows_is_found() -> None:
+    """log(y - 0.5)*acosh(y^2) at y = 1e200, of which the square is no float."""
+    with mpmath.workdps(500):
+        y = mpmath.mpf(1e200)
+        right = float(mpmath.log10(y - 0.5) * mpmath.acosh(y * y))
+    result = solver.solve(rulesheets.loads(f"log(y - 0.5)*acosh(y^2) = {right!r}"))
+    assert result["y"] == pytest.approx(1e200, rel=1e-11)  # the right side to half a unit of its last place
+
+
 @pytest.mark.parametrize(
     "rule", ["exp(x)/x = 2", "1/x^2 + 1/x = -1", "ln(x^2) + 1/x^2 + x^4 = 0", "atan(x) + 1/x = 0"]
 )
