@@ -13,8 +13,8 @@ kind and status, and every one that is
   although that state is there, and determined well.
 
 With ``--small`` the sheets are those of ``hostile_small.py``. With ``--plans`` they go through compiled plans
-instead (``hostile_plans.py``). A long run writes every outcome to a file, goes on where the file ends, and
-prints the table of all in it.
+instead (``hostile_plans.py``); with both these are small ones of two inputs (``hostile_inputs.py``). A long
+run writes every outcome to a file, goes on where the file ends, and prints the table of all in it.
 """
 
 from __future__ import annotations
@@ -314,7 +314,12 @@ def _trial(arguments: argparse.Namespace) -> partial[Outcome]:
         from benchmarks import hostile_plans
 
         patience = hostile_plans.PATIENCE if arguments.patience is None else arguments.patience
-        return partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most, patience=patience)
+        asked = partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most, patience=patience)
+        if arguments.small:
+            from benchmarks import hostile_inputs
+
+            return partial(asked, make=hostile_inputs.sheet, asked=hostile_inputs.points)
+        return asked
     if arguments.small:
         from benchmarks import hostile_small
 

@@ -1,9 +1,10 @@
 """Hostile sheets through compiled plans: what ``plan``, ``plan.all`` and sweeps say is what ``solve`` says.
 
 The inputs of a sheet are the inputs of its plan; of a sheet without inputs it is one number of its rules. The
-plan is taught by the numbers of the sheet, then asked at those, beside them, and at rough values: by calls,
-by sweeps, and for one sheet in eight, where the extra ``jit`` is installed, in machine code. At each of these
-a fresh ``solve`` has the word:
+plan is taught by the numbers of the sheet, then asked at those, beside them, and at rough values (of the
+small sheets of ``hostile_inputs.py``: at plain numbers, then at special ones): by calls, by sweeps, and for
+one sheet in eight, where the extra ``jit`` is installed, in machine code. At each of these a fresh ``solve``
+has the word:
 
 - a *crash*: any exception but ``Unsolved``;
 - another *status*: ``Unsolved`` or solved where ``solve`` says something else;
@@ -21,7 +22,7 @@ import re
 import signal
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -111,9 +112,16 @@ def points(made: Sheet, seed: int) -> list[tuple[float, ...]]:
     return [p for p in found if not any(math.isinf(v) or 0.0 < abs(v) < SMALLEST for v in p)]
 
 
-def examine(seed: int, limit: float, most: int = 5, patience: float = PATIENCE) -> Outcome:
-    """Prepare the sheet of a seed, ask the plan, and judge it by ``solve``."""
-    made = parametrised(sheet(seed, most), seed)
+def examine(
+    seed: int,
+    limit: float,
+    most: int = 5,
+    patience: float = PATIENCE,
+    make: Callable[[int, int], Sheet] = sheet,
+    asked: Callable[[Sheet, int], list[tuple[float, ...]]] = points,
+) -> Outcome:
+    """Prepare the sheet of a seed, ask the plan at points, and judge it by ``solve``."""
+    made = parametrised(make(seed, most), seed)
     if made is None:
         return Outcome(seed, "no input", "refused", 0.0)
     began = time.process_time()
@@ -121,7 +129,7 @@ def examine(seed: int, limit: float, most: int = 5, patience: float = PATIENCE) 
     signal.setitimer(signal.ITIMER_PROF, limit)
     status, finding = "solved", None
     try:
-        status, detail = _compared(made, seed, patience)
+        status, detail = _compared(made, seed, asked(made, seed), patience)
         finding = Finding(seed, *detail) if detail else None
     except rulesheets.RuleSheetError:
         status = "refused"
@@ -135,13 +143,15 @@ def examine(seed: int, limit: float, most: int = 5, patience: float = PATIENCE) 
     return Outcome(seed, made.kind, status, time.process_time() - began, finding)
 
 
-def _compared(made: Sheet, seed: int, patience: float) -> tuple[str, tuple[str, str] | None]:
+def _compared(
+    made: Sheet, seed: int, at: list[tuple[float, ...]], patience: float
+) -> tuple[str, tuple[str, str] | None]:
     """The status at the numbers of the sheet, and the first difference."""
     model = rulesheets.loads(made.text)
     names = tuple(made.inputs)
     want = tuple(name for name in model.variables if name not in names and name not in made.symbols)
     asked, said = [], []
-    for point in points(made, seed):
+    for point in at:
         began = time.process_time()
         told = _solved(made.text, names, point, want)
         if time.process_time() - began <= patience:
