@@ -9,6 +9,7 @@ import warnings
 
 import pytest
 
+from benchmarks import hostile_inputs
 from benchmarks.hostile_kinds import sheet
 from benchmarks.hostile_plans import examine, parametrised
 from benchmarks.hostile_sheets import Sheet
@@ -26,6 +27,15 @@ def test_hostile_plans(first: int) -> None:
         warnings.simplefilter("error")
         outcomes = [examine(seed, LIMIT, most=2) for seed in range(first, first + 10)]
     assert [outcome.finding for outcome in outcomes if outcome.finding] == []
+
+
+@pytest.mark.parametrize("seed", [1035, 1067, 2, 3])
+def test_small_sheets_at_special_numbers(seed: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        outcome = examine(seed, LIMIT, 3, make=hostile_inputs.sheet, asked=hostile_inputs.points)
+    assert outcome.finding is None
+    assert outcome.status not in ("refused", "slow", "hang", "crash")
 
 
 def test_a_sheet_without_inputs_gets_one_in_place_of_a_number() -> None:

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from rulesheets.record import replace
 from solver.compiled.flow import NotCompilable
-from solver.compiled.magnitude import whole
+from solver.compiled.magnitude import vanishing, whole
 from solver.compiled.preimages import Preimages
 from solver.compiled.program import Ending
 from solver.compiled.rounding import accurate, apart_from_edges
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rulesheets.model import Variable
+    from solver.compiled.flow import Flow
     from solver.compiled.way import Way
 
 DIGITS = 1e-10
@@ -64,8 +65,10 @@ class Finish(Preimages, Testimony):
         flow = self.flow
         results = [node for node in ending.results if isinstance(node, int)]
         read = set(schedule(flow, [*results, *ending.holds, *ending.order, ending.gone]).order)
+        rooted = (flow.nodes[node][1] for node in schedule(flow, results).order if _is_root(flow, node))
+        vanishing_ones = (node for node in results if vanishing(flow, node))
         flow.checks = list(ending.holds)
-        for node in way.undone:
+        for node in dict.fromkeys((*way.undone, *map(int, rooted), *vanishing_ones)):
             if node in read:
                 flow.require(whole(flow, node))
         return replace(ending, holds=tuple(flow.checks))
@@ -122,3 +125,10 @@ class Finish(Preimages, Testimony):
     def _is_direction(self, node: int) -> bool:
         kind = self.flow.nodes[node]
         return (kind[0] == "call" and kind[1] in _DIRECTIONS) or kind[0] in ("direction", "directiond")
+
+
+def _is_root(flow: Flow, node: int) -> bool:
+    """Whether an operation finds large numbers in small ones, of which digits may have been lost."""
+    operation, *parts = flow.nodes[node]
+    power = flow.value_of(int(parts[1])) if operation == "pow" else None
+    return operation == "sqrt" or (power is not None and -1.0 < power < 1.0)

@@ -268,7 +268,11 @@ class Flow:
             case Number(0.5):
                 return self.add("sqrt", base)
             case _:
-                return self.add("pow", base, self.expression(exponent, values))
+                power = self.expression(exponent, values)
+                known = self.value_of(power)
+                if known is not None and known < 0.0:
+                    self._divisor(base)
+                return self.add("pow", base, power)
 
     def call(self, function: str, *arguments: int) -> int:
         """The node of a function; those of angles by what is known of the angle."""

@@ -30,6 +30,8 @@ FEW = 6.0
 """Binary digits of a float that may be lost at its lower end: the last places that the witness admits."""
 HIDDEN = 1e-12
 """Share of a number below which what was added to it is lost with its last places."""
+VANISHING = frozenset({"exp", "erfc"})
+"""Functions that are never 0 and come out as 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,28 +48,54 @@ ANY = Size()
 
 def whole(flow: Flow, node: int) -> int:
     """The node that is true where a product or a quotient has all of its digits but a few, or is 0 because a
-    factor or the dividend is. A dividend that is a product has to have all of its own: a/(c/d) is computed as
-    (a·d)/c."""
+    factor or the dividend is; and so with what it is made of. What is lost in b/a at b = 1e-300, a = 1e16
+    is not found again in (b/a)·a, and an a³ that came out as 0 is none. Sums count as a whole: what a term
+    has lost is nothing beside one that is large enough."""
     operation, *parts = flow.nodes[node]
-    if operation == "neg":
-        return whole(flow, int(parts[0]))
-    if operation not in ("mul", "div"):
-        return flow.true
+    match operation:
+        case "neg":
+            return whole(flow, int(parts[0]))
+        case "mul" | "div":
+            return _whole_product(flow, node, *(int(part) for part in parts))
+        case "add" | "sub" if sizes(flow)[node].low <= LEAST_WHOLE:
+            terms = flow.add("and", *(whole(flow, int(part)) for part in parts))
+            return flow.true if terms == flow.true else flow.add("or", _enough(flow, node), terms)
+        case "pow":
+            nothing = flow.add("eq", int(parts[0]), flow.constant(0.0))
+            return flow.add("or", _enough(flow, node), flow.add("and", nothing, whole(flow, int(parts[0]))))
+        case "call" if parts[0] in VANISHING:
+            return _enough(flow, node)
+        case _:
+            return flow.true
+
+
+def _whole_product(flow: Flow, node: int, one: int, other: int) -> int:
+    quotient = flow.nodes[node][0] == "div"
     known = sizes(flow)
-    one, other = (known[int(part)] for part in parts)
-    if operation == "mul":
-        least, shrinks = one.low + other.low, -max(one.low, other.low)
+    a, b = known[one], known[other]
+    if quotient:
+        least, shrinks = a.low - b.high, b.high
     else:
-        least, shrinks = one.low - other.high, other.high
+        least, shrinks = a.low + b.low, -max(a.low, b.low)
+    parts = flow.add("and", whole(flow, one), whole(flow, other))
     if least > LEAST_WHOLE or shrinks <= FEW:
-        return flow.true if operation == "mul" else whole(flow, int(parts[0]))
-    enough = flow.add("le", flow.constant(SMALLEST), flow.add("abs", node))
-    zero = flow.constant(0.0)
-    nothing = flow.add("eq", int(parts[0]), zero)
-    if operation == "mul":
-        nothing = flow.add("or", nothing, flow.add("eq", int(parts[1]), zero))
-        return flow.add("or", enough, nothing)
-    return flow.add("and", flow.add("or", enough, nothing), whole(flow, int(parts[0])))
+        return parts
+    nothing = flow.add("eq", one, flow.constant(0.0))
+    if not quotient:
+        nothing = flow.add("or", nothing, flow.add("eq", other, flow.constant(0.0)))
+    return flow.add("and", flow.add("or", _enough(flow, node), nothing), parts)
+
+
+def vanishing(flow: Flow, node: int) -> bool:
+    """Whether a number is a product with a function that comes out as 0 and never is."""
+    operation, *parts = flow.nodes[node]
+    if operation == "call":
+        return parts[0] in VANISHING
+    return operation in ("neg", "mul", "div") and any(vanishing(flow, int(part)) for part in parts)
+
+
+def _enough(flow: Flow, node: int) -> int:
+    return flow.add("le", flow.constant(SMALLEST), flow.add("abs", node))
 
 
 def stands_out(flow: Flow, number: int, beside: int) -> int:

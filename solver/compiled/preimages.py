@@ -10,7 +10,7 @@ from rulesheets.nodes import Number
 from solver.compiled.conditions import Conditions
 from solver.compiled.flow import NotCompilable
 from solver.compiled.magnitude import stands_out
-from solver.compiled.rounding import Analysis, away_from_zero
+from solver.compiled.rounding import Analysis, known_angles
 from solver.compiled.twofold import Twofold
 from solver.path.isolate import TARGET
 
@@ -102,9 +102,10 @@ class Preimages(Conditions):
         before = len(flow.taken_away)
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
+            flow.bound(divisor)
             flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
-            if flow.nodes[divisor][0] in ("sin", "cos"):  # never 0 in floats
-                flow.require(away_from_zero(flow, divisor))
+            for told in known_angles(flow, divisor):
+                flow.require(told)
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:

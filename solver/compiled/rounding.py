@@ -27,7 +27,9 @@ CANCELLED = 1e-12
 RADIAN = 0.017453292519943295
 LIBRARY = 4.0
 """Units in the last place that a function of the library may be off by."""
+LARGE_ANGLE = 1e9
 _ARGUMENTS = ("#0", "#1")
+_CIRCULAR = frozenset({"sin", "cos", "sind", "cosd", "tan", "tand"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +92,24 @@ def away_from_zero(flow: Flow, circular: int) -> int:
     angle = int(flow.nodes[circular][1])
     least = flow.add("mul", flow.constant(CANCELLED), flow.add("abs", angle))
     return flow.add("lt", least, flow.add("abs", circular))
+
+
+def known_angles(flow: Flow, divisor: int) -> Iterator[int]:
+    """Nodes that are true where the sines and cosines that a divisor is made of are no matter of the last
+    places of their angles: as factors these are more than what such a change makes of them, and elsewhere the
+    angles are not large. Else what the divisor divides is not determined."""
+    kind, *parts = flow.nodes[divisor]
+    if kind in ("neg", "mul", "div"):
+        for part in dict.fromkeys(parts):
+            yield from known_angles(flow, int(part))
+    elif kind in ("sin", "cos"):
+        yield away_from_zero(flow, divisor)
+    elif kind not in LEAVES:
+        for node in schedule(flow, [divisor]).order:
+            kind, *parts = flow.nodes[node]
+            if kind in _CIRCULAR or (kind == "call" and parts[0] in _CIRCULAR):
+                angle = flow.add("abs", int(parts[-1]))
+                yield flow.add("lt", angle, flow.constant(LARGE_ANGLE))
 
 
 def _inside_the_domain(flow: Flow, function: str, argument: int) -> Iterator[int]:

@@ -133,3 +133,54 @@ def test_a_divisor_that_is_a_quotient_loses_no_digits() -> None:
     assert plan(1e16, 1e-300) == pytest.approx([1e-284], rel=1e-14)
     table = plan.sweep(np.array([1.5, 1e16] * 12), np.array([2.0, 1e-300] * 12))
     assert table["y"] == pytest.approx([1.0, 1e-284] * 12, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("rules", "point", "right"),
+    [
+        ("x/a = b/a", (1e16, 1e-300), 1e-300),  # digits are lost in b/a
+        ("x = sqrt(a*b)", (1e-300, 1e-300), 1e-300),
+        ("2*x = sqrt(a*b)", (1e-300, 1e-300), 5e-301),
+        ("x = sqrt(a^2 + b^2)", (1e-200, -1e-200), math.sqrt(2.0) * 1e-200),
+        ("x = (a*b)^0.25", (1e-300, 1e-300), 1e-150),
+    ],
+)
+def test_what_underflows_on_the_way_is_not_lost(rules: str, point: tuple[float, float], right: float) -> None:
+    plan = solver.prepare(rulesheets.loads(rules + "\n"), ["a", "b"], ["x"])
+    plan(1.5, 2.0)
+    assert plan.paths.programs
+    assert plan(*point) == pytest.approx([right], rel=1e-14, abs=0.0)
+    table = plan.sweep(
+        *(np.array([plain, number] * 12) for plain, number in zip((1.5, 2.0), point, strict=True))
+    )
+    assert table["x"][1::2] == pytest.approx([right] * 12, rel=1e-14, abs=0.0)
+
+
+@pytest.mark.parametrize(
+    ("rules", "point"),
+    [
+        ("x/(sqrt(b) - (90 - b)) = a^3", (1e-300, 0.14)),
+        ("x*b = exp(a)", (-1e300, 2.0)),
+        ("x = b*exp(a)", (-1e300, 2.0)),
+        ("x/(cos(b)/b) = a - 0.5", (1.0, 1e16)),
+        ("x/(tand(b) - a) = a - 4", (0.54, -1e300)),
+        ("x/(a/b)^(-1) = b - b", (0.0, 45.0)),
+        ("x/asind(b - 1.5) = a - a", (1.5, 5.67)),
+    ],
+)
+def test_a_plan_calls_nothing_solved_that_a_solve_does_not(rules: str, point: tuple[float, float]) -> None:
+    """Values below floats, divisors without a value or that an angle's last places decide, a power of 0."""
+    model = rulesheets.loads(rules + "\n")
+    status = solver.solve(rulesheets.loads(rules + "\n"), dict(zip("ab", point, strict=True)), ["x"]).status
+    assert status is not solver.Status.SOLVED
+    plan = solver.prepare(model, ["a", "b"], ["x"])
+    plan(1.5, 2.0)
+    assert plan.paths.programs
+    with pytest.raises(solver.Unsolved) as refused:
+        plan(*point)
+    assert refused.value.status is status
+    table = plan.sweep(
+        *(np.array([plain, number] * 12) for plain, number in zip((1.5, 2.0), point, strict=True))
+    )
+    codes = {CODES[said]: said for said in solver.Status}
+    assert [codes[int(code)] for code in table.status] == [solver.Status.SOLVED, status] * 12
