@@ -116,7 +116,8 @@ class StepSolver(Preimages):
             return StepOutcome(tuple(kept), None, complete, double, delicate)
         unknown = self.isolation.unknown
         if outside is not None:
-            return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate)
+            lost = not testify(self.equation, self._floats(outside)).holds  # beside a larger number
+            return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate or lost)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, unknown))
         if lost or any(map(self._coarse, numbers)):
