@@ -164,7 +164,7 @@ class Candidates:
         self.refine(list(point.values()))
         if any(self._covers(answer, point) for answer in self.answers):
             return
-        if self.question.outside(point) is None and not _is_remote(point):
+        if self.question.outside(point) is None:
             self.refused.append(point)
 
     def part(self, roots: Sequence[Mapping[str, float]]) -> None:
@@ -201,7 +201,7 @@ class Candidates:
     def nearly(self, point: dict[str, float]) -> bool:
         """Whether a point misses no equation by more than a tiny share of its terms."""
         everything = {**self.question.here, **point}
-        if _is_remote(point):
+        if any(abs(v) > REMOTE for v in point.values()):
             return False
         try:
             misses = self.question.residual(list(point.values()))
@@ -247,10 +247,6 @@ class Candidates:
             direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.question.equations, tuple(moving), moving)
-
-
-def _is_remote(point: Mapping[str, float]) -> bool:
-    return any(abs(v) > REMOTE for v in point.values())
 
 
 def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
