@@ -33,13 +33,6 @@ def solve_linear(
     return solve_large(matrix, rhs)
 
 
-def exact_solution(
-    matrix: Sequence[Sequence[float | Fraction]], rhs: Sequence[float | Fraction]
-) -> list[Fraction] | None:
-    """x (n,) with A x = b for A (n, n); None where A is singular."""
-    return _Elimination(matrix, rhs, len(rhs)).fractions()
-
-
 class _Elimination:
     """Fraction-free Gauss–Jordan elimination that remembers how each row was combined.
 
@@ -108,13 +101,6 @@ class _Elimination:
             if sum(1 for a in row[: self.n] if a) == 1:
                 values[column] = _quotient(row[self.n], row[column])
         return tuple(values)
-
-    def fractions(self) -> list[Fraction] | None:
-        """The solution; None where it is not the only one."""
-        if len(self.pivots) < self.n:
-            return None
-        found = {column: Fraction(self.rows[i][self.n], self.rows[i][column]) for i, column in self.pivots}
-        return [found[column] for column in range(self.n)]
 
     def _nullspace(self) -> tuple[tuple[float, ...], ...]:
         bound = {column for _, column in self.pivots}

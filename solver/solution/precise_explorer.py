@@ -18,7 +18,7 @@ from rulesheets.nodes import Comparison, Condition
 from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.last_places import blur, half_unit
 from solver.accuracy.witness import gross, testify
-from solver.facts import Conflict, DoubleRoot, Fact, RestsOnRounding
+from solver.facts import Conflict, DoubleRoot, RestsOnRounding
 from solver.kernel.code.block import kernel_of
 from solver.kernel.precise.extended_block import solve_block_extended
 from solver.kernel.precise.extended_step import exact_turn, solve_step_extended
@@ -35,7 +35,7 @@ from solver.path.activity import activity
 from solver.path.isolate import Isolation
 from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework
-from solver.solution.explore import Explorer, Rest
+from solver.solution.explore import Explorer
 from solver.solution.leaves import Branch, Exploration, Leaf
 
 if TYPE_CHECKING:
@@ -162,12 +162,15 @@ class _PreciseExplorer(Explorer):
         super().__init__(model, inputs, want, guesses, judged)
         self.digits, self.mp = digits, context(digits)
         self.outcomes, self.work = floats.outcomes, Work()
-        self.manifold: set[Step] = set()
+        self.manifold: set[int] = set()
         self.casework: _PreciseCasework = _PreciseCasework(model, self.inputs, digits)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         off = partial(self._off, branch)
-        return solve_step_extended(self.graph, equation, isolation, _known(branch), self.digits, off)
+        found = solve_step_extended(self.graph, equation, isolation, _known(branch), self.digits, off)
+        if len(found.values) > 2:
+            self.manifold.add(equation)
+        return found
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         floats = super()._solved(step, branch)
@@ -176,18 +179,6 @@ class _PreciseExplorer(Explorer):
         asked = Question(kernel, branch.values, self.guesses)
         system = ExtendedSystem(kernel, here, self.digits, self.work)
         return solve_block_extended(asked, system, floats, partial(self._off, branch))
-
-    def _forks(
-        self,
-        branch: Branch,
-        step: Step,
-        found: Sequence[Mapping[str, Value]],
-        facts: Sequence[tuple[Fact, ...]],
-        rest: Rest,
-    ) -> bool | None:
-        if len(found) > 2:
-            self.manifold.add(step)
-        return super()._forks(branch, step, found, facts, rest)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number may be off, to first order. Of one that may pass through a pole (a slope near
@@ -216,7 +207,7 @@ class _PreciseExplorer(Explorer):
         """Whether a number that may be off by more than itself goes as the inverse of what moves it: through
         a pole, not through 0. Half as far along is far enough to tell."""
         number, step = branch.values.get(name), branch.origins.get(name)
-        if not (isinstance(number, float) and isinstance(step, Evaluate)) or step in self.manifold:
+        if not (isinstance(number, float) and isinstance(step, Evaluate)) or step.equation in self.manifold:
             return False  # each of many preimages would be held to all of them
         if not 0.0 < abs(number) <= far < math.inf:
             return False

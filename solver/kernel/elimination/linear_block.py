@@ -11,16 +11,19 @@ from rulesheets.record import replace
 from solver.accuracy.witness import ROUNDINGS
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer
-from solver.kernel.elimination.near_rank import Blur, free_to_witness, nearly_singular, undetermined
+from solver.kernel.elimination.near_rank import (
+    SMALLEST,
+    Blur,
+    free_to_witness,
+    nearly_singular,
+    undetermined,
+)
 from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
 from solver.numerics.linear import EXACT_LIMIT, solve_linear
 from solver.numerics.linear_outcome import LinearOutcome
 from solver.numerics.newton import newton
-
-SMALLEST = 2.0**-1022
-"""The smallest float that has all its digits."""
 
 
 def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:

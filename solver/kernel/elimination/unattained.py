@@ -11,10 +11,10 @@ from collections.abc import Collection, Mapping
 from fractions import Fraction
 from math import inf, isfinite
 
+from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, names
+from rulesheets.nodes import Call, Expression, Negative, Product, Quotient, Sum, names
 from solver.facts import NoValue
 from solver.kernel.question import Question
 
@@ -22,22 +22,19 @@ _ERROR_FUNCTIONS = {"erf": (-1.0, 1.0), "erfc": (0.0, 2.0)}
 """Ends of images, both never attained, of functions that no formula undoes."""
 
 
-class _Inexact(Exception):
-    """A number that no fraction is known for."""
-
-
 def unattained(question: Question, given: Collection[str]) -> NoValue | None:
     """The rule of a block that a function would have to leave the inside of its image for, if there is one.
 
     ``given``: the known names whose values are exact; others are rounded, and prove nothing.
     """
-    exact = {name: value for name, value in question.here.items() if name in given}
+    numbers = {name: value for name, value in question.here.items() if name in given}
+    exact = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, str) and isfinite(v)}
     for index, equation in zip(question.equations, question.kernel.equations, strict=True):
         for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
             if set(question.unknowns).isdisjoint(names(other)):
                 try:
-                    function, target = _asked(side, _fraction(other, exact), exact)
-                except (_Inexact, ZeroDivisionError):
+                    function, target = _asked(side, exactly(other, exact), exact)
+                except (Inexact, ZeroDivisionError):
                     continue
                 if _outside(function, target):
                     unknown = next(name for name in question.unknowns if name in names(side))
@@ -45,7 +42,7 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
     return None
 
 
-def _asked(part: Expression, target: Fraction, exact: Mapping[str, Value]) -> tuple[str, Fraction]:
+def _asked(part: Expression, target: Fraction, exact: Mapping[str, Fraction]) -> tuple[str, Fraction]:
     """The function with the unknowns in it that ``part`` is made of, and what it must be for ``part`` to be
     the target."""
     while not isinstance(part, Call):
@@ -55,16 +52,16 @@ def _asked(part: Expression, target: Fraction, exact: Mapping[str, Value]) -> tu
             case Sum(terms):
                 inside = [term for term in terms if not _known(term, exact)]
                 if len(inside) != 1:
-                    raise _Inexact
-                target -= sum(_fraction(term, exact) for term in terms if term is not inside[0])
+                    raise Inexact("several parts")
+                target -= sum(exactly(term, exact) for term in terms if term is not inside[0])
                 part = inside[0]
             case Product(left, right):
                 factor, part = (left, right) if _known(left, exact) else (right, left)
-                target /= _fraction(factor, exact)
+                target /= exactly(factor, exact)
             case Quotient(left, right) if _known(right, exact):
-                part, target = left, target * _fraction(right, exact)
+                part, target = left, target * exactly(right, exact)
             case _:
-                raise _Inexact
+                raise Inexact("another operation")
     return part.function, target
 
 
@@ -85,33 +82,8 @@ def _outside(function: str, target: Fraction) -> bool:
     return at_end or target < low or target > high
 
 
-def _known(part: Expression, exact: Mapping[str, Value]) -> bool:
+def _known(part: Expression, exact: Mapping[str, Fraction]) -> bool:
     return all(name in exact for name in names(part))
-
-
-def _fraction(part: Expression, exact: Mapping[str, Value]) -> Fraction:
-    """The number that a part without unknowns stands for. Raises _Inexact, ZeroDivisionError."""
-    match part:
-        case Number(value):
-            return _of_float(value)
-        case Name(name) if name in exact:
-            return _of_float(exact[name])
-        case Negative(operand):
-            return -_fraction(operand, exact)
-        case Sum(terms):
-            return sum((_fraction(term, exact) for term in terms), Fraction(0))
-        case Product(left, right):
-            return _fraction(left, exact) * _fraction(right, exact)
-        case Quotient(left, right):
-            return _fraction(left, exact) / _fraction(right, exact)
-        case _:
-            raise _Inexact
-
-
-def _of_float(value: Value) -> Fraction:
-    if isinstance(value, str) or not isfinite(value):
-        raise _Inexact
-    return Fraction(value)
 
 
 def _nearest(target: Fraction) -> float:

@@ -22,7 +22,7 @@ from solver.kernel.precise.extended_system import ExtendedSystem, Unresolved
 from solver.kernel.precise.fold import null_vectors, resolve_fold
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
-from solver.numerics.linear import EXACT_LIMIT, exact_solution
+from solver.numerics.linear import EXACT_LIMIT
 
 CLOSE = 1e-5
 """Relative distance of a root from another whose fold it shares."""
@@ -84,9 +84,7 @@ class _Refinement:
         for row, b in zip(matrix, rhs, strict=True):
             terms = [a * v for a, v in zip(row, x, strict=True)]
             if abs(sum(terms) - b) > tiny * (sum(map(abs, terms)) + abs(b)):
-                exact = exact_solution(
-                    [[_rational(a) for a in r] for r in matrix], [_rational(b) for b in rhs]
-                )
+                exact = eliminate([list(map(_rational, r)) for r in matrix], list(map(_rational, rhs)))
                 return x if exact is None else [mp.mpf(v.numerator) / v.denominator for v in exact]
         return x
 
