@@ -27,12 +27,15 @@ def half_unit(number: float) -> float:
 
 
 def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
-    """The expression with names for its numbers that have last places; ``numbers`` learns their values."""
+    """The expression with names for its numbers that have last places; ``numbers`` learns their values.
+
+    A number that is written twice is one number, and off by the same.
+    """
 
     def named(leaf: Name | Number | Symbol) -> Expression:
         if not isinstance(leaf, Number) or not half_unit(leaf.value):
             return leaf
-        name = f"#{len(numbers)}"
+        name = f"#{leaf.value!r}"
         numbers[name] = leaf.value
         return Name(name)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
@@ -40,44 +41,51 @@ class Perturbed:
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
         """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""
-        return sum(self._moved(name, error, w, z) for name, error in self.moves.items())
+        total = 0.0
+        for moved in self._moved():
+            rows = (sum(d * q for d, q in zip(row, z, strict=True)) for row in moved)
+            total += abs(sum(p * far for p, far in zip(w, rows, strict=True)))
+        return total
 
     def keeps_rank(self, matrix: Sequence[Sequence[Any]], exact: Callable[[float], Any]) -> bool:
         """Whether the matrix (n, n) is regular however the numbers in it move by what they may be off.
 
-        It is if the spectral radius of |A⁻¹|·E is less than 1, E being how far its entries move (J. Rohn,
-        "Systems of linear interval equations", Linear Algebra Appl. 126 (1989)).
+        It is if the spectral radius of Σ|A⁻¹·D| is less than 1, D being how far its entries (n, n) go with
+        one of them (J. Rohn, "Systems of linear interval equations", Linear Algebra Appl. 126 (1989), for
+        entries that move one by one).
         Singular vectors do not tell where entries differ by more than floats have digits. ``exact`` makes
         numbers of the kind of ``matrix``.
         """
         from rulesheets.functions.extended import context
 
-        n, off = len(matrix), self._entries_move()
+        n = len(matrix)
         unit = [[exact(float(i == j)) for i in range(n)] for j in range(n)]
         try:
             columns = eliminate_rows([dict(enumerate(row)) for row in matrix], unit)
         except Singular:
             return False
         big = context(DIGITS)
-        inverse = [[_as(abs(columns[j][i]), big) for j in range(n)] for i in range(n)]
-        spread = [
-            [sum(a * big.mpf(e[j]) for a, e in zip(row, off, strict=True)) for j in range(n)]
-            for row in inverse
-        ]
+        inverse = [[_as(columns[j][i], big) for j in range(n)] for i in range(n)]
+        spread = [[big.zero] * n for _ in range(n)]
+        for moved in self._moved():
+            for i, j in product(range(n), repeat=2):
+                spread[i][j] += abs(
+                    sum(a * big.mpf(row[j]) for a, row in zip(inverse[i], moved, strict=True))
+                )
         x = [big.one] * n
         for _ in range(ROUNDS):
             ahead = [
                 v + sum(b * w for b, w in zip(row, x, strict=True)) for v, row in zip(x, spread, strict=True)
             ]
-            if max(v / w for v, w in zip(ahead, x, strict=True)) < 2:  # bounds 1 + the radius from above
+            if all(v < 2 * w for v, w in zip(ahead, x, strict=True)):  # 1 + the radius is less than v / w
                 return True
             x = ahead
         return False
 
-    def _entries_move(self) -> list[list[float]]:
-        """How far the entries of the matrix (n, n) move, at most; infinite where that is not known."""
+    def _moved(self) -> Iterator[list[list[float]]]:
+        """How far the entries of the matrix (n, n) go with each number that moves; nan where that is not
+        known."""
         names, n = self.question.unknowns, len(self.question.unknowns)
-        total = [[0.0] * n for _ in range(n)]
         for name, error in self.moves.items():
             number = self.at[name]
             assert isinstance(number, float)
@@ -85,33 +93,16 @@ class Perturbed:
             try:
                 ahead, behind = (self._slopes({**self.at, name: number + s}) for s in (step, -step))
             except Undefined:
-                return [[math.inf] * n for _ in range(n)]
-            for row, up, down in zip(total, ahead, behind, strict=True):
-                for j, unknown in enumerate(names):
-                    row[j] += abs(up.get(unknown, 0.0) - down.get(unknown, 0.0)) / (2 * step) * error
-        return total
+                yield [[math.nan] * n for _ in range(n)]
+                continue
+            share = error / step / 2  # nan of an infinite error
+            yield [
+                [(up.get(u, 0.0) - down.get(u, 0.0)) * share for u in names]
+                for up, down in zip(ahead, behind, strict=True)
+            ]
 
     def _slopes(self, at: Mapping[str, Value]) -> list[dict[str, float]]:
         return [derivatives(form, at)[1] for form in self.forms]
-
-    def _moved(self, name: str, error: float, w: Sequence[float], z: Sequence[float]) -> float:
-        number = self.at[name]
-        assert isinstance(number, float)
-        if not math.isfinite(error):
-            return math.nan
-        step = max(NUDGE * abs(number), error)
-        try:
-            ahead, behind = (self._product({**self.at, name: number + s}, w, z) for s in (step, -step))
-        except Undefined:
-            return math.nan
-        return abs(ahead - behind) / (2 * step) * error
-
-    def _product(self, at: Mapping[str, Value], w: Sequence[float], z: Sequence[float]) -> float:
-        names = self.question.unknowns
-        return sum(
-            p * sum(row.get(n, 0.0) * q for n, q in zip(names, z, strict=True))
-            for p, row in zip(w, self._slopes(at), strict=True)
-        )
 
     def holds(self, point: Mapping[str, float]) -> bool:
         """Whether the witness accepts every equation, or what is known may be as far off as it misses.
