@@ -10,7 +10,7 @@ from rulesheets.construct import add, call, negative, power, subtract
 from rulesheets.functions.builtin import Branches, Preimage
 from rulesheets.nodes import Expression, Number
 
-_PI, _TURN = Number(math.pi), Number(180.0)
+_PI, _TURN = call("pi"), Number(180.0)
 
 
 def _by(name: str) -> Branches:
