@@ -233,3 +233,30 @@ def rank(matrix: list[list[Fraction]]) -> int:
             ]
             found += 1
     return found
+
+
+@pytest.mark.parametrize(
+    ("rule", "answer"), [("x = a/sqrt(a*b)", 1.0), ("x = atan2d(a*b, a*a)", 45.0), ("x = ln(a*a/b)", None)]
+)
+def test_a_known_number_that_is_0_for_want_of_smaller_floats_is_not_0(
+    rule: str, answer: float | None
+) -> None:
+    result = solve(rule, a=1e-300, b=1e-300)
+    assert result.status is Status.SOLVED
+    assert result["x"] == pytest.approx(math.log(1e-300) if answer is None else answer, rel=1e-15)
+
+
+@pytest.mark.parametrize("rule", ["x = a/sqrt(a*b)", "x = atan2d(a*b, a*a)", "x = ln(a*b)"])
+def test_a_known_number_that_is_0_is(rule: str) -> None:
+    assert solve(rule, a=0.0, b=1e-300).status is Status.INFEASIBLE
+
+
+def test_a_supplement_next_to_0_is_an_answer() -> None:
+    """sin(-2) rounded, and the exact sine of y - 2 for two values of y in a turn."""
+    with mpmath.workdps(60):
+        principal = mpmath.asin(mpmath.mpf(-0.9092974268256817))
+        expected = [2 + principal, 2 - mpmath.pi - principal]
+    result = solve("sin(y - 2) = -0.9092974268256817")
+    assert result.complete
+    found = [solution["y"] for solution in result.solutions]
+    assert found == pytest.approx([float(y) for y in expected], rel=1e-15, abs=0.0)

@@ -6,7 +6,7 @@ import math
 from bisect import bisect
 from collections.abc import Mapping
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Name, Number, Power, Quotient
@@ -76,12 +76,13 @@ class StepSolver(Preimages):
                 return False
         for argument in arguments:
             try:
-                number, slopes = derivatives(argument, self.values)
+                number, slopes, rounded = rounded_derivatives(argument, self.values)
             except (Undefined, KeyError):  # of what stands on the way to the unknown
                 continue
             made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
             exact = isinstance(argument, Name | Number)
-            if not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends):
+            lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
+            if lost or (not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)):
                 return True
         return False
 
