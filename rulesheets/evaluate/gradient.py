@@ -41,6 +41,7 @@ _ULPS = {
 """Functions that floats compute to fewer digits than the last, and by how many units of it."""
 _VANISHING = frozenset({"exp", "erfc", "gamma", "k0", "bessel_k1", "beta"})
 """Functions that are never 0 but where floats lose them."""
+_DIRECTIONS, _DEGREES = frozenset({"atan2", "atan2d"}), frozenset({"sind", "tand"})
 _CHOOSING = frozenset({"min", "max"})
 _SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
@@ -202,11 +203,19 @@ def _call(expression: Call, values: Values) -> _Trace:
     slopes = _partials(expression.function, len(parts))
     below = tuple((_slope(slope, parts), part) for slope, part in zip(slopes, parts, strict=True))
     size = abs(result)
-    if size < _SMALLEST and (size or expression.function in _VANISHING):
+    if size < _SMALLEST and (size or _below_floats(expression.function, parts) or any(map(_lost, parts))):
         size = _SMALLEST
     if expression.function in _CHOOSING and _tied(parts):
         size = math.inf
     return _Trace(result, "", below, size * _ULPS.get(expression.function, 1.0))
+
+
+def _below_floats(function: str, parts: tuple[_Trace, ...]) -> bool:
+    """Whether the 0 that a function came out as is a number smaller than floats hold."""
+    first = parts[0].value if parts else 0.0
+    if function in _DIRECTIONS:
+        return first != 0.0
+    return function in _VANISHING or (function in _DEGREES and 0.0 < abs(first) < _SMALLEST)
 
 
 def _tied(parts: tuple[_Trace, ...]) -> bool:

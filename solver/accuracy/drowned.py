@@ -12,7 +12,10 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
-from rulesheets.nodes import Call, Expression, Name, Sum, children
+from rulesheets.nodes import Call, Expression, Name, Power, Sum, children
+
+SPARE = 8
+"""Digits of the working precision that rounding may take."""
 
 
 def drowned(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
@@ -25,6 +28,14 @@ def drowned(expression: Expression, values: Mapping[str, Any], digits: int) -> b
                 case Sum(terms) if _absorbs([extended(term, values, digits) for term in terms], digits):
                     return True
                 case Call(_, (operand,)) if _saturates(node, extended(operand, values, digits), digits):
+                    return True
+                case Call("atan2" | "atan2d", sides) if _absorbs(
+                    [extended(side, values, digits) for side in sides], digits
+                ):
+                    return True
+                case Power(base, exponent) if _next_to_one(
+                    extended(base, values, digits), extended(exponent, values, digits), digits
+                ):
                     return True
         except Undefined:
             continue
@@ -39,6 +50,11 @@ def _absorbs(terms: list[Any], digits: int) -> bool:
     return len(sizes) > 1 and min(sizes) < max(sizes) * _nothing(digits)
 
 
+def _next_to_one(base: Any, exponent: Any, digits: int) -> bool:
+    """Whether a power is not 1, and nothing beside 1 tells it from that."""
+    return bool(base > 0 and 0 < abs(exponent * context(digits).log(base)) < _nothing(digits))
+
+
 def _saturates(call: Call, at: Any, digits: int) -> bool:
     """Whether a function goes on changing there, but by nothing beside its value."""
     argument = Name("0")
@@ -49,4 +65,4 @@ def _saturates(call: Call, at: Any, digits: int) -> bool:
 
 
 def _nothing(digits: int) -> Any:
-    return context(digits).mpf(10) ** -digits
+    return context(digits).mpf(10) ** (SPARE - digits)

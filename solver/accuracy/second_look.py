@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from rulesheets.model import Equation, Value
 
 DIGITS = (50, 100, 400, 800)
+MOST = 1600
+"""Digits that tell whether what only the most of these show is F, or rounding."""
 AGREEMENT = 1e-6
 """Relative difference of two precisions that have some digits in common."""
 UNIT = 2.0**-52
@@ -62,8 +64,12 @@ def look_again(
         for rough, fine in pairwise(DIGITS):
             some, more = look.miss(rough), look.miss(fine)
             clear = abs(more) > size * context(DIGITS[0]).mpf(10) ** (SPARE - rough)
-            if clear and abs(some - more) <= AGREEMENT * abs(more):
+            if clear and _agree(some, more):
                 return _seen(look, more, fine, share, steep)
+        if more and (_agree(some, more) or _agree(more, look.miss(MOST))):  # it is F, however small
+            sight = _seen(look, more, DIGITS[-1], share, steep)
+            if not sight.reaches:
+                return sight
     except Undefined as error:
         reaches = not error.hole and look.reaches(share, DIGITS[-1])  # 0/0 may be anything beside 0
         return Sight(math.nan, 0.0 if reaches else math.inf, reaches)
@@ -72,6 +78,10 @@ def look_again(
     seen = max(abs(first), look.terms(DIGITS[0]))  # fifty digits may see exactly nothing already
     vanishes = abs(more) <= seen * context(DIGITS[0]).mpf(10) ** -DIGITS[0]  # a pole does not
     return Sight(0.0, 0.0, True) if vanishes and not look.drowned() else Sight(math.nan, math.inf, False)
+
+
+def _agree(one: Any, other: Any) -> bool:
+    return bool(abs(one - other) <= AGREEMENT * abs(other))
 
 
 def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Sight:

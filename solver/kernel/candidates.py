@@ -267,8 +267,15 @@ def _zeroed(x: Sequence[float], sizes: Sequence[float], share: float) -> tuple[f
 def _near(
     one: Mapping[str, float], other: Mapping[str, float], tolerance: float, scales: Sequence[float]
 ) -> bool:
+    """Equal to so large a share of their own sizes, or of a hundredth of their usual ones: of the largest
+    number in either, where no unknown comes near the usual size."""
     for (name, v), scale in zip(one.items(), scales, strict=True):  # asked of every pair: most part at once
         w = other[name]
-        if not abs(v - w) <= tolerance * max(abs(v), abs(w), 0.01 * scale):
+        apart = abs(v - w)
+        if not apart <= tolerance * max(abs(v), abs(w), 0.01 * scale):
             return False
+        if scale > 1.0 and apart > tolerance * max(abs(v), abs(w)):
+            largest = max(1.0, *map(abs, one.values()), *map(abs, other.values()))
+            if apart > tolerance * 0.01 * largest:
+                return False
     return True

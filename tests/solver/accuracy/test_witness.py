@@ -180,3 +180,23 @@ def test_rounding_below_the_smallest_float_is_rounding() -> None:
     assert not holds("0.014*erfc(w) = 0", w=27.3)
     assert not holds("1e-300*exp(w) = 0", w=-900.0)
     assert holds("0.014*w*erfc(27.3) = 0", w=0.0)
+
+
+@pytest.mark.parametrize(
+    ("rule", "values"),
+    [
+        ("abs(270*y)*sinh(30*y - 1e100) = -1e-300", {"y": 90.0}),  # -1e(4e99)
+        ("1e9^(-1e200 - x) = 0", {"x": 30.0}),
+        ("tanh(asinh(1e300 - z)) = 1", {"z": 3.0}),  # 5e-601 less
+        ("mod(1, -90 - y) + 1e-200/y = 1", {"y": -1.7e308}),
+        ("atan2d(y, 1e200) = 0", {"y": 1e-300}),
+        ("atan2(5e-324, x) = 0", {"x": 3600.0}),
+        ("atan2d(z^3, -90) = 90", {"z": 1e300}),
+        ("1e-200^(x^3) = 1", {"x": -1e-300}),
+        ("abs(erfc(x)) = 0", {"x": 400.0}),
+        ("abs(exp(1e9*x + 45)) = 0", {"x": -2.0}),
+        ("sgn(sind(x)) = 0", {"x": 5e-324}),
+    ],
+)
+def test_what_is_beyond_the_digits_looked_at_is_not_there(rule: str, values: dict[str, float]) -> None:
+    assert not holds(rule, **values)

@@ -39,3 +39,11 @@ def test_two_ways_to_one_answer_are_one(a: float) -> None:
     result = solver.solve(rulesheets.loads("abs(3*x - 3*a) = b"), {"a": a, "b": 0.0})
     (answer,) = result.solutions
     assert answer["x"] == pytest.approx(a, rel=1e-15)
+
+
+@pytest.mark.parametrize("d", ["1e98", "1e30", "1"])
+def test_unknowns_far_below_their_usual_size_that_change_places_are_two_answers(d: str) -> None:
+    result = solver.solve(rulesheets.loads(f"d = {d}\nd/(z + w) = {d}/4e20\nz*w = 6e-31"))
+    assert result.complete
+    found = sorted(answer["z"] for answer in result.solutions)
+    assert found == pytest.approx([1.5e-51, 4e20], rel=1e-14, abs=0.0)
