@@ -33,6 +33,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,8 @@ SHARES = (0.0, *(sign * 10.0**-k for sign in (1, -1) for k in range(7)), *(k / 1
 CERTAIN = 1e-9
 """Planted states are looked for if rounding explains no larger change of them."""
 NEAR = 1e-6
+HALVINGS = 100
+"""Of what lies beside the end of a domain: enough for a root of it to vanish."""
 MANY = 27_720
 """Whole turns that are whole ones of an angle's halves, thirds, … and twelfths."""
 LONGEST = 350
@@ -200,23 +203,44 @@ def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int)
 
 def _reaches(rule: tuple[str, str, str], values: Mapping[str, float], name: str, digits: int) -> bool:
     """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself; beside a
-    jump, whether it comes next to 0."""
+    jump, whether it comes next to 0; beside the end of a domain, whether it vanishes towards that."""
     _, left, right = rule
+
+    def miss(number: Any) -> Any:
+        at = {**values, name: number}
+        try:
+            one, other = (evaluated(side, at, digits) for side in (left, right))
+        except Undefined:
+            return None
+        nothing = JUMPS.search(f"{left} {right}") and abs(one - other) <= CHANGE * abs(other)
+        return mpmath.mpf(0) if nothing else one - other
+
     with mpmath.workdps(digits):
-        signs = set()
         size = mpmath.mpf(max(abs(values[name]), SMALLEST))
         change = CHANGE * mpmath.pi / 3  # no float: a float times an angle of whole turns may be one again
         tried = [values[name] + size * change * share for share in SHARES]
         short = {round(values[name], places) for places in range(12)}  # where a jump has its edge
-        for number in [*tried, *(near for near in short if abs(near - values[name]) <= CHANGE * size)]:
-            try:
-                at = {**values, name: number}
-                one, other = (evaluated(side, at, digits) for side in (left, right))
-            except Undefined:
-                continue
-            nothing = JUMPS.search(f"{left} {right}") and abs(one - other) <= CHANGE * abs(other)
-            signs.add(0 if nothing else int(mpmath.sign(one - other)))
-        return 0 in signs or len(signs) > 1
+        tried += [near for near in short if abs(near - values[name]) <= CHANGE * size]
+        found = [(number, miss(number)) for number in sorted(set(tried))]
+        signs = {int(mpmath.sign(there)) for _, there in found if there is not None}
+        return 0 in signs or len(signs) > 1 or any(_vanishes(miss, *pair) for pair in pairwise(found))
+
+
+def _vanishes(miss: Callable[[Any], Any], one: tuple[Any, Any], other: tuple[Any, Any]) -> bool:
+    """Whether a miss that has a value at one of two numbers alone goes to 0 towards the end of where it has,
+    as that of ``(3/y - x)^1.5 = 0`` does: the end may lie between two floats."""
+    if (one[1] is None) == (other[1] is None):
+        return False
+    (inside, first), (outside, _) = (one, other) if other[1] is None else (other, one)
+    last = first
+    for _ in range(HALVINGS):
+        middle = (inside + outside) / 2
+        there = miss(middle)
+        if there is None:
+            outside = middle
+        else:
+            inside, last = middle, there
+    return bool(abs(last) <= CHANGE * abs(first))
 
 
 def _square(made: Sheet) -> bool:

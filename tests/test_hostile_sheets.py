@@ -80,6 +80,9 @@ def test_the_witness_sees_what_is_wrong() -> None:
     assert satisfied(("", "sind(x)", "z"), {"x": 180.0})
     assert not satisfied(("", "ln(x)", "1"), {"x": -2.0})
     assert satisfied(("", "(x - 2)^2", "tan(pi)"), {"x": 2.0})
+    assert satisfied(("", "(2/3 - x)^1.5", "0"), {"x": 2 / 3 + 2**-53})  # the end lies between two floats
+    assert not satisfied(("", "(2/3 - x)^1.5", "1e-5"), {"x": 2 / 3 + 2**-53})
+    assert not satisfied(("", "ln(2/3 - x)", "0"), {"x": 2 / 3 + 2**-53})
 
 
 @pytest.mark.parametrize(("y", "turns"), [(7.0, True), (2.0, False), (-8.0, True)])
