@@ -12,7 +12,7 @@ from rulesheets.model import Model, Variable
 from rulesheets.program import Program
 
 
-def build(program: Program, name: str) -> Model:
+def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     """Check a program and expand it. Raises RuleSheetError with every complaint found."""
     check(program)
     variables = declared(program.rows)
@@ -23,6 +23,7 @@ def build(program: Program, name: str) -> Model:
         equations=expansion.equations,
         conditions=expansion.conditions,
         figures=program.sheet.figures,
+        files=files,
     )
     complaints = tuple(check_figures(program, model.variables))
     if complaints:

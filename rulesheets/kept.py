@@ -15,7 +15,7 @@ from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Equation, Model, packed_equation, read_from
 from rulesheets.packing import Packing, Unpackable, Unpacking
-from rulesheets.reading import read_source
+from rulesheets.reading import files_read, read_source
 from rulesheets.source import Source
 
 TYPE_CHECKING = False
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from rulesheets.nodes import Expression
-    from rulesheets.program import Opening
+    from rulesheets.program import Program
 
 KIND = "model"
 
@@ -44,22 +44,23 @@ def kept_model(name: str, source: Source, folder: str, file: str | None) -> Mode
     unpacking = Unpacking(classes, sources, names)
     model = Model(
         name=name,
+        files=files_read(file, sources[1:]),
         equations=tuple(_equations(equations, unpacking, names)),
         **unpacking.unpack(fields),
     )
     return read_from(model, store.digest(*digests))
 
 
-def keep_model(model: Model, source: Source, folder: str, openings: Sequence[Opening]) -> Model:
+def keep_model(model: Model, source: Source, folder: str, program: Program) -> Model:
     """Keep a model for :func:`kept_model`; the model, which knows the digest of all its texts then."""
-    sources = [source, *(opening.source for opening in openings if opening.source is not None)]
+    sources = [source, *program.texts]
     digests = list(map(_digest, sources))
     names = list(model.variables)
     packing = Packing(sources, names)
     fields = {name: getattr(model, name) for name in Model.__match_args__ if name not in _APART}
     try:
         packed = packing.pack(fields), [_packed(equation, packing) for equation in model.equations]
-        places = [(opening.user, opening.path, opening.file) for opening in openings]
+        places = [(opening.user, opening.path, opening.file) for opening in program.openings]
         data = marshal.dumps((places, digests, names, packing.classes, *packed))
     except (Unpackable, RecursionError, ValueError):
         return model  # nested more deeply than can be packed
@@ -67,7 +68,7 @@ def keep_model(model: Model, source: Source, folder: str, openings: Sequence[Ope
     return read_from(model, store.digest(*digests))
 
 
-_APART = ("name", "equations")
+_APART = ("name", "equations", "files")
 """Fields of a model that are not packed with the others."""
 
 

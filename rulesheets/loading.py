@@ -9,7 +9,7 @@ import gc
 import os
 
 from rulesheets.kept import keep_model, kept_model
-from rulesheets.reading import read_source
+from rulesheets.reading import files_read, read_source
 from rulesheets.source import Source
 
 TYPE_CHECKING = False
@@ -68,11 +68,11 @@ def _kept_or_built(source: Source, folder: str, file: str | None, name: str) -> 
     from rulesheets.uses import gather
 
     program = gather(source, folder, file)
-    model = build(program, name)
+    model = build(program, name, files_read(file, program.texts))
     if not kept:
         return model
     grammar().keep()
-    return keep_model(model, source, folder, program.openings)
+    return keep_model(model, source, folder, program)
 
 
 def _model_name(file: str) -> str:

@@ -122,7 +122,7 @@ class Model:
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer.
+    drawn of an answer, ``files`` are the paths that the model was read from.
     """
 
     name: str
@@ -130,6 +130,7 @@ class Model:
     equations: tuple[Equation, ...]
     conditions: tuple[nodes.Condition, ...]
     figures: tuple[nodes.Figure, ...] = ()
+    files: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     @cached_property
     def digest(self) -> bytes:

@@ -45,6 +45,11 @@ class Program:
     openings: tuple[Opening, ...] = ()
 
     @property
+    def texts(self) -> tuple[Source, ...]:
+        """The used files, without the sheet itself."""
+        return tuple(opening.source for opening in self.openings if opening.source is not None)
+
+    @property
     def rows(self) -> tuple[VariableRow, ...]:
         """The rows of the variables section, without its comment lines."""
         return tuple(row for row in self.sheet.variables or () if isinstance(row, VariableRow))

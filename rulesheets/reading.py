@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.source import Source, Span
@@ -31,6 +32,12 @@ def read_source(path: str | os.PathLike[str]) -> Source:
     if len(data) > _LARGEST:
         raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
     return Source(name, _decoded(name, data))
+
+
+def files_read(file: str | None, used: Iterable[Source]) -> tuple[str, ...]:
+    """The paths of a sheet (None: a text in no file) and of the files that it uses."""
+    paths = (*filter(None, [file]), *(source.name for source in used))
+    return tuple(map(os.path.abspath, paths))
 
 
 def near_files(path: str) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ C       anything    a comment row
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.input_messages import (
@@ -43,7 +43,6 @@ from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import read_source
 from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
-from rulesheets.writing import replace_file
 
 __all__ = [
     "COLUMNS",
@@ -58,7 +57,6 @@ __all__ = [
     "unknown_variable",
     "variable_named",
     "with_tolerances",
-    "write_variable_sheet",
 ]
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
@@ -211,18 +209,3 @@ def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
     if not row.name:
         raise RuleSheetError(nameless_input(row.input, line))
     return row
-
-
-def write_variable_sheet(path: str | os.PathLike[str], rows: Iterable[Row]) -> None:
-    """Write a variable sheet. The file is replaced as a whole or not at all.
-
-    Raises RuleSheetError (E416) where it cannot be written.
-    """
-    import csv
-    import io
-
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows((row.status, row.input, row.name, row.output, row.unit, row.comment) for row in rows)
-    replace_file(os.fspath(path), text.getvalue())

@@ -68,7 +68,7 @@ def sweep(
     chunks = grid_chunks(rows) if len(rows) else iter([rows.columns(0, 0)])
     pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.shape[-1])
     table = joined([piece.table for piece in pieces if piece.table is not None])
-    return Table(table.values, table.status)
+    return Table(table.values, table.status, model.files)
 
 
 def work_of(

@@ -25,9 +25,12 @@ class Table(Mapping[str, NDArray[Any]]):
 
     STATUSES = tuple(Status)
 
-    def __init__(self, columns: Mapping[str, NDArray[Any]], status: NDArray[np.int8]) -> None:
+    def __init__(
+        self, columns: Mapping[str, NDArray[Any]], status: NDArray[np.int8], files: tuple[str, ...] = ()
+    ) -> None:
         self._columns = dict(columns)
         self.status = status
+        self._files = files
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self._columns[name]
@@ -51,8 +54,11 @@ class Table(Mapping[str, NDArray[Any]]):
         """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
 
         It is written as a whole or not at all. Numbers read back as the same floats, the status is a
-        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442.
+        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442,
+        and E418 for a file that the model was read from.
         """
+        from solver.files.replacing import expect_no_input
         from solver.files.tables import write_table
 
+        expect_no_input(path, self._files)
         write_table(path, Columns(self._columns, self.status, tuple(map(str, self.STATUSES))))

@@ -80,6 +80,11 @@ INPUTS: dict[str, Entry] = {
         "Units are kept and shown, but not converted yet.",
         "Give the value in the unit of the sheet.",
     ),
+    "E418": Entry(
+        "an output would overwrite an input",
+        "The file to write is one that is read: the sheet, a file that it uses, or a file of inputs.",
+        "Write to another file.",
+    ),
     "E420": Entry(
         "an option needs a name and a value",
         "--set and --guess take NAME=VALUE.",

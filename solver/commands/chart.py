@@ -35,6 +35,7 @@ def run(arguments: Namespace) -> int:
 
     kind = _kind(arguments.output)
     request = read_request(arguments)
+    request.expect_output(arguments.output)
     name, numbers, distances = _line(arguments, request)
     marks = _measured(request, name, numbers)
     if not marks:
@@ -126,7 +127,7 @@ def _drawn(
 
 
 def _write(path: str, data: bytes) -> None:
-    from rulesheets.writing import replace_bytes
+    from solver.files.replacing import write_file
 
-    replace_bytes(path, data)
+    write_file(path, data)
     print(f"\n{path}")

@@ -41,8 +41,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
-    from rulesheets.writing import replace_bytes
     from solver.commands.states import read_states
+    from solver.files.replacing import write_file
     from solver.report.drawing.picture import chosen, require_matplotlib
 
     request = read_request(arguments)
@@ -52,6 +52,7 @@ def run(arguments: Namespace) -> int:
     kinds = FILMS if motion else PICTURES
     path = arguments.output or request.model.name + kinds[0]
     kind = _kind(path, kinds)
+    request.expect_output(path)
     dpi = _dpi(arguments.dpi, kind)
     require_matplotlib()
     studio = _Studio(request, figures, side_by_side, arguments.all)
@@ -59,7 +60,7 @@ def run(arguments: Namespace) -> int:
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
     if data is None:
         return 1
-    replace_bytes(path, data)
+    write_file(path, data)
     print(f"{path}: {studio.tally}")
     return 1 if studio.complaints else 0
 

@@ -25,6 +25,7 @@ def follow(arguments: Namespace) -> int:
     from solver.curves.following import follow_sweep
 
     request = read_request(arguments)
+    request.expect_output(arguments.output)
     others = [option for option in ALONE if getattr(arguments, option)]
     if len(arguments.over) != 1 or others:
         raise RuleSheetError(_one_range(others))

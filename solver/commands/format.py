@@ -34,7 +34,7 @@ def run(arguments: Namespace) -> int:
     if not arguments.in_place:
         sys.stdout.write(text)
     elif text != source.text:
-        from rulesheets.writing import replace_file
+        from solver.files.replacing import write_file
 
-        replace_file(path, text)
+        write_file(path, text.encode())
     return 0

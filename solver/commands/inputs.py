@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class Request:
     """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
 
-    ``options`` are the names of the inputs that options give, not a variable sheet.
+    ``options`` are the names of the inputs that options give, not a variable sheet; ``files`` are all that
+    was read.
     """
 
     model: Model
@@ -27,12 +28,20 @@ class Request:
     guesses: Mapping[str, float]
     want: tuple[str, ...] | None
     options: frozenset[str] = frozenset()
+    files: tuple[str, ...] = ()
 
     def swept(self, names: Iterable[str]) -> None:
         """Raise RuleSheetError (E421) if ``--over`` sweeps what ``--set`` gives; it overrides all else."""
         twice = [name for name in names if name in self.options]
         if twice:
             raise RuleSheetError(*(Option("over", name).repeated(name) for name in twice))
+
+    def expect_output(self, path: str | None) -> None:
+        """Raise RuleSheetError (E418) if a file to write is one that was read."""
+        if path is not None:
+            from solver.files.replacing import expect_no_input
+
+            expect_no_input(path, self.files)
 
 
 def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
@@ -58,10 +67,13 @@ def read_request(arguments: Namespace) -> Request:
     inputs: dict[str, Value | None] = {}
     guesses: dict[str, float] = {}
     tolerances: dict[str, Tolerance] = {}
+    files = model.files
     if arguments.variables:
         from rulesheets.variables import read_variable_sheet
 
-        written = read_variable_sheet(find_variable_sheet(arguments.variables, arguments.sheet), model)
+        filled_in = find_variable_sheet(arguments.variables, arguments.sheet)
+        files = (*files, filled_in)
+        written = read_variable_sheet(filled_in, model)
         inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
     reading = _Reading(model)
     options = reading.inputs(arguments.set, arguments.clear)
@@ -76,7 +88,7 @@ def read_request(arguments: Namespace) -> Request:
     if reading.complaints:
         raise RuleSheetError(*reading.complaints)
     given = frozenset(name for name, value in options.items() if value is not None)
-    return Request(model, inputs, guesses, want or None, given)
+    return Request(model, inputs, guesses, want or None, given, files)
 
 
 class _Reading:

@@ -34,20 +34,17 @@ def run(arguments: Namespace) -> int:
     from solver.solving import solve
 
     request = read_request(arguments)
+    request.expect_output(arguments.output)
     result = solve(
         request.model, request.inputs, want=request.want, guesses=request.guesses, prove=arguments.prove
     )
     if arguments.output:
-        _write(result, arguments.output)
+        from solver.files.replacing import write_file
+        from solver.report.csv import result_csv
+
+        write_file(arguments.output, result_csv(result).encode())
     _print(result, arguments)
     return result.status.exit_code
-
-
-def _write(result: Result, path: str) -> None:
-    from rulesheets.variables import write_variable_sheet
-    from solver.report.csv import csv_rows
-
-    write_variable_sheet(path, csv_rows(result))
 
 
 def _print(result: Result, arguments: Namespace) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+from rulesheets.record import replace
 from solver.commands.inputs import Request, add_input_options, read_request
 
 TYPE_CHECKING = False
@@ -60,6 +61,10 @@ def run(arguments: Namespace) -> int:
 
         return follow(arguments)
     request = read_request(arguments)
+    if arguments.rows:
+        request = replace(request, files=(*request.files, arguments.rows))
+    request.expect_output(arguments.output)
+    request.expect_output(arguments.plot)
     swept = read_swept(arguments, request.model)
     work = _work(arguments, request, swept)
     sinks = _sinks(arguments, work, swept)

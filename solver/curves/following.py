@@ -141,7 +141,7 @@ class _Following:
             _branch(number, first, run)
             for number, (first, run) in enumerate(zip(firsts, runs, strict=False), 1)
         )
-        return CurveTable(columns, status, self.name, branches, labels)
+        return CurveTable(columns, status, self.name, branches, labels, self.model.files)
 
 
 @dataclass(frozen=True)

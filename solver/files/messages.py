@@ -47,3 +47,12 @@ def unknown_form(path: str, forms: str) -> Diagnosis:
         f"{path} has an ending that no table is written under",
         notes=(f"choose a name that ends in {forms}",),
     )
+
+
+def output_is_input(path: str, read: str) -> Diagnosis:
+    what = "it is read" if path == read else f"it is {read}, which is read"
+    return error(
+        "E418",
+        f"{path} is an input of this command, and would be overwritten: {what}",
+        notes=("write to another file",),
+    )

@@ -8,9 +8,9 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
-from solver.files.behind import WriteBehind
 from solver.files.columns import Array, Columns, free_name, joined, stacked
 from solver.files.messages import missing_extra, unreadable_rows
+from solver.files.replacing import Replacement
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
@@ -30,7 +30,7 @@ class ParquetTable:
     (E441) and where the file cannot be written (E416).
     """
 
-    def __init__(self, file: WriteBehind, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
+    def __init__(self, file: Replacement, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._arrow, self._parquet = _pyarrow("Parquet files need")
         self._file, self._path = file, path
         self._symbols = frozenset(symbols)
@@ -138,7 +138,7 @@ class _Sink:
 
     closed = False
 
-    def __init__(self, file: WriteBehind) -> None:
+    def __init__(self, file: Replacement) -> None:
         self._file = file
         self._position = 0
 

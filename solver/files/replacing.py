@@ -1,36 +1,69 @@
-"""A file that grows beside its place and is moved there when it is whole, however long that takes."""
+"""The one place where output files are written, each as a whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from types import TracebackType
 from typing import BinaryIO, Self
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
-from rulesheets.writing import open_beside
-from solver.files.growing import GrowingFile
+from solver.files.messages import output_is_input
+
+with suppress(ImportError):  # a system without refuses to remove open files by itself
+    import fcntl
+
+UNFINISHED = ".backsolve-unfinished"
+"""Ending of a file under construction."""
+
+_LONGEST = 200
+"""Bytes of its name that such a file keeps of the final one: most systems allow 255."""
+
+
+def write_file(path: str, data: bytes) -> None:
+    """Write a whole file. Raises RuleSheetError (E416)."""
+    with Replacement(path) as file:
+        file.write(data)
+
+
+def expect_no_input(path: str, inputs: Iterable[str]) -> None:
+    """Raise RuleSheetError (E418) if an output is one of the inputs, by whatever name or link."""
+    for read in inputs:
+        if _same_file(path, read):
+            raise RuleSheetError(output_is_input(path, read))
+
+
+def _same_file(one: str, other: str) -> bool:
+    """Whether two paths lead to one regular file. Devices and pipes can be read and written."""
+    if os.path.realpath(one) == os.path.realpath(other):
+        return not os.path.exists(one) or os.path.isfile(one)
+    try:
+        there, here = os.stat(one), os.stat(other)
+    except (OSError, ValueError):
+        return False
+    return stat.S_ISREG(there.st_mode) and os.path.samestat(there, here)
 
 
 class Replacement:
     """A file under construction beside its place: readers see the old one or the new one, never half of it.
 
-    ``keep`` moves it into place, ``discard`` leaves no trace; as a context it is kept unless an
-    exception leaves the block. A link is followed and the mode of an existing file kept. What is
-    no regular file (a pipe, a terminal, ``/dev/null``) is written directly. Every failure of the
-    system raises RuleSheetError (E416).
+    ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
+    kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
+    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
+    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
     def __init__(self, path: str) -> None:
         self._path = path
         self._target = os.path.realpath(path)
-        self._beside: str | None = None
+        self._unfinished: str | None = None
         try:
             self._file = self._opened()
         except OSError as failure:
-            self._forget()
+            self._remove()
             raise RuleSheetError(unwritable(path, failure)) from None
 
     def write(self, data: bytes) -> None:
@@ -42,10 +75,14 @@ class Replacement:
     def keep(self) -> None:
         """Put the file in its place."""
         try:
+            self._file.flush()
+            if self._unfinished is not None:
+                os.fsync(self._file.fileno())
             self._file.close()
-            if self._beside is not None:
-                os.replace(self._beside, self._target)
-                self._beside = None
+            if self._unfinished is not None:
+                os.replace(self._unfinished, self._target)
+                self._unfinished = None
+                _sync_folder(os.path.dirname(self._target))
         except OSError as failure:
             self.discard()
             raise RuleSheetError(unwritable(self._path, failure)) from None
@@ -54,19 +91,19 @@ class Replacement:
             raise
 
     def discard(self) -> None:
-        """Forget the file; what stood in its place before stays."""
+        """Remove the file; what stood in its place before stays."""
         try:
             self._file.close()
         except OSError:
             pass  # bytes that a full disk refused are not wanted any more
         finally:
-            self._forget()
+            self._remove()
 
-    def _forget(self) -> None:
-        if self._beside is not None:
+    def _remove(self) -> None:
+        if self._unfinished is not None:
             with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
-                os.unlink(self._beside)
-            self._beside = None
+                os.unlink(self._unfinished)
+            self._unfinished = None
 
     def __enter__(self) -> Self:
         return self
@@ -79,19 +116,66 @@ class Replacement:
         else:
             self.discard()
 
-    def _opened(self) -> BinaryIO | GrowingFile:
-        try:
-            there: os.stat_result | None = os.stat(self._target)
-        except FileNotFoundError:
-            there = None
+    def _opened(self) -> BinaryIO:
+        there = os.stat(self._target) if os.path.exists(self._target) else None
         if there is not None and not stat.S_ISREG(there.st_mode):
             return open(self._target, "wb")
-        self._beside, handle = open_beside(self._target, 0o666)
-        file = GrowingFile(handle)
+        folder, name = os.path.split(self._target)
+        remove_unfinished(folder)
+        self._unfinished, handle = _unfinished_file(folder, name)
+        file = open(handle, "wb")  # noqa: SIM115 (closed by keep or discard)
         if there is not None:
             try:
-                os.chmod(self._beside, stat.S_IMODE(there.st_mode))
+                os.chmod(self._unfinished, stat.S_IMODE(there.st_mode))
             except OSError:
                 file.close()
                 raise
         return file
+
+
+def remove_unfinished(folder: str) -> None:
+    """Remove the unfinished files of processes that ended: those of living ones are locked."""
+    for path in _unfinished_in(folder):
+        with suppress(OSError):
+            handle = os.open(path, os.O_WRONLY)
+            try:
+                _lock(handle)
+                os.unlink(path)
+            finally:
+                os.close(handle)
+
+
+def _unfinished_in(folder: str) -> Iterator[str]:
+    with suppress(OSError), os.scandir(folder) as items:
+        for item in items:
+            if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
+                yield item.path
+
+
+def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
+    """A new file that no other writer has, locked while this process lives: its path, and a handle."""
+    short = os.fsdecode(os.fsencode(name)[:_LONGEST])
+    while True:
+        path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
+            _lock(handle)
+        if os.path.exists(path):
+            return path, handle
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    """Lock a file for as long as it is open. Raises OSError if another process has it."""
+    if "fcntl" in globals():
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _sync_folder(folder: str) -> None:
+    """Put the new name on the disk, too, where the system can."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

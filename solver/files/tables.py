@@ -6,7 +6,6 @@ import os
 from collections.abc import Collection, Sequence
 
 from rulesheets.diagnosis import RuleSheetError
-from solver.files.behind import WriteBehind
 from solver.files.columns import Columns
 from solver.files.csv_table import csv_head, csv_rows
 from solver.files.messages import unknown_form
@@ -41,9 +40,8 @@ class ParquetFile:
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._file = Replacement(path)
-        self._behind = WriteBehind(self._file)
         try:
-            self._table = ParquetTable(self._behind, path, names, symbols)
+            self._table = ParquetTable(self._file, path, names, symbols)
         except RuleSheetError:
             self._file.discard()
             raise
@@ -54,14 +52,12 @@ class ParquetFile:
     def close(self) -> None:
         try:
             self._table.close()
-            self._behind.finish()
         except BaseException:
             self.discard()
             raise
         self._file.keep()
 
     def discard(self) -> None:
-        self._behind.end()
         self._file.discard()
 
 

@@ -5,25 +5,17 @@ from __future__ import annotations
 import csv
 from io import StringIO
 
-from rulesheets.variables import Row
 from solver.report.numbers import exact, tolerated
 from solver.report.sheet import COLUMNS, SheetRow, output_heads, sheet_rows
 from solver.result import Result
 
 
-def csv_rows(result: Result) -> tuple[Row, ...]:
-    """The variable sheet with the primary answer; numbers read back as the same floats.
-
-    Read as a variable sheet it gives the same inputs and guesses again: outputs are not inputs.
-    """
-    return tuple(
-        Row(row.status, _given(row), row.name, exact(row.outputs[0]), row.unit, row.comment)
-        for row in sheet_rows(result)
-    )
-
-
 def result_csv(result: Result, *, every: bool = False) -> str:
-    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output 2``, …"""
+    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output 2``, …
+
+    Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer gives the
+    same inputs and guesses again: outputs are not inputs.
+    """
     rows = sheet_rows(result, every=every)
     status, given, name, _, unit, comment = COLUMNS
     heads = output_heads(len(rows[0].outputs) if rows else 1)

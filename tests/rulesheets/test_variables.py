@@ -1,7 +1,6 @@
 """Variable sheets as CSV, values as text, and the overriding of inputs."""
 
 import math
-import stat
 
 import pytest
 from hypothesis import given
@@ -9,12 +8,10 @@ from hypothesis import strategies as st
 
 from rulesheets import RuleSheetError, loads
 from rulesheets.variables import (
-    Row,
     VariableSheet,
     override,
     parse_value,
     read_variable_sheet,
-    write_variable_sheet,
 )
 
 MODEL = loads(
@@ -92,33 +89,6 @@ def test_all_wrong_rows_are_told_at_once(tmp_path):
     with pytest.raises(RuleSheetError) as caught:
         read(tmp_path, "Name,Input\nA0,3\nAO,1/0\n")
     assert codes(caught) == ["E407", "E402"]
-
-
-cells = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), max_size=12).map(str.strip)
-
-
-@given(comment=cells, number=st.floats(allow_nan=False, allow_infinity=False))
-def test_what_is_written_is_read_again(tmp_path_factory, comment, number):
-    path = tmp_path_factory.mktemp("sheets") / "sheet.csv"
-    rows = [Row(input=repr(number), name="AO", unit="m", comment=comment), Row(name="xA", output="2.5")]
-    write_variable_sheet(path, rows)
-    sheet = read_variable_sheet(path, MODEL)
-    assert sheet.inputs == {"AO": number, "xA": None}
-
-
-def test_writing_replaces_the_file_and_leaves_nothing_else(tmp_path):
-    path = tmp_path / "sheet.csv"
-    path.write_text("old")
-    write_variable_sheet(path, [Row(name="AO", input="3")])
-    assert path.read_text() == "St,Input,Name,Output,Unit,Comment\n,3,AO,,,\n"
-    assert [item.name for item in tmp_path.iterdir()] == ["sheet.csv"]
-    assert stat.S_IMODE(path.stat().st_mode) & 0o444 == 0o444
-
-
-def test_a_place_that_cannot_be_written_is_told(tmp_path):
-    with pytest.raises(RuleSheetError) as caught:
-        write_variable_sheet(tmp_path / "nowhere" / "sheet.csv", [])
-    assert codes(caught) == ["E416"]
 
 
 @pytest.mark.parametrize(

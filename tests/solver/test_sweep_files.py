@@ -220,7 +220,9 @@ def test_an_interrupt_leaves_what_is_done(
     process = subprocess.Popen(
         [sys.executable, "-m", "solver", *map(str, words)], cwd=ROOT, stderr=subprocess.PIPE, text=True
     )
-    while process.poll() is None and not any(f.stat().st_size > 20_000 for f in tmp_path.glob(".*.new")):
+    while process.poll() is None and not any(
+        f.stat().st_size > 20_000 for f in tmp_path.glob("*.backsolve-unfinished")
+    ):
         time.sleep(0.05)
     process.send_signal(sent)
     err = process.communicate(timeout=30)[1]

@@ -6,8 +6,8 @@ import os
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.model import Model
-from rulesheets.writing import replace_bytes
 from solver.files.columns import Columns, joined
+from solver.files.replacing import write_file
 from solver.path.planner import planner
 from solver.report.drawing.picture import require_matplotlib
 from solver.report.plot.curves import Lattice, arranged
@@ -61,7 +61,7 @@ class PlotSink:
         shown = arranged(table, lattice)
         turn = planner(self._model).graph.turn
         picture = plotted(shown, self._model, {name: turn(name) for name in table.values}, self._form[1:])
-        replace_bytes(self._path, picture)
+        write_file(self._path, picture)
 
     def discard(self) -> None:
         self._pieces = []
