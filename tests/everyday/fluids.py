@@ -1,0 +1,258 @@
+"""Fluid mechanics."""
+
+from __future__ import annotations
+
+from math import atan, cos, degrees, log10, pi, radians, sin, sqrt, tan
+
+from scipy.optimize import brentq
+
+from .corpus import OWN, sheet
+
+
+def root(function, low, high):
+    return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))
+
+
+def colebrook(Re, relative):
+    return root(lambda f: 1 / sqrt(f) + 2 * log10(relative / 3.7 + 2.51 / (Re * sqrt(f))), 1e-3, 1)
+
+
+@sheet(
+    "Çengel and Cimbala, Fluid Mechanics, Examples 8-4 and 8-5",
+    "D > V, D > hL, Re > nu",
+    D=0.267,
+    f=0.0180,
+    vel=6.24,
+    Re=100800,
+)
+def air_duct(V, L, hL, nu, g):
+    def parts(D):
+        vel = V / (pi * D**2 / 4)
+        return vel, vel * D / nu, colebrook(vel * D / nu, 0)
+
+    def excess(D):
+        vel, _, f = parts(D)
+        return f * L / D * vel**2 / (2 * g) - hL
+
+    D = root(excess, 0.1, 1)
+    return {"D": D} | dict(zip(("vel", "Re", "f"), parts(D), strict=True))
+
+
+@sheet(OWN, "dp > Q, dp > D, P > eps, P > Q")
+def pipe_colebrook(D, L, eps, Q, rho, mu):
+    A = pi * D**2 / 4
+    v = Q / A
+    Re = rho * v * D / mu
+    f = colebrook(Re, eps / D)
+    dp = f * L / D * rho * v**2 / 2
+    return {"A": A, "v": v, "Re": Re, "f": f, "dp": dp, "P": dp * Q}
+
+
+@sheet(OWN, "hf > D, hf > Q, f > eps")
+def pipe_haaland(D, L, eps, Q, nu, g):
+    v = 4 * Q / (pi * D**2)
+    f = (-1.8 * log10(6.9 * nu / (v * D) + (eps / D / 3.7) ** 1.11)) ** -2
+    return {"v": v, "Re": v * D / nu, "f": f, "hf": f * L / D * v**2 / (2 * g)}
+
+
+@sheet(OWN, "dp > D, tau > Q, Re > mu")
+def laminar_pipe(D, L, Q, mu, rho):
+    v = Q / (pi * D**2 / 4)
+    dp = 128 * mu * L * Q / (pi * D**4)
+    return {"v": v, "Re": rho * v * D / mu, "f": 64 * mu / (rho * v * D), "dp": dp, "tau": dp * D / (4 * L)}
+
+
+@sheet("FHWA HDS-4, normal depth", "v > Q, R > b, v > n", y=(1.61908, 1e-5))
+def manning_rectangular(b, n, S, Q):
+    y = root(lambda y: b * y * (b * y / (b + 2 * y)) ** (2 / 3) * sqrt(S) / n - Q, 1e-3, 50)
+    return {"y": y, "A": b * y, "P": b + 2 * y, "R": b * y / (b + 2 * y), "v": Q / (b * y)}
+
+
+@sheet(OWN, "Q > y, Q > b, Fr > S, Q T > y b")
+def manning_trapezoid(b, z, y, n, S):
+    A, P, T = (b + z * y) * y, b + 2 * y * sqrt(1 + z**2), b + 2 * z * y
+    v = (A / P) ** (2 / 3) * sqrt(S) / n
+    return {"A": A, "P": P, "R": A / P, "T": T, "v": v, "Q": v * A, "Fr": v / sqrt(9.81 * A / T)}
+
+
+@sheet("FHWA HEC-14, chapter 6", "y2 > Fr1, dE > y1, dE > Fr1, v2 y2 > y1 Fr1", ratio=(3.7720, 1e-4))
+def hydraulic_jump(y1, Fr1, g):
+    r, v1 = (sqrt(1 + 8 * Fr1**2) - 1) / 2, Fr1 * sqrt(g * y1)
+    return {"v1": v1, "ratio": r, "y2": r * y1, "v2": v1 / r, "dE": (r * y1 - y1) ** 3 / (4 * y1 * r * y1)}
+
+
+ALTERNATE = root(lambda y: y + 2.5**2 / (19.62 * y * y) - 1.8 - 2.5**2 / (19.62 * 1.8**2), 0.1, 0.86)
+
+
+@sheet(OWN, "E > y, E > q, yc > q", {"E > y": ({"y": ALTERNATE},)})
+def alternate_depths(q, g, y):
+    yc = (q**2 / g) ** (1 / 3)
+    return {"v": q / y, "E": y + (q / y) ** 2 / (2 * g), "yc": yc, "Ec": 1.5 * yc}
+
+
+@sheet(OWN, "Q > h, Q > D2, v1 > D1, Q > rhom")
+def venturi(D1, D2, Cd, rho, rhom, h, g):
+    dp, beta = (rhom - rho) * g * h, D2 / D1
+    v2 = Cd * sqrt(2 * dp / (rho * (1 - beta**4)))
+    return {"dp": dp, "beta": beta, "v2": v2, "Q": v2 * pi * D2**2 / 4, "v1": v2 * beta**2}
+
+
+@sheet(OWN, "Q > K, H > a, P Q > eta Hs, Q > H0")
+def pump_point(H0, a, Hs, K, eta):
+    Q = sqrt((H0 - Hs) / (a + K))
+    return {"Q": Q, "H": Hs + K * Q**2, "P": 9.81 * Q * (Hs + K * Q**2) / eta}
+
+
+@sheet(OWN, "Q > D, ps > zs, Q > dz, ps > f")
+def siphon(D, L, f, K, dz, zs, Ls, g):
+    head = dz / (1 + K + f * L / D)
+    v = sqrt(2 * g * head)
+    return {"v": v, "Q": v * pi * D**2 / 4, "ps": -zs - (1 + f * Ls / D) * head}
+
+
+@sheet(OWN, "h > Q, Q1 > D2, v2 > L1")
+def parallel_pipes(Q, L1, D1, f1, L2, D2, f2, g: float):
+    A1, A2 = pi * D1**2 / 4, pi * D2**2 / 4
+    ratio = sqrt(f2 * L2 / D2 / (f1 * L1 / D1))
+    v2 = Q / (A1 * ratio + A2)
+    v1 = ratio * v2
+    return {"v1": v1, "v2": v2, "Q1": v1 * A1, "Q2": v2 * A2, "h": f1 * L1 / D1 * v1**2 / (2 * g)}
+
+
+@sheet(OWN, "Q1 > z1, H > K3, Q3 > z2, Q1 Q2 > K1 z3")
+def three_reservoirs(z1, z2, z3, K1, K2, K3):
+    def flow(z, K, H):
+        return (1 if z > H else -1) * sqrt(abs(z - H) / K)
+
+    H = root(lambda H: flow(z1, K1, H) + flow(z2, K2, H) + flow(z3, K3, H), z3, z1)
+    return {"H": H, "Q1": flow(z1, K1, H), "Q2": flow(z2, K2, H), "Q3": flow(z3, K3, H)}
+
+
+@sheet(OWN, "hab > QA, qbc > Rab, qab qac > QA QB")
+def pipe_loop(QA, QB, Rab, Rac, Rbc):
+    def excess(q):
+        return Rac * (QA - q) * abs(QA - q) - Rab * q * abs(q) - Rbc * (q - QB) * abs(q - QB)
+
+    q = root(excess, 0, QA)
+    return {
+        "QC": QA - QB,
+        "qab": q,
+        "qac": QA - q,
+        "qbc": q - QB,
+        "hab": Rab * q * q,
+        "hac": Rac * (QA - q) ** 2,
+    }
+
+
+@sheet("drag law of Schiller and Naumann 1935", "v > d, Re > rhop, v > mu")
+def settling(d, rhop, rho, mu, g):
+    def drag(v):
+        Re = rho * v * d / mu
+        return Re, 24 / Re * (1 + 0.15 * Re**0.687)
+
+    v = root(lambda v: 0.75 * drag(v)[1] * rho * v**2 - (rhop - rho) * g * d, 1e-6, 1)
+    return {"v": v, "Re": drag(v)[0], "Cd": drag(v)[1]}
+
+
+def _other_mach(k, ratio):
+    def area(M):
+        return 1 / M * (2 / (k + 1) * (1 + (k - 1) / 2 * M**2)) ** ((k + 1) / (2 * (k - 1)))
+
+    return root(lambda M: area(M) - ratio, 0.01, 1)
+
+
+@sheet(
+    "NACA 1135, Table I",
+    "pr > M, Ar > M, p > M, v > T0",
+    {"Ar > M": ({"M": _other_mach(1.4, 1.6875)},)},
+    pr=(0.1278, 5e-4),
+    Tr=(0.5556, 1e-4),
+    Ar=(1.6875, 1e-4),
+)
+def isentropic_flow(M, k, p0, T0, R):
+    t = 1 + (k - 1) / 2 * M**2
+    pr = t ** (-k / (k - 1))
+    Ar = 1 / M * (2 / (k + 1) * t) ** ((k + 1) / (2 * (k - 1)))
+    return {"Tr": 1 / t, "pr": pr, "Ar": Ar, "T": T0 / t, "p": pr * p0, "v": M * sqrt(k * R * T0 / t)}
+
+
+@sheet("NACA 1135, Table II", "M2 > M1, p2 > M1, T2 > M1", pr=(4.5, 1e-4), M2=(0.5774, 1e-4))
+def normal_shock(M1, k, p1, T1):
+    pr = 1 + 2 * k / (k + 1) * (M1**2 - 1)
+    density = (k + 1) * M1**2 / ((k - 1) * M1**2 + 2)
+    M2 = sqrt((1 + (k - 1) / 2 * M1**2) / (k * M1**2 - (k - 1) / 2))
+    return {"pr": pr, "M2": M2, "p2": p1 * pr, "T2": T1 * pr / density}
+
+
+def _deflection(beta, M, k):
+    b = radians(beta)
+    return degrees(atan(2 / tan(b) * (M**2 * sin(b) ** 2 - 1) / (M**2 * (k + cos(2 * b)) + 2)))
+
+
+STRONG = root(lambda b: _deflection(b, 2, 1.4) - _deflection(39.3139, 2, 1.4), 70, 89)
+
+
+@sheet(
+    "NACA 1135, chart 2 (10 degrees)",
+    "theta > beta, pr > beta, theta > M1",
+    {"theta > beta": ({"beta": STRONG},)},
+    theta=(10, 1e-5),
+)
+def oblique_shock(M1, k, beta):
+    Mn1 = M1 * sin(radians(beta))
+    return {"Mn1": Mn1, "pr": 1 + 2 * k / (k + 1) * (Mn1**2 - 1), "theta": _deflection(beta, M1, k)}
+
+
+@sheet(OWN, "t > d, t > h2, t > h1")
+def tank_draining(D, d, Cd, h1, h2, g):
+    At, Ao = pi * D**2 / 4, pi * d**2 / 4
+    return {"At": At, "Ao": Ao, "t": 2 * (D / d) ** 2 * (sqrt(h1) - sqrt(h2)) / (Cd * sqrt(2 * g))}
+
+
+@sheet(OWN, "F > h, F > H, ycp > h, F ycp > H w", {
+    "F > H": ({"H": 4.0},),
+    "ycp > h": ({"h": 1 + 1 / 6},),
+    "F ycp > H w": ({"H": 3.75},),
+})  # fmt: skip
+def sluice_gate(h, H, w, rho, g):
+    hc = h - H / 2
+    return {"hc": hc, "F": rho * g * hc * H * w, "ycp": hc + H**2 / (12 * hc)}
+
+
+@sheet(OWN, "Q > H, va > H, Q > L")
+def weir(L, H, P, C):
+    def flow(ha):
+        return C * L * ((H + ha) ** 1.5 - ha**1.5)
+
+    ha = root(lambda ha: (flow(ha) / (L * (H + P))) ** 2 / 19.62 - ha, 1e-6, 0.1)
+    return {"Q": flow(ha), "ha": ha, "va": flow(ha) / (L * (H + P))}
+
+
+@sheet(OWN, "h > D, h > Q, v h > D Q")
+def hazen_williams(L, D, C, Q):
+    return {"h": 10.67 * L * Q**1.852 / (C**1.852 * D**4.87), "v": 4 * Q / (pi * D**2)}
+
+
+SLOW = root(lambda v: 0.028 * 9.8 * (v**3 - 55**3) + 0.052 * 12000**2 / 9.8 * (1 / v - 1 / 55), 5, 35)
+"""The slow speed of the same power."""
+
+
+@sheet(OWN, "P > V, CL > V, D > V, P > CD0", {
+    "P > V": ({"V": SLOW},),
+    "D > V": ({"V": sqrt(0.052 * 12000**2 / (0.028 * 9.8**2)) / 55},),
+})  # fmt: skip
+def level_flight(W, S, CD0, K, rho, V):
+    q = rho * V**2 * S / 2
+    CL = W / q
+    D = (CD0 + K * CL**2) * q
+    return {"CL": CL, "CD": CD0 + K * CL**2, "D": D, "P": D * V / 1000}
+
+
+@sheet(OWN, "P > u, F > v, eta > u, F > th", {
+    "P > u": ({"u": root(lambda u: u * (25 - u) ** 2 - 2250, 0.1, 8.3)},),
+    "eta > u": ({"u": root(lambda u: u * (25 - u) ** 2 - 2250, 0.1, 8.3)},),
+})  # fmt: skip
+def jet_on_vane(v, u, d, th, rho):
+    A = pi * d**2 / 4
+    F = rho * A * (v - u) ** 2 * (1 - cos(radians(th)))
+    return {"m": rho * A * (v - u), "F": F, "P": F * u, "eta": F * u / (rho * A * v**3 / 2)}

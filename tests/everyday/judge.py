@@ -1,0 +1,116 @@
+"""Judges an answer from the text of a sheet, in fifty digits and apart from the product.
+
+A rule holds at given numbers if its backward error |F| / Σ|∂F/∂v·v| is within the contract's bound: numbers
+within a few units of the last place of those reported satisfy it exactly.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from types import CodeType
+from typing import Any
+
+import mpmath
+
+DIGITS = 50
+BOUND = 80 * 2.0**-52
+STEP = mpmath.mpf(10) ** -18
+
+Values = Mapping[str, float | str]
+
+
+def _degrees(function: Any) -> Any:
+    return lambda angle: function(angle * mpmath.pi / 180)
+
+
+def _in_degrees(function: Any) -> Any:
+    return lambda *sides: function(*sides) * 180 / mpmath.pi
+
+
+FUNCTIONS: dict[str, Any] = {
+    **{name: getattr(mpmath, name) for name in ("sqrt", "exp", "ln", "sin", "cos", "tan", "asin", "acos")},
+    **{
+        name: getattr(mpmath, name)
+        for name in ("atan", "atan2", "sinh", "cosh", "tanh", "erf", "erfc", "gamma")
+    },
+    **{name + "d": _degrees(getattr(mpmath, name)) for name in ("sin", "cos", "tan")},
+    **{name + "d": _in_degrees(getattr(mpmath, name)) for name in ("asin", "acos", "atan", "atan2")},
+    "log": mpmath.log10,
+    "log10": mpmath.log10,
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "pi": mpmath.pi,
+}
+
+
+def rules(text: str) -> Iterator[str]:
+    """The rules of a sheet that has one of a line; lines before any head are rules."""
+    section = "rules"
+    for line in text.splitlines():
+        line = re.split(r'["]', line)[0].strip()
+        if line in ("rules", "variables"):
+            section = line
+        elif section == "rules" and line:
+            yield line
+
+
+@cache
+def _compiled(expression: str) -> CodeType:
+    """Code of an expression of the language, every number in it an mpf of its nearest float."""
+    text = re.sub(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", r"mpf(\g<0>)", expression.replace("^", "**"))
+    return compile(text, expression, "eval")
+
+
+def _names(rule: str) -> set[str]:
+    words = set(re.findall(r"(?<![\w.'])[^\W\d]\w*", rule))
+    return words - FUNCTIONS.keys() - {"if", "then", "else", "and", "or", "not"}
+
+
+def _value(expression: str, values: Mapping[str, Any]) -> Any:
+    return eval(_compiled(expression.strip()), {**FUNCTIONS, "mpf": mpmath.mpf}, dict(values))
+
+
+def _condition(condition: str, values: Values) -> bool:
+    text = re.sub(r"(?<![<>=])=(?!=)", "==", condition).replace("<>", "!=")
+    return bool(_value(re.sub(r"'(\w+)", r"'\1'", text), values))
+
+
+def _active(rule: str, values: Values) -> str | None:
+    """The equation or requirement that a rule comes to at these values."""
+    while match := re.fullmatch(r"if (.*?) then (.*?)(?: else (.*))?", rule):
+        condition, then, otherwise = match.groups()
+        rule = then if _condition(condition, values) else otherwise or ""
+    return rule or None
+
+
+def holds(rule: str, values: Values, bound: float = BOUND) -> bool:
+    """Whether a rule holds at an answer; one whose value is not real does not."""
+    active = _active(rule, values)
+    if active is None:
+        return True
+    if re.search(r"[<>]", active):
+        return _condition(active, values)
+    left, right = active.split("=")
+    with mpmath.workdps(DIGITS):
+        at = {name: mpmath.mpf(v) for name, v in values.items() if not isinstance(v, str)}
+
+        def miss(point: Mapping[str, Any]) -> Any:
+            return _value(left, point) - _value(right, point)
+
+        try:
+            size = mpmath.mpf(0)
+            for name in _names(active):
+                step = abs(at[name]) * STEP
+                above, below = miss({**at, name: at[name] + step}), miss({**at, name: at[name] - step})
+                size += abs(above - below) / (2 * STEP)
+            return bool(abs(miss(at)) <= bound * size)
+        except (ZeroDivisionError, ValueError, TypeError):
+            return False
+
+
+def broken(text: str, values: Values) -> list[str]:
+    """Rules of a sheet that an answer breaks; one with a name that has no value is not judged."""
+    return [rule for rule in rules(text) if _names(rule) <= values.keys() and not holds(rule, values)]

@@ -1,0 +1,205 @@
+"""Heat and thermodynamics. Incropera: Fundamentals of Heat and Mass Transfer, 6th ed.; Çengel: Heat and Mass
+Transfer, and Thermodynamics."""
+
+from __future__ import annotations
+
+from math import cosh, exp, log, log10, pi, sqrt, tanh
+
+from scipy.optimize import brentq
+
+from .corpus import OWN, sheet
+
+SIGMA = 5.67e-8
+
+
+@sheet("Incropera, Example 1.1", "q > T1, flux > L", flux=2833, q=1700)
+def plane_wall(L, k, T1, T2, W, H):
+    flux = k * (T1 - T2) / L
+    return {"A": W * H, "flux": flux, "q": flux * W * H}
+
+
+@sheet("Incropera, Example 1.2", "q > Ts, qrad > Tsur, q > D", E=2270, q=998)
+def steam_pipe(D, Ts, Tair, Tsur, h, eps):
+    qconv = h * pi * D * (Ts - Tair)
+    qrad = eps * pi * D * SIGMA * (Ts**4 - Tsur**4)
+    return {"E": eps * SIGMA * Ts**4, "qconv": qconv, "qrad": qrad, "q": qconv + qrad}
+
+
+@sheet("Çengel, Heat and Mass Transfer, Example 3-3", "Q > La, T1 > To, Q > W", Q=69.2, T1=14.2)
+def double_glazing(W, H, Lg, kg, La, ka, hi, ho, Ti, To):
+    A = W * H
+    Rtot = (1 / hi + 2 * Lg / kg + La / ka + 1 / ho) / A
+    Q = (Ti - To) / Rtot
+    return {"A": A, "Rtot": Rtot, "Q": Q, "T1": Ti - Q / (hi * A)}
+
+
+@sheet("Incropera, Example 11.1", "L > Tho, L > mc, Tco L > mc hi", q=8524, Tco=40.2, LMTD=43.2, L=65.9)
+def oil_cooler(mh, cph, Thi, Tho, mc, cpc, Tci, D, hi, ho):
+    q = mh * cph * (Thi - Tho)
+    Tco = Tci + q / (mc * cpc)
+    U = hi * ho / (hi + ho)
+    dT1, dT2 = Thi - Tco, Tho - Tci
+    LMTD = (dT1 - dT2) / log(dT1 / dT2)
+    return {"q": q, "Tco": Tco, "U": U, "dT1": dT1, "dT2": dT2, "LMTD": LMTD, "L": q / (U * pi * D * LMTD)}
+
+
+@sheet("Incropera, Example 3.9", "q > D, m > h", q=8.3)
+def long_fin(D, k, h, Tb, Ta):
+    P, Ac = pi * D, pi * D**2 / 4
+    return {"P": P, "Ac": Ac, "m": sqrt(h * P / (k * Ac)), "q": sqrt(h * P * k * Ac) * (Tb - Ta)}
+
+
+@sheet(OWN, "eta > t, Ttip > L, q > L")
+def straight_fin(L, t, w, k, h, Tb, Ta):
+    m = sqrt(2 * h / (k * t))
+    eta = tanh(m * L) / (m * L)
+    return {
+        "m": m,
+        "eta": eta,
+        "Af": 2 * w * L,
+        "q": eta * h * 2 * w * L * (Tb - Ta),
+        "Ttip": Ta + (Tb - Ta) / cosh(m * L),
+    }
+
+
+@sheet("Incropera, Example 5.1", "D > tau, t > T", D=7.06e-4, t=5.2)
+def thermocouple(rho, cp, k, h, tau, Ti, Tg, T):
+    D = 6 * h * tau / (rho * cp)
+    return {"D": D, "Bi": h * D / 6 / k, "t": tau * log((Ti - Tg) / (T - Tg))}
+
+
+@sheet("Çengel, Thermodynamics, Example 6-5", "eta > tH, QL > tL", eta=(0.672, 0.002), QL=(164, 0.003))
+def carnot(tH, tL, QH):
+    TH, TL = tH + 273, tL + 273
+    return {"TH": TH, "TL": TL, "eta": 1 - TL / TH, "QL": QH * TL / TH, "Wnet": QH * (1 - TL / TH)}
+
+
+@sheet(OWN, "eta > r, MEP > qin, T3 > r")
+def otto_cycle(r, k, cv, R, P1, T1, qin):
+    v1 = R * T1 / P1
+    v2 = v1 / r
+    T2 = T1 * r ** (k - 1)
+    T3 = T2 + qin / cv
+    P2 = P1 * r**k
+    T4 = T3 * r ** (1 - k)
+    qout = cv * (T4 - T1)
+    wnet = qin - qout
+    return {"v1": v1, "v2": v2, "T2": T2, "P2": P2, "T3": T3, "P3": P2 * T3 / T2, "T4": T4, "qout": qout,
+            "wnet": wnet, "eta": wnet / qin, "MEP": wnet / (v1 - v2)}  # fmt: skip
+
+
+@sheet("Çengel, Thermodynamics, Example 9-3", "eta > rc, T3 > r", eta=0.632)
+def diesel_cycle(r, rc, k, T1):
+    T2 = T1 * r ** (k - 1)
+    return {"T2": T2, "T3": rc * T2, "T4": T1 * rc**k, "eta": 1 - (rc**k - 1) / (k * (rc - 1) * r ** (k - 1))}
+
+
+@sheet(OWN, "wnet > T3, eta > etaT, T2 T4 > etaC etaT")
+def brayton(rp, k, cp, T1, T3, etaC, etaT):
+    x = rp ** ((k - 1) / k)
+    T2s, T4s = T1 * x, T3 / x
+    T2, T4 = T1 + (T2s - T1) / etaC, T3 - etaT * (T3 - T4s)
+    wC, wT, qin = cp * (T2 - T1), cp * (T3 - T4), cp * (T3 - T2)
+    return {"T2s": T2s, "T2": T2, "T4s": T4s, "T4": T4, "wC": wC, "wT": wT, "wnet": wT - wC, "qin": qin,
+            "eta": (wT - wC) / qin, "bwr": wC / wT}  # fmt: skip
+
+
+@sheet(OWN, "Tp > Tf, Tp > h, qin > Tr")
+def furnace_radiation(Tf, Tr, h, eps):
+    def out(T):
+        return h * (T - Tr) + eps * SIGMA * (T**4 - Tr**4)
+
+    Tp = brentq(lambda T: eps * SIGMA * (Tf**4 - T**4) - out(T), Tr, Tf, xtol=1e-12, rtol=1e-15)
+    return {"Tp": Tp, "qin": out(Tp), "qout": out(Tp)}
+
+
+@sheet(OWN, "T > mh, m T > mh mc")
+def mixing_valve(mh, Th, mc, Tc, cp):
+    return {"m": mh + mc, "T": (mh * Th + mc * Tc) / (mh + mc), "Q": mh * cp * (Th - Tc)}
+
+
+@sheet(OWN, "Tho > UA, Tco > Thi, q > UA")
+def effectiveness_ntu(Ch, Cc, UA, Thi, Tci):
+    Cmin, Cmax = min(Ch, Cc), max(Ch, Cc)
+    Cr, NTU = Cmin / Cmax, UA / Cmin
+    x = exp(-NTU * (1 - Cr))
+    eff = (1 - x) / (1 - Cr * x)
+    q = eff * Cmin * (Thi - Tci)
+    return {
+        "Cmin": Cmin,
+        "Cmax": Cmax,
+        "Cr": Cr,
+        "NTU": NTU,
+        "eff": eff,
+        "q": q,
+        "Tho": Thi - q / Ch,
+        "Tco": Tci + q / Cc,
+    }
+
+
+@sheet(OWN, "q > Ts, h > L")
+def free_convection_plate(Ta, Ts, L, W, nu, a, k, g):
+    beta = 1 / ((Ts + Ta) / 2 + 273.15)
+    Ra = g * beta * (Ts - Ta) * L**3 / (nu * a)
+    h = 0.59 * Ra**0.25 * k / L
+    return {"beta": beta, "Ra": Ra, "Nu": 0.59 * Ra**0.25, "h": h, "q": h * W * L * (Ts - Ta)}
+
+
+def _thin_insulation(r1, r2, k, h):
+    """The other outer radius with the same resistance, inside the critical one."""
+
+    def resistance(r):
+        return log(r / r1) / k + 1 / (r * h)
+
+    return float(brentq(lambda r: resistance(r) - resistance(r2), r1 / 5, k / h, xtol=1e-15, rtol=1e-14))
+
+
+@sheet(OWN, "q > Tp, q > r2", {"q > r2": ({"r2": _thin_insulation(0.005, 0.02, 0.12, 8)},)})
+def insulated_pipe(r1, r2, k, h, Tp, Ta):
+    R = log(r2 / r1) / (2 * pi * k) + 1 / (2 * pi * r2 * h)
+    return {"rc": k / h, "R": R, "q": (Tp - Ta) / R}
+
+
+@sheet("after Çengel, Heat and Mass Transfer, the nitrogen tanks of chapter 3", "day > t, m > r1")
+def sphere_tank(r1, t, k, h, T1, Ta, hfg):
+    r2 = r1 + t
+    q = (Ta - T1) / ((1 / r1 - 1 / r2) / (4 * pi * k) + 1 / (h * 4 * pi * r2**2))
+    return {"r2": r2, "q": q, "m": q / hfg, "day": q / hfg * 86400}
+
+
+@sheet("Magnus coefficients of Alduchov and Eskridge 1996", "Tdp > phi, h > T, w > P", Psat=(3.169, 0.003))
+def moist_air(T, phi, P):
+    Psat = 0.61094 * exp(17.625 * T / (T + 243.04))
+    Pv = phi * Psat
+    w, g = 0.622 * Pv / (P - Pv), log(Pv / 0.61094)
+    return {
+        "Psat": Psat,
+        "Pv": Pv,
+        "w": w,
+        "Tdp": 243.04 * g / (17.625 - g),
+        "h": 1.006 * T + w * (2501 + 1.86 * T),
+    }
+
+
+@sheet(OWN, "P > Tout, P > Tin, COP > Tout")
+def heat_pump(UA, Tin, Tout, g):
+    Q, COP = UA * (Tin - Tout), g * (Tin + 273.15) / (Tin - Tout)
+    return {"Q": Q, "COP": COP, "P": Q / COP}
+
+
+@sheet(OWN, "T2 > n, w > P2, v2 > T1")
+def polytropic(P1, T1, P2, n, R):
+    v1 = R * T1 / P1
+    v2 = v1 * (P1 / P2) ** (1 / n)
+    return {"v1": v1, "v2": v2, "T2": P2 * v2 / R, "w": (P2 * v2 - P1 * v1) / (1 - n)}
+
+
+@sheet("Antoine constants of water in mmHg and degC (1 to 100 degC)", "T > P, T > B", T=(100, 0.001))
+def antoine_boiling(A, B, C, P):
+    return {"T": B / (A - log10(P)) - C}
+
+
+@sheet(OWN, "Tout > m, eta > Tin, Tout > Tin")
+def solar_collector(G, Ac, ta, UL, FR, Tin, Ta, m, cp):
+    Qu = Ac * FR * (G * ta - UL * (Tin - Ta))
+    return {"Qu": Qu, "eta": Qu / (Ac * G), "Tout": Tin + Qu / (m * cp)}
