@@ -9,7 +9,8 @@ from rulesheets.declarations import declared
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.expand import Expansion, expand
 from rulesheets.model import Model, Variable
-from rulesheets.program import Program
+from rulesheets.nodes import CallRule, Equality, Expression, Name, names
+from rulesheets.program import Program, bodies, components, operands, rules_of
 
 
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
@@ -35,10 +36,32 @@ def _variables(
     program: Program, rows: Mapping[str, Variable], expansion: Expansion
 ) -> Mapping[str, Variable]:
     """Rows of the sheet, then names of its rules, then locals of the calls."""
-    posted = program.sheet.variables is None
     variables = dict(rows)
+    passed = _passed(program)
     for local in (False, True):
         for name in expansion.names:
             if ("." in name) is local and name not in variables:
-                variables[name] = Variable(name, posted=posted and not local)
+                variables[name] = Variable(name, posted=not local, passed=name in passed)
     return variables
+
+
+def _passed(program: Program) -> set[str]:
+    """Names that the sheet's own rules only pass from the results of one call to the arguments of another."""
+    results: set[str] = set()
+    arguments: set[str] = set()
+    used: set[str] = set()
+    for rule in rules_of(program.sheet):
+        for body in bodies(rule.body):
+            parts = components(body, program.functions) if isinstance(body, Equality) else (body,)
+            for part in parts:
+                is_call = isinstance(part, CallRule) and part.function.lower() in program.functions
+                if isinstance(part, CallRule):
+                    results |= _plain(part.results)
+                    arguments |= _plain(part.arguments)
+                rest = (n for n in operands(part) if not (is_call and isinstance(n, Name)))
+                used.update(name for node in rest for name in names(node))
+    return (results & arguments) - used
+
+
+def _plain(actuals: tuple[Expression, ...]) -> set[str]:
+    return {actual.name for actual in actuals if isinstance(actual, Name)}

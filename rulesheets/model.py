@@ -34,8 +34,9 @@ class Variable:
     """A variable of a model, in calculation units.
 
     Locals of a call have dotted names (``position.yB``, second call ``position#2.yB``).
-    ``posted`` says that the variable stands in the variables section or, where a sheet has
-    none, in a rule of the sheet itself: the status of a solve is judged by these.
+    ``posted``: the variable has a row, because the variables section or a rule of the sheet itself
+    names it. The status of a solve is judged by these. ``passed``: only calls use it, one as its result and
+    another as its argument: where it becomes infinite (the slope of a vertical line), it stays blank.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Variable:
     high_open: bool = False
     comment: str = ""
     posted: bool = False
+    passed: bool = False
     span: Span | None = field(default=None, compare=False, repr=False)
     tolerance: Tolerance | None = None
 

@@ -247,7 +247,8 @@ def prepare(
     """Fix the pattern of a solve: ``inputs`` will be given by position, ``want`` is returned.
 
     The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
-    defaults to the variables of the sheet that are no inputs. Raises RuleSheetError for names that the
+    defaults to the variables of the sheet that are no inputs, without those that calls only pass on to one
+    another. Raises RuleSheetError for names that the
     model does not have, ValueError for an input that is named twice.
     """
     expect_model(model)
@@ -258,6 +259,6 @@ def prepare(
     fixed = {name: value for name, value in effective.values.items() if name not in names}
     wanted = variables_named(want, model) if want is not None else ()
     if want is None:
-        shown = [n for n, v in model.variables.items() if v.posted] or list(model.variables)
+        shown = [n for n, v in model.variables.items() if v.posted and not v.passed] or list(model.variables)
         wanted = tuple(n for n in shown if n not in fixed and n not in names)
     return Plan(model, names, wanted, fixed, effective.guesses)

@@ -11,7 +11,7 @@ from rulesheets.record import replace
 from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
-from solver.solution.leaves import Leaf, leaf_errors
+from solver.solution.leaves import Leaf, infinite, leaf_errors
 from solver.solution.refinement import explore_refined
 from solver.verdicts.verdict import Verdict, judge
 
@@ -118,6 +118,7 @@ def _result(
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
     solutions = tuple(_solution(by, leaf, inputs, prove) for leaf in verdict.leaves) if answered else ()
     primary = verdict.leaves[0] if verdict.leaves else None
+    beyond = _infinite(model, primary, judged)
     undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
     return Result(
         model=model,
@@ -126,8 +127,8 @@ def _result(
         complete=_known_to_be_all(verdict.status, complete),
         inputs=inputs,
         guesses=guesses,
-        wanted=judged,
-        undetermined=tuple(name for name in undetermined if name in judged),
+        wanted=tuple(name for name in judged if name not in beyond),
+        undetermined=tuple(name for name in undetermined if name in judged and name not in beyond),
         diagnoses=_explained(model, verdict, inputs, judged),
         path=_path(model, primary, inputs),
         partial=_determined(verdict, inputs),
@@ -135,6 +136,11 @@ def _result(
         attempts={} if primary is None else primary.branch.attempts,
         near=near,
     )
+
+
+def _infinite(model: Model, leaf: Leaf | None, judged: tuple[str, ...]) -> set[str]:
+    """The names that stay blank in a leaf without spoiling it."""
+    return set() if leaf is None else {name for name in judged if infinite(model, leaf.branch, name)}
 
 
 def _known_to_be_all(status: Status, complete: bool) -> bool:

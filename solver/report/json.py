@@ -12,6 +12,7 @@ from rulesheets.source import Span
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.report.path import told
 from solver.report.places import rule_text
+from solver.report.sheet import named
 from solver.result import Result, Solution
 
 TYPE_CHECKING = False
@@ -54,11 +55,11 @@ def _dump(document: Json) -> str:
 
 
 def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Json:
-    asked = {*result.inputs, *result.wanted}
+    rows = named(result)
     return {
         name: answer[name]
-        for name, variable in result.model.variables.items()
-        if name in answer and (explain or variable.posted or name in asked) and _finite(answer[name])
+        for name in result.model.variables
+        if name in answer and (explain or name in rows) and _finite(answer[name])
     }
 
 

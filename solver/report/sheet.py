@@ -44,17 +44,29 @@ def sheet_rows(result: Result, *, every: bool = False, digits: bool = False) -> 
     A variable that was not asked for and has no value is left out. ``digits`` adds the error bars.
     """
     shown = answers(result, every=every)
-    asked = {*result.inputs, *result.wanted}
+    rows = named(result)
     return tuple(
-        _row(result, variable, shown, digits)
-        for variable in result.model.variables.values()
-        if variable.name in asked or (variable.posted and any(variable.name in a for a in shown))
+        _row(result, result.model.variables[name], shown, digits)
+        for name in result.model.variables
+        if name in rows and (rows[name] or any(name in answer for answer in shown))
     )
+
+
+def named(result: Result) -> dict[str, bool]:
+    """The variables that have a row, each with whether it has one even where it has no value.
+
+    Of fewer than all that the sheet has, those that calls only pass on to one another have none.
+    """
+    asked, whole = {*result.inputs, *result.wanted}, not pruned(result)
+    variables = result.model.variables.values()
+    posted = {v.name: whole for v in variables if v.posted and (whole or not v.passed)}
+    return posted | dict.fromkeys(asked, True)
 
 
 def pruned(result: Result) -> bool:
     """Whether fewer variables were asked for than the sheet has."""
-    return any(v.posted and v.name not in result.wanted for v in result.model.variables.values())
+    posted = (v for v in result.model.variables.values() if v.posted and not v.passed)
+    return any(v.name not in result.wanted for v in posted)
 
 
 def local_rows(result: Result, *, every: bool = False, digits: bool = False) -> tuple[SheetRow, ...]:

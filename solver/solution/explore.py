@@ -17,7 +17,7 @@ from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework
 from solver.solution.findings import Findings
-from solver.solution.leaves import Branch, Exploration, Leaf, without_value
+from solver.solution.leaves import Branch, Exploration, Leaf, infinite, without_value
 from solver.solution.turns import settled
 
 TYPE_CHECKING = False
@@ -277,7 +277,8 @@ class Explorer:
         pair = self.casework.open_pair(branch, step.condition)
         if pair is None:
             return True
-        if any(name in branch.blank for name in self.judged):
+        blank = (name for name in self.judged if name in branch.blank)
+        if not all(infinite(self.model, branch, name) for name in blank):
             self._finish(branch)
             return False
         self.cases += 1

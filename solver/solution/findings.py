@@ -8,7 +8,7 @@ from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.path.activity import activity
-from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded
+from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded, infinite
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -93,7 +93,8 @@ class Findings:
             else:
                 self.delicate = self.delicate or testimony.delicate
                 conflicts.append(Conflict((equation.index,), testimony.miss, values))
-        missing = tuple(name for name in self.judged if name not in values)
+        lacking = (name for name in self.judged if name not in values)
+        missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
         leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)
         if conflicts:
             self.dead.append(leaf)

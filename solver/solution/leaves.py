@@ -111,6 +111,14 @@ def _rounding(value: Value, exact: Any) -> float:
     return math.nextafter(distance, math.inf) if distance else 0.0
 
 
+def infinite(model: Model, branch: Branch, name: str) -> bool:
+    """Whether a variable that calls only pass on to one another has no value because it is infinite there."""
+    blank = model.variables[name].passed and name not in branch.values
+    return blank and any(
+        isinstance(fact, NoValue) and fact.pole and fact.unknown == name for fact in branch.void.values()
+    )
+
+
 def blocked(leaf: Leaf) -> bool:
     """Whether something stands in the way of a leaf's missing values, other than freedom."""
     return any(
