@@ -73,6 +73,10 @@ def _value(expression: str, values: Mapping[str, Any]) -> Any:
     return eval(_compiled(expression.strip()), {**FUNCTIONS, "mpf": mpmath.mpf}, dict(values))
 
 
+def _exact(values: Values) -> dict[str, Any]:
+    return {name: mpmath.mpf(v) for name, v in values.items() if not isinstance(v, str)}
+
+
 def _condition(condition: str, values: Values) -> bool:
     text = re.sub(r"(?<![<>=])=(?!=)", "==", condition).replace("<>", "!=")
     return bool(_value(re.sub(r"'(\w+)", r"'\1'", text), values))
@@ -95,20 +99,22 @@ def holds(rule: str, values: Values, bound: float = BOUND) -> bool:
         return _condition(active, values)
     left, right = active.split("=")
     with mpmath.workdps(DIGITS):
-        at = {name: mpmath.mpf(v) for name, v in values.items() if not isinstance(v, str)}
-
-        def miss(point: Mapping[str, Any]) -> Any:
-            return _value(left, point) - _value(right, point)
-
         try:
-            size = mpmath.mpf(0)
-            for name in _names(active):
-                step = abs(at[name]) * STEP
-                above, below = miss({**at, name: at[name] + step}), miss({**at, name: at[name] - step})
-                size += abs(above - below) / (2 * STEP)
-            return bool(abs(miss(at)) <= bound * size)
+            miss = _value(left, _exact(values)) - _value(right, _exact(values))
+            return bool(abs(miss) <= bound * sum(abs(slope(active, values, name)) for name in _names(active)))
         except (ZeroDivisionError, ValueError, TypeError):
             return False
+
+
+def slope(rule: str, values: Values, name: str) -> Any:
+    """How far the sides of an equation part where a variable grows, by the share that it grows."""
+    at = _exact(values)
+    if name not in _names(rule):
+        return mpmath.mpf(0)
+    sides = rule.split("=")
+    step = abs(at[name]) * STEP
+    above, below = ([_value(side, {**at, name: at[name] + h}) for side in sides] for h in (step, -step))
+    return (above[0] - above[1] - below[0] + below[1]) / (2 * STEP)
 
 
 def broken(text: str, values: Values) -> list[str]:
