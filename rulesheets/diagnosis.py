@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from rulesheets.record import dataclass
-from rulesheets.source import Span
+from rulesheets.source import Span, escaped
 
 _WIDTH = 100
 """Characters of a source line that an excerpt shows at most."""
@@ -117,9 +117,9 @@ class _Page:
         number, column = span.source.place(span.start)
         shown, start, width = _clipped(span.source.line(number), column - 1, span.end - span.start)
         margin, bar = " " * gutter, self.paint("|", _BLUE)
-        carets = " " * start + self.paint(f"{'^' * width} {label.text}".rstrip(), style)
+        carets = " " * start + self.paint(f"{'^' * width} {escaped(label.text)}".rstrip(), style)
         return [
-            f"{margin}{self.paint('-->', _BLUE)} {span.file}:{number}:{column}",
+            f"{margin}{self.paint('-->', _BLUE)} {escaped(span.file)}:{number}:{column}",
             f"{margin} {bar}",
             f"{self.paint(str(number).rjust(gutter), _BLUE)} {bar} {shown}".rstrip(),
             f"{margin} {bar} {carets}",
@@ -144,7 +144,7 @@ def _clipped(line: str, start: int, length: int) -> tuple[str, int, int]:
 
 def _clipped_text(text: str) -> str:
     """A message or note, cut where a name of absurd length would fill the screen."""
-    return text if len(text) <= _LONG else text[:_LONG] + " …"
+    return escaped(text if len(text) <= _LONG else text[:_LONG] + " …")
 
 
 def _plain(text: str) -> str:

@@ -133,11 +133,11 @@ def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diag
     return error("E407", f"{model.name} has no variable {name}", *labels((place, "")), notes=notes)
 
 
-def no_name_column(columns: Sequence[str], place: Span) -> Diagnosis:
+def no_name_column(columns: Sequence[str]) -> Diagnosis:
+    """Without an excerpt: a file without this heading is no variable sheet, and is not shown."""
     return error(
         "E410",
         "a variable sheet needs a heading with the column Name",
-        *labels((place, "")),
         notes=(f"the first line is {','.join(columns)}",),
     )
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 import gc
 import os
 
+from rulesheets.diagnosis import RuleSheetError
 from rulesheets.kept import keep_model, kept_model
-from rulesheets.reading import files_read, read_source
-from rulesheets.source import Source
+from rulesheets.reading import confined, files_read, read_source
+from rulesheets.source import Source, escaped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,28 +23,41 @@ LONG = 20_000
 """Characters of a text that is in no file from which on its model is kept: shorter ones are read as fast."""
 
 
-def load(path: str | os.PathLike[str]) -> Model:
+def load(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | None = None) -> Model:
     """The model of a rule sheet file.
 
     ``path`` is a file, a folder that holds ``model.tk``, or the bare name of a shipped model
-    (``offset_slider_crank``). Raises RuleSheetError where anything in it is wrong.
+    (``offset_slider_crank``). For sheets of strangers ``within`` names a folder: the sheet and every file
+    that it uses must lie in it, links resolved. Raises RuleSheetError where anything in it is wrong.
     """
     file = find_sheet(os.fsdecode(path))
-    return _model(read_source(file), os.path.dirname(file), file, _model_name(file))
+    folder = None if within is None else os.fsdecode(within)
+    if not confined(file, folder):
+        from rulesheets.uses import outside
+
+        raise RuleSheetError(outside(file))
+    return _model(read_source(file), os.path.dirname(file), file, _model_name(file), folder)
 
 
-def loads(text: str, name: str = "<text>", base: str | os.PathLike[str] | None = None) -> Model:
+def loads(
+    text: str,
+    name: str = "<text>",
+    base: str | os.PathLike[str] | None = None,
+    *,
+    within: str | os.PathLike[str] | None = None,
+) -> Model:
     """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``.
 
-    Raises RuleSheetError where anything in it is wrong, TypeError for what is no text.
+    ``within`` confines used files to a folder, links resolved. Raises RuleSheetError where anything in it
+    is wrong, TypeError for what is no text.
     """
     if not isinstance(text, str):
         raise TypeError(f"a text is needed, and this is of the type {type(text).__name__}")
     folder = os.fspath(base) if base is not None else ""
-    return _model(Source(name, text), folder, None, name)
+    return _model(Source(name, text), folder, None, name, None if within is None else os.fsdecode(within))
 
 
-def _model(source: Source, folder: str, file: str | None, name: str) -> Model:
+def _model(source: Source, folder: str, file: str | None, name: str, within: str | None) -> Model:
     """The model, made while the garbage collector rests.
 
     A large sheet has a million nodes, which all stay: to look for garbage among them takes longer
@@ -52,14 +66,14 @@ def _model(source: Source, folder: str, file: str | None, name: str) -> Model:
     collecting = gc.isenabled()
     gc.disable()
     try:
-        return _kept_or_built(source, folder, file, name)
+        return _kept_or_built(source, folder, file, name, within)
     finally:
         if collecting:
             gc.enable()
 
 
-def _kept_or_built(source: Source, folder: str, file: str | None, name: str) -> Model:
-    kept = file is not None or len(source.text) >= LONG
+def _kept_or_built(source: Source, folder: str, file: str | None, name: str, within: str | None) -> Model:
+    kept = within is None and (file is not None or len(source.text) >= LONG)
     model = kept_model(name, source, folder, file) if kept else None
     if model is not None:
         return model
@@ -67,7 +81,7 @@ def _kept_or_built(source: Source, folder: str, file: str | None, name: str) -> 
     from rulesheets.parse.grammar import grammar
     from rulesheets.uses import gather
 
-    program = gather(source, folder, file)
+    program = gather(source, folder, file, within)
     model = build(program, name, files_read(file, program.texts))
     if not kept:
         return model
@@ -78,7 +92,7 @@ def _kept_or_built(source: Source, folder: str, file: str | None, name: str) -> 
 def _model_name(file: str) -> str:
     """The name of the folder for ``model.tk``, else that of the file."""
     folder, base = os.path.split(os.path.abspath(file))
-    return os.path.basename(folder) if base == MAIN_SHEET else os.path.splitext(base)[0]
+    return escaped(os.path.basename(folder) if base == MAIN_SHEET else os.path.splitext(base)[0])
 
 
 def find_sheet(path: str) -> str:

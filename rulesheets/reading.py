@@ -8,6 +8,9 @@ from collections.abc import Iterable
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.source import Source, Span
 
+ENDING = ".tk"
+"""What the name of a rule sheet ends in."""
+
 _LARGEST = 64 * 2**20
 """Bytes beyond which a file is not taken for a rule sheet."""
 
@@ -18,6 +21,7 @@ def read_source(path: str | os.PathLike[str]) -> Source:
     Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or no text.
     """
     name = os.fspath(path)
+    expect_regular(name)
     try:
         with open(name, "rb") as file:
             data = file.read(_LARGEST + 1)
@@ -29,9 +33,20 @@ def read_source(path: str | os.PathLike[str]) -> Source:
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
-    if len(data) > _LARGEST:
-        raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
-    return Source(name, _decoded(name, data))
+    return Source(name, decoded(name, data))
+
+
+def is_sheet(path: str) -> bool:
+    """Whether a file has the name of a rule sheet, links resolved: of no other is a line ever shown."""
+    return os.path.realpath(path).lower().endswith(ENDING)
+
+
+def confined(path: str, within: str | None) -> bool:
+    """Whether a file lies in the folder ``within``, links resolved. None is the whole file system."""
+    if within is None:
+        return True
+    folder = os.path.realpath(within)
+    return os.path.realpath(path).startswith(os.path.join(folder, ""))
 
 
 def files_read(file: str | None, used: Iterable[Source]) -> tuple[str, ...]:
@@ -51,7 +66,19 @@ def near_files(path: str) -> tuple[str, ...]:
     return suggestion(name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending)))
 
 
-def _decoded(name: str, data: bytes) -> str:
+def expect_regular(name: str) -> None:
+    """Raise RuleSheetError (E304) for a pipe or a device: reading it may never end."""
+    if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
+        notes = ("a dash in place of the sheet reads it from standard input",)
+        raise RuleSheetError(
+            error("E304", f"{name} cannot be read: it is a pipe or a device, not a file", notes=notes)
+        )
+
+
+def decoded(name: str, data: bytes) -> str:
+    """The text of the bytes of a sheet. Raises RuleSheetError (E303, E305)."""
+    if len(data) > _LARGEST:
+        raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
     nul = data.find(b"\0")
     if nul >= 0:
         raise RuleSheetError(_not_text(name, data, nul))
@@ -76,6 +103,6 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
     return error(
         "E303",
         f"{name} is not UTF-8 text",
-        Label(here, f"byte 0x{data[place]:02x} is no character"),
+        *([Label(here, f"byte 0x{data[place]:02x} is no character")] if is_sheet(name) else []),
         notes=("save the sheet in the encoding UTF-8",),
     )

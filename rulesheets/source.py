@@ -8,6 +8,13 @@ from functools import cached_property
 from rulesheets.record import dataclass, field
 
 
+def escaped(text: str) -> str:
+    """A text without characters that steer a terminal: ``\\x1b`` stands for the escape character."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 @dataclass(frozen=True)
 class Source:
     """A text and the name that messages call it by (a path, or ``<text>``)."""

@@ -10,7 +10,7 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.nodes import Function, RuleSheet, Use
 from rulesheets.parse import parse
 from rulesheets.program import Opening, Program, rules_of
-from rulesheets.reading import near_files, read_source
+from rulesheets.reading import ENDING, confined, is_sheet, near_files, read_source
 from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
 
@@ -25,15 +25,16 @@ class File:
     sheet: RuleSheet
 
 
-def gather(source: Source, folder: str, path: str | None = None) -> Program:
+def gather(source: Source, folder: str, path: str | None = None, within: str | None = None) -> Program:
     """Parse a sheet and, each once, the files that it uses directly or through others.
 
-    ``path`` is the file of the sheet itself, None for a text that is in no file.
-    Raises RuleSheetError for what cannot be read or parsed, circles and doubly defined functions.
+    ``path`` is the file of the sheet itself, None for a text that is in no file; ``within`` the folder
+    that used files must lie in. Raises RuleSheetError for what cannot be read or parsed, circles and
+    doubly defined functions.
     """
     key = os.path.realpath(path) if path else source.name
-    first = File(key, source.name, folder, parse(source))
-    gathering = _Gathering()
+    first = File(key, source.name, folder, parsed(source, path))
+    gathering = _Gathering(within)
     gathering.follow(first)
     if gathering.complaints:
         raise RuleSheetError(*gathering.complaints)
@@ -42,6 +43,7 @@ def gather(source: Source, folder: str, path: str | None = None) -> Program:
 
 @dataclass
 class _Gathering:
+    within: str | None
     functions: dict[str, Function] = field(default_factory=dict)
     complaints: list[Diagnosis] = field(default_factory=list)
     openings: list[Opening] = field(default_factory=list)
@@ -74,6 +76,9 @@ class _Gathering:
         """The file that a ``use`` names; None where it was read before or cannot be used."""
         shown = os.path.normpath(os.path.join(trail[-1].folder, path))
         key = os.path.realpath(shown)
+        if not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+            return None
         circle = [file.key for file in trail]
         if key in circle:
             shown_trail = [file.shown for file in trail[circle.index(key) :]]
@@ -88,7 +93,7 @@ class _Gathering:
             return None
         source = _read(shown, place)
         self.openings.append(Opening(user, path, len(self.seen), source))
-        file = File(key, shown, os.path.dirname(shown), parse(source))
+        file = File(key, shown, os.path.dirname(shown), parsed(source, shown))
         self.complaints.extend(_only_functions(file, path, place))
         return file
 
@@ -102,6 +107,33 @@ def _read(path: str, place: Span | None) -> Source:
         raise RuleSheetError(
             *(replace(one, labels=(*one.labels, *used)) for one in wrong.diagnoses)
         ) from None
+
+
+def parsed(source: Source, path: str | None) -> RuleSheet:
+    """The rule sheet that a text says; ``path`` is its file.
+
+    Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is no rule sheet.
+    """
+    try:
+        return parse(source)
+    except RuleSheetError:
+        if path is None or is_sheet(path):
+            raise
+        raise RuleSheetError(_no_sheet(source.name)) from None
+
+
+def _no_sheet(name: str) -> Diagnosis:
+    note = f"a sheet that ends in {ENDING} is shown where it is wrong"
+    return error("E312", f"{name} is no rule sheet", notes=(note,))
+
+
+def outside(path: str, place: Span | None = None) -> Diagnosis:
+    return error(
+        "E311",
+        f"{path} lies outside the folder that sheets are confined to",
+        *labels((place, "")),
+        notes=("links count as the files that they lead to",),
+    )
 
 
 def place_of(path: str, use: Use) -> Span | None:
@@ -150,6 +182,6 @@ def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagn
     yield error(
         "E308",
         f"{path} cannot be used: it has {found} of its own",
-        *labels((place, "used here"), (where, label)),
+        *labels((place, "used here"), (where if is_sheet(file.key) else None, label)),
         notes=("a used file may hold functions only; move them into a file of their own",),
     )

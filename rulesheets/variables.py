@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 
+from rulesheets.cells import decimal_point, delimiter, unguarded
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.input_messages import (
     guess_with_tolerance,
@@ -41,7 +42,7 @@ from rulesheets.inputs import (
 )
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import read_source
-from rulesheets.record import dataclass, field
+from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
 
 __all__ = [
@@ -135,29 +136,26 @@ def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
     import csv
     import io
 
-    reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=_delimiter(source))
+    separator = delimiter(source.text.lstrip("\r\n").partition("\n")[0])
+    reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=separator)
     columns: list[str] | None = None
     before = 0
     for cells in reader:
         line = _lines(source, before, reader.line_num)
         before = reader.line_num
-        cells = [cell.strip() for cell in cells]
+        cells = [unguarded(cell.strip()) for cell in cells]
         if not any(cells):
             continue
         if columns is None:
             columns = _heading(cells, line)
             continue
         row = _row(columns, cells, line)
+        if row is not None and separator != ",":
+            row = replace(row, input=decimal_point(row.input))
         if row is not None:
             yield row, line
     if columns is None:
-        raise RuleSheetError(no_name_column(COLUMNS, _lines(source, 0, 1)))
-
-
-def _delimiter(source: Source) -> str:
-    """A comma, or what spreadsheets write instead where commas are decimal: a semicolon or a tab."""
-    heading = source.text.lstrip("\r\n").partition("\n")[0]
-    return max(",;\t", key=heading.count)
+        raise RuleSheetError(no_name_column(COLUMNS))
 
 
 def _lines(source: Source, before: int, last: int) -> Span:
@@ -178,7 +176,7 @@ def _cell(line: Span, text: str) -> Span:
 def _heading(cells: list[str], line: Span) -> list[str]:
     columns = [cell.lower() for cell in cells]
     if "name" not in columns:
-        raise RuleSheetError(no_name_column(COLUMNS, line))
+        raise RuleSheetError(no_name_column(COLUMNS))
     known = {column.lower() for column in COLUMNS}
     complaints = [
         unknown_column(cell, COLUMNS, _cell(line, cell))

@@ -11,6 +11,8 @@ import os
 import sys
 from importlib import import_module
 
+from rulesheets.source import escaped
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -149,7 +151,7 @@ def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
 def _misused(command: str, message: str, *notes: str) -> int:
     """Say what is wrong with the words of a command, and where its options are told."""
     for line in (f"backsolve {command}: {message}", *(f"  {note}" for note in notes)):
-        print(line, file=sys.stderr)
+        print(escaped(line), file=sys.stderr)
     print(f"  `backsolve {command} --help` lists the options", file=sys.stderr)
     return WRONG
 
@@ -176,7 +178,7 @@ def usage() -> str:
 def _unknown_command(word: str) -> int:
     from rulesheets.spelling import suggestion
 
-    print(f"backsolve: there is no command {word}", file=sys.stderr)
+    print(f"backsolve: there is no command {escaped(word)}", file=sys.stderr)
     for note in suggestion(word, COMMANDS):
         print(f"  {note}", file=sys.stderr)
     print(f"  the commands are {', '.join(COMMANDS)}", file=sys.stderr)

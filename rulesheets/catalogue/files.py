@@ -55,4 +55,14 @@ FILES: dict[str, Entry] = {
         "The path leads to no file, and no file of that name stands beside the rule sheet.",
         "Take the suggestion, or give the path of the variable sheet.",
     ),
+    "E311": Entry(
+        "a file lies outside the folder that sheets are confined to",
+        "With --within (within= in Python) only files of one folder may be read, links resolved.",
+        "Copy the file into the folder.",
+    ),
+    "E312": Entry(
+        "this file is no rule sheet",
+        "Its name does not end in .tk, and it cannot be read as one. Nothing of its text is shown.",
+        "Give the path of a rule sheet. If it is meant as one, let its name end in .tk to see what is wrong.",
+    ),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from rulesheets.source import escaped
 from solver.commands.inputs import Request, add_input_options, read_request
 
 TYPE_CHECKING = False
@@ -130,4 +131,4 @@ def _write(path: str, data: bytes) -> None:
     from solver.files.replacing import write_file
 
     write_file(path, data)
-    print(f"\n{path}")
+    print(f"\n{escaped(path)}")

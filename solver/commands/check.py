@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from solver.commands.inputs import add_sheet_options, load_sheet
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -10,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
+    add_sheet_options(parser)
     parser.add_argument("--equations", action="store_true", help="list the equations, calls expanded")
     parser.add_argument("--latex", action="store_true", help="list the equations as LaTeX")
     parser.add_argument("--json", action="store_true", help="print what is wrong as a JSON object")
@@ -18,9 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Load the sheet, which raises for all that is wrong; then say what it has."""
-    from rulesheets.loading import load
-
-    model = load(arguments.sheet)
+    model = load_sheet(arguments)
     if arguments.json:
         print('{"status": "ok", "diagnoses": []}')
     elif arguments.equations or arguments.latex:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
+from rulesheets.source import escaped
 from solver.commands.inputs import Request, add_input_options, read_request
 
 TYPE_CHECKING = False
@@ -61,7 +62,7 @@ def run(arguments: Namespace) -> int:
     if data is None:
         return 1
     write_file(path, data)
-    print(f"{path}: {studio.tally}")
+    print(f"{escaped(path)}: {studio.tally}")
     return 1 if studio.complaints else 0
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 
+from rulesheets.source import escaped
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -20,16 +22,16 @@ def run(arguments: Namespace) -> int:
     """Print or write the sheet; ``--check`` exits with 1 where it would change."""
     from rulesheets.format import format_sheet
     from rulesheets.loading import find_sheet
-    from rulesheets.parse import parse
     from rulesheets.reading import read_source
+    from rulesheets.uses import parsed
 
     path = find_sheet(arguments.sheet)
     source = read_source(path)
-    text = format_sheet(parse(source))
+    text = format_sheet(parsed(source, path))
     if arguments.check:
         if text == source.text:
             return 0
-        print(f"{path} is not in canonical form: backsolve format -i writes it so", file=sys.stderr)
+        print(f"{escaped(path)} is not in canonical form: backsolve format -i writes it so", file=sys.stderr)
         return 1
     if not arguments.in_place:
         sys.stdout.write(text)

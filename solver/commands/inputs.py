@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
@@ -44,9 +45,28 @@ class Request:
             expect_no_input(path, self.files)
 
 
+def add_sheet_options(parser: ArgumentParser) -> None:
+    """The arguments of every command that loads a sheet."""
+    parser.add_argument(
+        "sheet", metavar="SHEET", help="a rule sheet, a shipped one by its name, or - for stdin"
+    )
+    parser.add_argument("--within", metavar="FOLDER", help="read sheets of this folder alone, links resolved")
+
+
+def load_sheet(arguments: Namespace) -> Model:
+    """The model of the sheet, of standard input for ``-``. Raises RuleSheetError for all that is wrong."""
+    from rulesheets.loading import load, loads
+    from rulesheets.reading import decoded
+
+    if arguments.sheet != "-":
+        return load(arguments.sheet, within=arguments.within)
+    text = decoded("standard input", sys.stdin.buffer.read())
+    return loads(text, "standard input", base="", within=arguments.within)
+
+
 def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
     """The arguments that every command on a filled-in sheet takes, ``--want`` where it is asked for."""
-    parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
+    add_sheet_options(parser)
     parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
     add = parser.add_argument
     add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
@@ -61,9 +81,9 @@ def read_request(arguments: Namespace) -> Request:
 
     Raises RuleSheetError with everything that is wrong, names that the model does not have included.
     """
-    from rulesheets.loading import find_variable_sheet, load
+    from rulesheets.loading import find_variable_sheet
 
-    model = load(arguments.sheet)
+    model = load_sheet(arguments)
     inputs: dict[str, Value | None] = {}
     guesses: dict[str, float] = {}
     tolerances: dict[str, Tolerance] = {}
@@ -71,7 +91,8 @@ def read_request(arguments: Namespace) -> Request:
     if arguments.variables:
         from rulesheets.variables import read_variable_sheet
 
-        filled_in = find_variable_sheet(arguments.variables, arguments.sheet)
+        beside = "." if arguments.sheet == "-" else arguments.sheet
+        filled_in = find_variable_sheet(arguments.variables, beside)
         files = (*files, filled_in)
         written = read_variable_sheet(filled_in, model)
         inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)

@@ -58,6 +58,8 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
 
     there, total = heading(path)
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
+    if not any(name in model.variables for name in there):
+        raise RuleSheetError(_no_rows(path, model))
     complaints = [_no_column(name, there, path) for name in wanted if name not in there]
     names = tuple(dict.fromkeys(wanted or there))
     complaints.extend(_unknown(name, model, path) for name in names if name not in model.variables)
@@ -98,6 +100,12 @@ def _unknown(name: str, model: Model, path: str) -> Diagnosis:
         f"{path} has a column {name}, and {model.name} no such variable",
         notes=(*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone"),
     )
+
+
+def _no_rows(path: str, model: Model) -> Diagnosis:
+    """Of a file that is nothing of the kind no word is shown."""
+    notes = ("the first line of the file names variables",)
+    return error("E440", f"{path} has no column that is a variable of {model.name}", notes=notes)
 
 
 def _twice(name: str, path: str) -> Diagnosis:

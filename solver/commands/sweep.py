@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 from rulesheets.record import replace
+from rulesheets.source import escaped
 from solver.commands.inputs import Request, add_input_options, read_request
 
 TYPE_CHECKING = False
@@ -140,5 +141,5 @@ def _summary(outcome: Outcome, output: str | None, total: int | None) -> str:
     if not outcome.interrupted:
         return str(outcome)
     of = f" of {total:,}" if total is not None else ""
-    place = f"; {output} is whole, with these rows" if output else ""
+    place = f"; {escaped(output)} is whole, with these rows" if output else ""
     return f"{outcome}\ninterrupted after {outcome.rows:,}{of} rows{place}"

@@ -8,6 +8,7 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
+from rulesheets.reading import expect_regular
 from solver.files.columns import Array, Columns, free_name, joined, stacked
 from solver.files.messages import missing_extra, unreadable_rows
 from solver.files.replacing import Replacement
@@ -197,6 +198,7 @@ def _cells(column: Any) -> Any:
 
 def _opened(path: str) -> Any:
     _, parquet = _pyarrow("Parquet files need")
+    expect_regular(path)
     try:
         return parquet.ParquetFile(path)
     except (OSError, ValueError) as failure:

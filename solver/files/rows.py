@@ -7,8 +7,10 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
+from rulesheets.cells import decimal_point, delimiter
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_value
+from rulesheets.reading import expect_regular
 from solver.files.columns import Array
 from solver.files.messages import uneven_row, unreadable_rows, wrong_cell
 from solver.files.parquet import parquet_columns, parquet_pieces
@@ -66,14 +68,16 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int]
 
 def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
     """The lines that are not blank, with their numbers."""
+    expect_regular(path)
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             first = file.readline()
             file.seek(0)
-            reader = csv.reader(file, delimiter=max(",;\t", key=first.count), strict=True)
+            separator = delimiter(first)
+            reader = csv.reader(file, delimiter=separator, strict=True)
             for cells in reader:
                 if cells:
-                    yield reader.line_num, cells
+                    yield reader.line_num, cells if separator == "," else list(map(decimal_point, cells))
     except (OSError, ValueError, csv.Error) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise RuleSheetError(unreadable_rows(path, reason)) from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from io import StringIO
 
+from rulesheets.cells import guarded
 from solver.report.numbers import exact, tolerated
 from solver.report.sheet import COLUMNS, SheetRow, output_heads, sheet_rows
 from solver.result import Result
@@ -24,7 +25,8 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     writer.writerow((status, given, name, *heads, unit, comment))
     for row in rows:
         outputs = map(exact, row.outputs)
-        writer.writerow((row.status, _given(row), row.name, *outputs, row.unit, row.comment))
+        texts = map(guarded, (row.status, _given(row), row.name, *outputs, row.unit, row.comment))
+        writer.writerow(texts)
     return text.getvalue()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from rulesheets.model import Equation, Model, Premise
-from rulesheets.source import Span
+from rulesheets.source import Span, escaped
 
 
 def rule_text(span: Span) -> str:
@@ -16,7 +16,7 @@ def rule_text(span: Span) -> str:
 def short_names(files: Iterable[str]) -> Mapping[str, str]:
     """The shortest endings of file names that tell them apart: ``position.tk``."""
     names = tuple(dict.fromkeys(files))
-    return {name: _ending(name, names) for name in names}
+    return {name: escaped(_ending(name, names)) for name in names}
 
 
 def _ending(name: str, names: tuple[str, ...]) -> str:

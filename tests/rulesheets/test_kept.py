@@ -16,8 +16,9 @@ import rulesheets
 from rulesheets import kept, loading, store
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Negative, Number
+from rulesheets.nodes import Negative, Number, RuleSheet
 from rulesheets.packing import Packing, Unpackable, Unpacking
+from rulesheets.program import Program
 from rulesheets.record import replace
 from rulesheets.source import Source, Span
 from tests.rulesheets.sheets import expressions
@@ -179,7 +180,7 @@ def test_what_cannot_be_packed_is_not_kept(folder: Path) -> None:
         expression = Negative(expression)
     there = Span(SOURCE, 0, 1)
     model = Model("deep", {}, (Equation(0, expression, Number(1.0), (), there),), ())
-    assert kept.keep_model(model, SOURCE, "", ()) is model
+    assert kept.keep_model(model, SOURCE, "", Program(RuleSheet(), {})) is model
     assert store.usage() == (0, 0)
 
 

@@ -59,8 +59,8 @@ def test_locals_are_named_in_full(tmp_path):
 @pytest.mark.parametrize(
     ("text", "code", "line", "column"),
     [
-        ("St,Input\n,3\n", "E410", 1, 1),
-        ("", "E410", 1, 1),
+        ("St,Input\n,3\n", "E410", None, None),
+        ("", "E410", None, None),
         ("Name,Imput\nAO,3\n", "E411", 1, 6),
         ("Name,Input,St\nAO,3,X\n", "E412", 2, 6),
         ("Name,Input,St\nAO,3,L\n", "E412", 2, 6),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from rulesheets.model import Equation
@@ -13,7 +14,7 @@ from solver.report.why.page import Page, iterated
 def why_markdown(derivation: Derivation) -> str:
     """The same as a numbered list; mathematics between dollars, rules as code."""
     page = Page(derivation, Tex())
-    parts = [page.head(code="`")]
+    parts = [page.head(_code)]
     if derivation.inputs and derivation.links:
         parts.append("Given:\n\n" + "\n".join(_known(page, derivation.inputs)))
     if derivation.assumed:
@@ -23,14 +24,29 @@ def why_markdown(derivation: Derivation) -> str:
     return "\n\n".join(parts)
 
 
+_SPECIAL = re.compile(r"([\\`*_\[\]<>|$~&])")
+
+
+def _text(text: str) -> str:
+    """Words of a sheet as themselves: no emphasis, no links, no HTML."""
+    return _SPECIAL.sub(r"\\\1", text)
+
+
+def _code(text: str) -> str:
+    """A code span, between more backticks than there are in the text."""
+    fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
+    pad = " " if text.startswith("`") or text.endswith("`") else ""
+    return f"{fence}{pad}{text}{pad}{fence}"
+
+
 def _known(page: Page, knowns: Iterable[Known]) -> Iterator[str]:
     for known in knowns:
         comment = page.model.variables[known.name].comment
-        yield f"- {_math(page, known)}" + (f": {comment}" if comment else "")
+        yield f"- {_math(page, known)}" + (f": {_text(comment)}" if comment else "")
 
 
 def _math(page: Page, known: Known) -> str:
-    return f"${page.name(known.name)} = {page.notation.value(known.value)}${page.unit(known.name)}"
+    return f"${page.name(known.name)} = {page.notation.value(known.value)}${_text(page.unit(known.name))}"
 
 
 def _lines(page: Page) -> Iterator[str]:
@@ -43,15 +59,15 @@ def _lines(page: Page) -> Iterator[str]:
 
 def _direct(page: Page, link: Direct) -> Iterator[str]:
     chain = " = ".join((page.name(link.found.name), *page.chain(link)))
-    yield f"${chain}${page.unit(link.found.name)}  "
+    yield f"${chain}${_text(page.unit(link.found.name))}  "
     yield from _rule(page, link.equation, link.guards)
 
 
 def _rule(page: Page, equation: Equation, guards: Sequence[Guard]) -> Iterator[str]:
     place, rule = page.rule(equation)
-    lines = [f"`{rule}` ({place})"]
+    lines = [f"{_code(rule)} ({_text(place)})"]
     for word, condition, read in page.guards(guards):
-        lines.append(f"{word} ${condition}$" + (f" (`{read}`)" if read else ""))
+        lines.append(f"{word} ${condition}$" + (f" ({_code(read)})" if read else ""))
     yield from (line + "  " for line in lines[:-1])
     yield lines[-1]
 

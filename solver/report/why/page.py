@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from rulesheets.model import Equation
 from rulesheets.nodes import Name
@@ -20,12 +20,12 @@ class Page:
         self.model = derivation.model
         self.places = Places(derivation.model)
 
-    def head(self, code: str = "") -> str:
+    def head(self, code: Callable[[str], str] = str) -> str:
         """``vB = -41.46, from 7 inputs by 12 of 38 rules``, or that there is no value."""
         name, value = self.derivation.name, self.derivation.value
         if value is None:
-            return f"{code}{name}{code} has no value"
-        whole = f"{code}{name} = {Plain().value(value)}{self.unit(name)}{code}"
+            return f"{code(name)} has no value"
+        whole = code(f"{name} = {Plain().value(value)}{self.unit(name)}")
         if any(known.name == name for known in self.derivation.inputs):
             return f"{whole} is an input"
         if any(known.name == name for known in self.derivation.assumed):
