@@ -35,6 +35,8 @@ AREAS = (
 )
 OWN = "own problem"
 TOLERANCE = 1e-8
+NEAR = 1e-4
+"""How far from an answer its root may be: a double root is known to half of the digits."""
 
 Value = float | str
 State = dict[str, Any]
@@ -71,7 +73,7 @@ class Sheet:
         return {**self.inputs, **self.oracle(**{name: self.inputs[name] for name in asked})}
 
     def questions(self) -> Iterator[Question]:
-        yield Question(self, "forward", {}, (self.state,))
+        yield Question(self, "forward", {}, (self.state, *self.either.get("forward", ())))
         for swap in self.back:
             given, asked = (side.split() for side in swap.split(">"))
             changes = {name: self.state[name] for name in given} | dict.fromkeys(asked)
@@ -137,6 +139,10 @@ def verdict(
     right = [is_expected(answer) for answer in result.solutions]
     solved = str(result.status) == "solved"
     false = [f"{answer}: breaks {rule}" for answer in result.solutions for rule in judge.broken(text, answer)]
+    if solved:
+        unknown = [name for name in planted if name not in result.inputs]
+        far = ((answer, judge.distance_to_root(text, answer, unknown)) for answer in result.solutions)
+        false += [f"{dict(answer)}: the root is {part:.0e} away" for answer, part in far if part > NEAR]
     if str(result.status) in ("infeasible", "inconsistent"):
         false.append(f"called {result.status}")
     if solved and result.complete and not any(is_state(a, planted, 1e-6) for a in result.solutions):

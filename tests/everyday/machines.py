@@ -1,0 +1,218 @@
+"""Machine elements and the mechanics behind them. Shigley: Mechanical Engineering Design, 9th ed.; Norton: Design
+of Machinery."""
+
+from __future__ import annotations
+
+from math import acos, asin, atan2, cos, degrees, exp, hypot, log, pi, radians, sin, sqrt, tan
+
+from scipy.optimize import brentq
+
+from .corpus import OWN, sheet
+
+
+def root(function, low, high):
+    return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))
+
+
+@sheet("Shigley, Example 10-1", "F > d, k > D, k F > Na d, y > Na", k=4.13, F=6.46, KB=1.124, C=10.8)
+def compression_spring(d, D, Na, G, Ssy):
+    C = D / d
+    KB = (4 * C + 2) / (4 * C - 3)
+    F, k = pi * d**3 * Ssy / (8 * KB * D), d**4 * G / (8 * D**3 * Na)
+    return {"C": C, "KB": KB, "k": k, "F": F, "y": F / k}
+
+
+@sheet(
+    "Shigley, Example 8-1", "TR > f, e > p, TL > F, TR TL > f fc", TR=(26.18, 1e-3), TL=(9.77, 1e-3), e=0.311
+)
+def power_screw(d, p, n, f, fc, dc, F):
+    dm, lead = d - p / 2, n * p
+    TR = F * dm / 2 * (lead + pi * f * dm) / (pi * dm - f * lead) + F * fc * dc / 2
+    TL = F * dm / 2 * (pi * f * dm - lead) / (pi * dm + f * lead) + F * fc * dc / 2
+    return {"dm": dm, "l": lead, "TR": TR, "TL": TL, "e": F * lead / (2 * pi * TR)}
+
+
+@sheet(OWN, "Lh > C, Lh > Fa, Lh > n")
+def bearing_life(Fr, Fa, X, Y, n, C):
+    P = X * Fr + Y * Fa
+    return {"P": P, "L10": (C / P) ** 3, "Lh": 1e6 * (C / P) ** 3 / (60 * n)}
+
+
+@sheet(OWN, "d > nf, tau > T, d > M")
+def shaft_combined(M, T, Sy, nf):
+    d = (nf / Sy * 16000 / pi * sqrt(4 * M**2 + 3 * T**2)) ** (1 / 3)
+    sigma, tau = 32000 * M / (pi * d**3), 16000 * T / (pi * d**3)
+    return {"d": d, "sigma": sigma, "tau": tau, "vm": hypot(sigma, sqrt(3) * tau)}
+
+
+@sheet(OWN, "tau > do, phi > di, phi tau > do di, tau > di")
+def shaft_power(P, N, do, di, G, L):
+    w = 2 * pi * N / 60
+    T, J = 1000 * P / w, pi * (do**4 - di**4) / 32
+    return {"w": w, "T": T, "J": J, "tau": 500 * T * do / J, "phi": degrees(1000 * T * L / (G * J))}
+
+
+@sheet("formulas of Shigley, chapter 4", "P > d, P > L, sr > L")
+def column_euler_johnson(L, d, E, Sy, C):
+    A, k = pi * d**2 / 4, d / 4
+    sr, sr1 = 1000 * L / k, sqrt(2 * pi**2 * C * E * 1000 / Sy)
+    euler, johnson = C * pi**2 * E * 1000 / sr**2, Sy - (Sy * sr / (2 * pi)) ** 2 / (C * E * 1000)
+    return {"A": A, "k": k, "sr": sr, "sr1": sr1, "P": A * (euler if sr > sr1 else johnson) / 1000}
+
+
+@sheet(OWN, "np > At, n0 > N, Fb > km, n0 > kb")
+def bolted_joint(F, N, At, Sp, kb, km):
+    Fi, C, P = 0.75 * At * Sp / 1000, kb / (kb + km), F / N
+    Fb, Fm = C * P + Fi, (1 - C) * P - Fi
+    return {"Fi": Fi, "C": C, "P": P, "Fb": Fb, "Fm": Fm, "np": Sp * At / 1000 / Fb, "n0": Fi / (P - C * P)}
+
+
+@sheet(OWN, "p > do, T > delta, sigma > do, T > L")
+def press_fit(d, do, E, delta, L, f):
+    p = E * 1000 * delta / (2 * d) * (1 - (d / do) ** 2)
+    Fax = f * p * pi * d * L / 1000
+    return {"p": p, "Fax": Fax, "T": Fax * d / 2, "sigma": p * (do**2 + d**2) / (do**2 - d**2)}
+
+
+@sheet(OWN, "wrap > D, C > Lb, P > mu, F2 > D")
+def belt_drive(d, D, Lb, mu, F1, n):
+    half = (Lb - pi * (D + d) / 2) / 2
+    C = (half + sqrt(half**2 - (D - d) ** 2 / 2)) / 2
+    alpha, v = degrees(asin((D - d) / (2 * C))), pi * d * n / 60000
+    wrap = 180 - 2 * alpha
+    F2 = F1 * exp(-mu * radians(wrap))
+    return {"C": C, "alpha": alpha, "wrap": wrap, "F2": F2, "v": v, "P": (F1 - F2) * v / 1000}
+
+
+def four_bar_angles(a, b, c, d, th2, branch):
+    """Coupler and rocker, from the triangle that the diagonal cuts off."""
+    x, y = d - a * cos(radians(th2)), -a * sin(radians(th2))
+    diagonal, direction = hypot(x, y), atan2(y, x)
+    inner = acos((b**2 + diagonal**2 - c**2) / (2 * b * diagonal))
+    th3 = direction + branch * inner
+    return degrees(th3), degrees(atan2(b * sin(th3) - y, b * cos(th3) - x))
+
+
+def crossed(*lengths):
+    return dict(zip(("th3", "th4"), four_bar_angles(*lengths, -1), strict=True))
+
+
+@sheet("Norton, Example 4-1", "th4 > th2, th3 > b, th3 th4 > b c", {
+    "forward": (crossed(40, 120, 80, 100, 40),),
+    "th4 > th2": ({"th4": four_bar_angles(40, 120, 80, 100, 40, 1)[1]},),
+}, th3=(20.298, 1e-4), th4=(57.325, 1e-4))  # fmt: skip
+def four_bar(a, b, c, d, th2):
+    th3, th4 = four_bar_angles(a, b, c, d, th2, 1)
+    return {"th3": th3, "th4": th4}
+
+
+@sheet(OWN, "wc > Ns, wp > ws, ratio > Ns")
+def planetary(Ns, Nr, ws, wr):
+    Np = (Nr - Ns) / 2
+    wc = (ws * Ns + wr * Nr) / (Ns + Nr)
+    return {"Np": Np, "wc": wc, "wp": wc - (ws - wc) * Ns / Np, "ratio": ws / wc}
+
+
+@sheet(OWN, "C > m, Fr > P, C n2 > N1 i, F > phi")
+def spur_gears(m, N1, i, P, n1, phi):
+    T1 = P * 1000 * 60 / (2 * pi * n1)
+    Ft = 2000 * T1 / (m * N1)
+    Fr = Ft * tan(radians(phi))
+    return {
+        "N2": i * N1,
+        "C": m * N1 * (1 + i) / 2,
+        "n2": n1 / i,
+        "T1": T1,
+        "Ft": Ft,
+        "Fr": Fr,
+        "F": hypot(Ft, Fr),
+    }
+
+
+@sheet(OWN, "T > D, F > D, T F > D pa, T > d", {
+    "T > d": ({"d": root(lambda d: d * (250**2 - d**2) - 150 * (250**2 - 150**2), 100, 144)},),
+})  # fmt: skip
+def disc_clutch(D, d, f, pa, N):
+    F = pi * pa * d * (D - d) / 2
+    return {"F": F, "T": N * f * F * (D + d) / 4000}
+
+
+@sheet(OWN, "T > phi, pa T > P1 f, P2 > f")
+def band_brake(P1, f, phi, D, b):
+    P2 = P1 * exp(-f * radians(phi))
+    return {"P2": P2, "T": (P1 - P2) * D / 2, "pa": 2 * P1 / (b * D)}
+
+
+@sheet(OWN, "extra > D, extra > n, I > Cs")
+def flywheel(E, n, Cs, rho, D, t):
+    w = 2 * pi * n / 60
+    inertia, disc = E / (Cs * w**2), rho * pi * D**4 * t / 32
+    return {"w": w, "I": inertia, "Id": disc, "extra": inertia - disc}
+
+
+@sheet(OWN, "p0 > F, a > R, delta > E, p0 delta > F R")
+def hertz_spheres(F, R, E, nu):
+    Es = E * 1000 / (2 * (1 - nu**2))
+    a = (3 * F * R / (4 * Es)) ** (1 / 3)
+    return {"Es": Es, "a": a, "p0": 3 * F / (2 * pi * a**2), "delta": a**2 / R}
+
+
+def flight(v0, th, h, g, late=1):
+    return (v0 * sin(radians(th)) + late * sqrt((v0 * sin(radians(th))) ** 2 - 2 * g * h)) / g
+
+
+def other_shot():
+    x = 40 * cos(radians(50)) * flight(40, 50, 12, 9.81)
+    k = 9.81 * x / (2 * 40**2)
+    slopes = [(1 + s * sqrt(1 - 4 * k * (12 / x + k))) / (2 * k) for s in (1, -1)]
+    return min((degrees(atan2(t, 1)) for t in slopes), key=lambda th: -abs(th - 50))
+
+
+UP = {"t": flight(40, 50, 12, 9.81, -1)}
+
+
+@sheet(OWN, "x > th, x > v0, ymax > th, x > h", {
+    "forward": (UP,),
+    "x > th": ({"th": other_shot()},),
+    "ymax > th": (UP,),
+})  # fmt: skip
+def projectile(v0, th, h, g):
+    t = flight(v0, th, h, g)
+    up = v0 * sin(radians(th))
+    return {"t": t, "x": v0 * cos(radians(th)) * t, "ymax": up**2 / (2 * g), "vy": up - g * t}
+
+
+@sheet(OWN, "T > ha, vp > hp, e > ha, vp e > hp ha, va > hp")
+def two_body_orbit(mu, Re, hp, ha):
+    rp, ra = Re + hp, Re + ha
+    a = (rp + ra) / 2
+    vp = sqrt(mu * (2 / rp - 1 / a))
+    return {"rp": rp, "ra": ra, "a": a, "e": (ra - rp) / (ra + rp), "vp": vp, "va": vp * rp / ra, "T": 2 * pi * sqrt(a**3 / mu) / 60}  # fmt: skip
+
+
+@sheet("mu of the earth, geostationary radius; burns as NASA tabulates them", "dv1 > r1, v2 > mu, dv1 > r2", dv1=(2.4546, 1e-4), dv2=(1.4773, 1e-3))  # fmt: skip
+def hohmann(mu, r1, r2):
+    v1, v2 = sqrt(mu / r1), sqrt(mu / r2)
+    dv1 = v1 * (sqrt(2 * r2 / (r1 + r2)) - 1)
+    dv2 = v2 * (1 - sqrt(2 * r1 / (r1 + r2)))
+    return {"v1": v1, "v2": v2, "dv1": dv1, "dv2": dv2, "dv": dv1 + dv2}
+
+
+@sheet("NASA Glenn, ideal rocket equation", "dv > mf, dv > ve, mp dv > mf m0", dv=(4828.3, 1e-5))
+def rocket(ve, m0, mf):
+    return {"mp": m0 - mf, "dv": ve * log(m0 / mf)}
+
+
+@sheet(OWN, "X > c, wn > k, TR > w, phi > c")
+def vibration(m, k, c, F0, w):
+    wn, zeta = sqrt(k / m), c / (2 * sqrt(k * m))
+    r = w / wn
+    size = hypot(1 - r**2, 2 * zeta * r)
+    return {"wn": wn, "zeta": zeta, "r": r, "X": F0 / k / size, "phi": degrees(atan2(2 * zeta * r, 1 - r**2)), "TR": hypot(1, 2 * zeta * r) / size}  # fmt: skip
+
+
+@sheet(OWN, "a > mu, T > m2, t > m1, v > th, t v > s mu")
+def incline_block(m1, m2, th, mu, g, s):
+    N = m1 * g * cos(radians(th))
+    a = (m2 * g - m1 * g * sin(radians(th)) - mu * N) / (m1 + m2)
+    return {"N": N, "a": a, "T": m2 * (g - a), "v": sqrt(2 * a * s), "t": sqrt(2 * s / a)}
