@@ -5,7 +5,8 @@
 ``--corpus`` asks the questions of tests/everyday, by area; ``--random`` so many random sheets, by the number
 of inputs and outputs exchanged. The columns: the expected answer comes first; another answer without more
 negative values does (``rival``); it is listed behind a worse one; it is missed; the result claims what is
-false, judged in fifty digits; the limit was reached; seconds of the processor. ``--each`` prints what is not right.
+false, judged in fifty digits; the limit was reached; seconds of the processor.
+``--each`` prints what is not right.
 """
 
 from __future__ import annotations

@@ -209,11 +209,15 @@ def tank_draining(D, d, Cd, h1, h2, g):
     return {"At": At, "Ao": Ao, "t": 2 * (D / d) ** 2 * (sqrt(h1) - sqrt(h2)) / (Cd * sqrt(2 * g))}
 
 
-@sheet(OWN, "F > h, F > H, ycp > h, F ycp > H w", {
-    "F > H": ({"H": 4.0},),
-    "ycp > h": ({"h": 1 + 1 / 6},),
-    "F ycp > H w": ({"H": 3.75},),
-})  # fmt: skip
+@sheet(
+    OWN,
+    "F > h, F > H, ycp > h, F ycp > H w",
+    {
+        "F > H": ({"H": 4.0},),
+        "ycp > h": ({"h": 1 + 1 / 6},),
+        "F ycp > H w": ({"H": 3.75},),
+    },
+)
 def sluice_gate(h, H, w, rho, g):
     hc = h - H / 2
     return {"hc": hc, "F": rho * g * hc * H * w, "ycp": hc + H**2 / (12 * hc)}
@@ -237,10 +241,14 @@ SLOW = root(lambda v: 0.028 * 9.8 * (v**3 - 55**3) + 0.052 * 12000**2 / 9.8 * (1
 """The slow speed of the same power."""
 
 
-@sheet(OWN, "P > V, CL > V, D > V, P > CD0", {
-    "P > V": ({"V": SLOW},),
-    "D > V": ({"V": sqrt(0.052 * 12000**2 / (0.028 * 9.8**2)) / 55},),
-})  # fmt: skip
+@sheet(
+    OWN,
+    "P > V, CL > V, D > V, P > CD0",
+    {
+        "P > V": ({"V": SLOW},),
+        "D > V": ({"V": sqrt(0.052 * 12000**2 / (0.028 * 9.8**2)) / 55},),
+    },
+)
 def level_flight(W, S, CD0, K, rho, V):
     q = rho * V**2 * S / 2
     CL = W / q
@@ -248,10 +256,14 @@ def level_flight(W, S, CD0, K, rho, V):
     return {"CL": CL, "CD": CD0 + K * CL**2, "D": D, "P": D * V / 1000}
 
 
-@sheet(OWN, "P > u, F > v, eta > u, F > th", {
-    "P > u": ({"u": root(lambda u: u * (25 - u) ** 2 - 2250, 0.1, 8.3)},),
-    "eta > u": ({"u": root(lambda u: u * (25 - u) ** 2 - 2250, 0.1, 8.3)},),
-})  # fmt: skip
+@sheet(
+    OWN,
+    "P > u, F > v, eta > u, F > th",
+    {
+        "P > u": ({"u": root(lambda u: u * (25 - u) ** 2 - 2250, 0.1, 8.3)},),
+        "eta > u": ({"u": root(lambda u: u * (25 - u) ** 2 - 2250, 0.1, 8.3)},),
+    },
+)
 def jet_on_vane(v, u, d, th, rho):
     A = pi * d**2 / 4
     F = rho * A * (v - u) ** 2 * (1 - cos(radians(th)))

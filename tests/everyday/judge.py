@@ -124,7 +124,7 @@ def broken(text: str, values: Values) -> list[str]:
 
 
 def distance_to_root(text: str, values: Values, unknown: Sequence[str]) -> float:
-    """How far Newton's method in fifty digits moves an answer, by the largest share of a value; 0 if it cannot.
+    """How far Newton's method in fifty digits moves an answer, as a share of a value; 0 if it cannot.
 
     Next to a removable 0/0, rounding makes rules hold where none of their roots is.
     """

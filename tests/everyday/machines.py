@@ -1,5 +1,7 @@
-"""Machine elements and the mechanics behind them. Shigley: Mechanical Engineering Design, 9th ed.; Norton: Design
-of Machinery."""
+"""Machine elements and the mechanics behind them.
+
+Shigley: Mechanical Engineering Design, 9th ed.; Norton: Design of Machinery.
+"""
 
 from __future__ import annotations
 
@@ -97,10 +99,16 @@ def crossed(*lengths):
     return dict(zip(("th3", "th4"), four_bar_angles(*lengths, -1), strict=True))
 
 
-@sheet("Norton, Example 4-1", "th4 > th2, th3 > b, th3 th4 > b c", {
-    "forward": (crossed(40, 120, 80, 100, 40),),
-    "th4 > th2": ({"th4": four_bar_angles(40, 120, 80, 100, 40, 1)[1]},),
-}, th3=(20.298, 1e-4), th4=(57.325, 1e-4))  # fmt: skip
+@sheet(
+    "Norton, Example 4-1",
+    "th4 > th2, th3 > b, th3 th4 > b c",
+    {
+        "forward": (crossed(40, 120, 80, 100, 40),),
+        "th4 > th2": ({"th4": four_bar_angles(40, 120, 80, 100, 40, 1)[1]},),
+    },
+    th3=(20.298, 1e-4),
+    th4=(57.325, 1e-4),
+)
 def four_bar(a, b, c, d, th2):
     th3, th4 = four_bar_angles(a, b, c, d, th2, 1)
     return {"th3": th3, "th4": th4}
@@ -129,9 +137,13 @@ def spur_gears(m, N1, i, P, n1, phi):
     }
 
 
-@sheet(OWN, "T > D, F > D, T F > D pa, T > d", {
-    "T > d": ({"d": root(lambda d: d * (250**2 - d**2) - 150 * (250**2 - 150**2), 100, 144)},),
-})  # fmt: skip
+@sheet(
+    OWN,
+    "T > D, F > D, T F > D pa, T > d",
+    {
+        "T > d": ({"d": root(lambda d: d * (250**2 - d**2) - 150 * (250**2 - 150**2), 100, 144)},),
+    },
+)
 def disc_clutch(D, d, f, pa, N):
     F = pi * pa * d * (D - d) / 2
     return {"F": F, "T": N * f * F * (D + d) / 4000}
@@ -171,11 +183,15 @@ def other_shot():
 UP = {"t": flight(40, 50, 12, 9.81, -1)}
 
 
-@sheet(OWN, "x > th, x > v0, ymax > th, x > h", {
-    "forward": (UP,),
-    "x > th": ({"th": other_shot()},),
-    "ymax > th": (UP,),
-})  # fmt: skip
+@sheet(
+    OWN,
+    "x > th, x > v0, ymax > th, x > h",
+    {
+        "forward": (UP,),
+        "x > th": ({"th": other_shot()},),
+        "ymax > th": (UP,),
+    },
+)
 def projectile(v0, th, h, g):
     t = flight(v0, th, h, g)
     up = v0 * sin(radians(th))
@@ -187,10 +203,23 @@ def two_body_orbit(mu, Re, hp, ha):
     rp, ra = Re + hp, Re + ha
     a = (rp + ra) / 2
     vp = sqrt(mu * (2 / rp - 1 / a))
-    return {"rp": rp, "ra": ra, "a": a, "e": (ra - rp) / (ra + rp), "vp": vp, "va": vp * rp / ra, "T": 2 * pi * sqrt(a**3 / mu) / 60}  # fmt: skip
+    return {
+        "rp": rp,
+        "ra": ra,
+        "a": a,
+        "e": (ra - rp) / (ra + rp),
+        "vp": vp,
+        "va": vp * rp / ra,
+        "T": 2 * pi * sqrt(a**3 / mu) / 60,
+    }
 
 
-@sheet("mu of the earth, geostationary radius; burns as NASA tabulates them", "dv1 > r1, v2 > mu, dv1 > r2", dv1=(2.4546, 1e-4), dv2=(1.4773, 1e-3))  # fmt: skip
+@sheet(
+    "mu of the earth, geostationary radius; burns as NASA tabulates them",
+    "dv1 > r1, v2 > mu, dv1 > r2",
+    dv1=(2.4546, 1e-4),
+    dv2=(1.4773, 1e-3),
+)
 def hohmann(mu, r1, r2):
     v1, v2 = sqrt(mu / r1), sqrt(mu / r2)
     dv1 = v1 * (sqrt(2 * r2 / (r1 + r2)) - 1)
@@ -208,7 +237,14 @@ def vibration(m, k, c, F0, w):
     wn, zeta = sqrt(k / m), c / (2 * sqrt(k * m))
     r = w / wn
     size = hypot(1 - r**2, 2 * zeta * r)
-    return {"wn": wn, "zeta": zeta, "r": r, "X": F0 / k / size, "phi": degrees(atan2(2 * zeta * r, 1 - r**2)), "TR": hypot(1, 2 * zeta * r) / size}  # fmt: skip
+    return {
+        "wn": wn,
+        "zeta": zeta,
+        "r": r,
+        "X": F0 / k / size,
+        "phi": degrees(atan2(2 * zeta * r, 1 - r**2)),
+        "TR": hypot(1, 2 * zeta * r) / size,
+    }
 
 
 @sheet(OWN, "a > mu, T > m2, t > m1, v > th, t v > s mu")

@@ -1,5 +1,8 @@
-"""Heat and thermodynamics. Incropera: Fundamentals of Heat and Mass Transfer, 6th ed.; Çengel: Heat and Mass
-Transfer, and Thermodynamics."""
+"""Heat and thermodynamics.
+
+Incropera: Fundamentals of Heat and Mass Transfer, 6th ed.
+Çengel: Heat and Mass Transfer; Thermodynamics.
+"""
 
 from __future__ import annotations
 
@@ -84,8 +87,19 @@ def otto_cycle(r, k, cv, R, P1, T1, qin):
     T4 = T3 * r ** (1 - k)
     qout = cv * (T4 - T1)
     wnet = qin - qout
-    return {"v1": v1, "v2": v2, "T2": T2, "P2": P2, "T3": T3, "P3": P2 * T3 / T2, "T4": T4, "qout": qout,
-            "wnet": wnet, "eta": wnet / qin, "MEP": wnet / (v1 - v2)}  # fmt: skip
+    return {
+        "v1": v1,
+        "v2": v2,
+        "T2": T2,
+        "P2": P2,
+        "T3": T3,
+        "P3": P2 * T3 / T2,
+        "T4": T4,
+        "qout": qout,
+        "wnet": wnet,
+        "eta": wnet / qin,
+        "MEP": wnet / (v1 - v2),
+    }
 
 
 @sheet("Çengel, Thermodynamics, Example 9-3", "eta > rc, T3 > r", eta=0.632)
@@ -100,8 +114,18 @@ def brayton(rp, k, cp, T1, T3, etaC, etaT):
     T2s, T4s = T1 * x, T3 / x
     T2, T4 = T1 + (T2s - T1) / etaC, T3 - etaT * (T3 - T4s)
     wC, wT, qin = cp * (T2 - T1), cp * (T3 - T4), cp * (T3 - T2)
-    return {"T2s": T2s, "T2": T2, "T4s": T4s, "T4": T4, "wC": wC, "wT": wT, "wnet": wT - wC, "qin": qin,
-            "eta": (wT - wC) / qin, "bwr": wC / wT}  # fmt: skip
+    return {
+        "T2s": T2s,
+        "T2": T2,
+        "T4s": T4s,
+        "T4": T4,
+        "wC": wC,
+        "wT": wT,
+        "wnet": wT - wC,
+        "qin": qin,
+        "eta": (wT - wC) / qin,
+        "bwr": wC / wT,
+    }
 
 
 @sheet(OWN, "Tp > Tf, Tp > h, qin > Tr")

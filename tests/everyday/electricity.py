@@ -1,0 +1,265 @@
+"""Circuits, machines, lines and sensors."""
+
+from __future__ import annotations
+
+from math import acos, atan, atan2, cos, degrees, exp, hypot, log, log10, pi, radians, sin, sqrt, tan
+
+import numpy as np
+from scipy.optimize import brentq
+
+from .corpus import OWN, sheet
+
+
+def root(function, low, high):
+    return float(brentq(function, low, high, xtol=1e-18, rtol=1e-14))
+
+
+@sheet("OpenStax College Physics, Example 23.12", "Z > L, f0 > C, Z > R, I > C", Z=190, f0=1300)
+def series_rlc(R, L, C, f, V):
+    w = 2 * pi * f
+    XL, XC = w * L, 1 / (w * C)
+    Z = hypot(R, XL - XC)
+    phi = atan((XL - XC) / R)
+    return {
+        "w": w,
+        "XL": XL,
+        "XC": XC,
+        "Z": Z,
+        "I": V / Z,
+        "phi": degrees(phi),
+        "P": V**2 / Z * cos(phi),
+        "f0": 1 / (2 * pi * sqrt(L * C)),
+    }
+
+
+@sheet(
+    "Easwarakhanthan et al. 1986, cell of 57 mm at 33 degC",
+    "P > Iph, I > V, P > Rs, I > I0",
+    P=(0.31126, 3e-4),
+)
+def solar_cell(Iph, I0, n, Rs, Rsh, T, V):
+    Vt = 1.380649e-23 * T / 1.602176634e-19
+
+    def excess(current):
+        u = V + current * Rs
+        return Iph - I0 * (exp(u / (n * Vt)) - 1) - u / Rsh - current
+
+    current = root(excess, 0, Iph)
+    return {"Vt": Vt, "I": current, "P": V * current}
+
+
+@sheet("IEC 60751", "R > T, R > R0", R=(138.5055, 1e-6))
+def pt100(R0, A, B, T):
+    return {"R": R0 * (1 + A * T + B * T**2)}
+
+
+@sheet(
+    OWN,
+    "V > RL, PL > R1, I > R2, V I > R1 R2, PL > RL",
+    {
+        "PL > RL": ({"RL": (1000 * 2200 / 3200) ** 2 / 4700},),
+    },
+)
+def voltage_divider(Vs, R1, R2, RL):
+    Rp = R2 * RL / (R2 + RL)
+    V = Vs * Rp / (R1 + Rp)
+    return {"Rp": Rp, "V": V, "I": Vs / (R1 + Rp), "PL": V**2 / RL}
+
+
+@sheet(OWN, "Ig > R4, Va > R1, Va Vb > R1 R3, Ig > Vs")
+def wheatstone(Vs, R1, R2, R3, R4, Rg):
+    G = [[1 / R1 + 1 / R2 + 1 / Rg, -1 / Rg], [-1 / Rg, 1 / R3 + 1 / R4 + 1 / Rg]]
+    Va, Vb = map(float, np.linalg.solve(G, [Vs / R1, Vs / R3]))
+    return {"Va": Va, "Vb": Vb, "Ig": (Va - Vb) / Rg}
+
+
+@sheet(OWN, "Ra Rb Rc > Rab Rbc Rca, Ra > Rab, Rb > Rca")
+def star_delta(Rab, Rbc, Rca):
+    total = Rab + Rbc + Rca
+    return {"Ra": Rab * Rca / total, "Rb": Rab * Rbc / total, "Rc": Rbc * Rca / total}
+
+
+def other_capacity():
+    """Stored energy at a given time has a maximum over C: the other capacity of the same energy."""
+
+    def energy(C):
+        return C * (9 * (1 - exp(-0.6 / (47000 * C)))) ** 2 / 2
+
+    return root(lambda C: energy(C) - energy(1e-5), 1.0165e-5, 1e-3)
+
+
+@sheet(
+    OWN,
+    "V > t, I > R, V > C, E > C, E I > Vs R",
+    {
+        "I > R": ({"R": root(lambda R: exp(-6e4 / R) / R - exp(-6e4 / 47000) / 47000, 61000, 1e6)},),
+        "E > C": ({"C": other_capacity()},),
+    },
+)
+def rc_charge(Vs, R, C, t):
+    V = Vs * (1 - exp(-t / (R * C)))
+    return {"tau": R * C, "V": V, "I": (Vs - V) / R, "E": C * V**2 / 2}
+
+
+@sheet(OWN, "C > pf2, I1 > pf1, Qc > P, I2 C > P pf1")
+def power_factor(P, V, f, pf1, pf2):
+    Q1, Q2 = P * tan(acos(pf1)), P * tan(acos(pf2))
+    C = (Q1 - Q2) * 1e9 / (3 * V**2 * 2 * pi * f)
+    return {
+        "Q1": Q1,
+        "Q2": Q2,
+        "Qc": Q1 - Q2,
+        "C": C,
+        "I1": P * 1000 / (sqrt(3) * V * pf1),
+        "I2": P * 1000 / (sqrt(3) * V * pf2),
+    }
+
+
+@sheet(
+    OWN,
+    "S > X, P pf > R X, I > R, P Q > R X, P > R",
+    {
+        "P > R": ({"R": 81 / 12},),
+    },
+)
+def three_phase(VL, R, X):
+    Z = hypot(R, X)
+    current = VL / (sqrt(3) * Z)
+    S = sqrt(3) * VL * current
+    return {"Z": Z, "I": current, "pf": R / Z, "P": S * R / Z, "Q": S * X / Z, "S": S}
+
+
+@sheet(
+    OWN,
+    "reg > Xeq, E2 > S, eta > S, Pcu eta > Req Pfe",
+    {
+        "eta > S": ({"S": 150 / (0.03 / 0.240**2 * 25)},),
+    },
+)
+def transformer(S, V2, pf, Req, Xeq, Pfe):
+    I2 = S * 1000 / V2
+    E2 = hypot(V2 * pf + I2 * Req, V2 * sin(acos(pf)) + I2 * Xeq)
+    out, Pcu = S * 1000 * pf, I2**2 * Req
+    return {"I2": I2, "E2": E2, "reg": E2 / V2 - 1, "Pcu": Pcu, "eta": out / (out + Pfe + Pcu)}
+
+
+def fast_torque():
+    """The smaller load of the same power."""
+    P = 0.4 * (24 - 0.42 / 0.06 * 0.5) / 0.06
+    return {"TL": root(lambda T: T * (24 - (T + 0.02) / 0.06 * 0.5) / 0.06 - P, 1.0, 2.86)}
+
+
+@sheet(
+    OWN,
+    "n > K, P > TL, eta > TL, n I > K T0, w > Ra",
+    {
+        "P > TL": (fast_torque(),),
+        "n > K": ({"K": 0.42 * 0.5 / ((24 - 0.42 / 0.06 * 0.5) / 0.06) / 0.06},),
+        "eta > TL": ({"TL": 0.02 * (24 - 3.5) * 0.06 / 0.5 / (0.06 * 7)},),
+    },
+)
+def dc_motor(V, Ra, K, TL, T0):
+    current = (TL + T0) / K
+    w = (V - current * Ra) / K
+    return {"I": current, "w": w, "n": w * 60 / (2 * pi), "P": TL * w, "eta": TL * w / (V * current)}
+
+
+@sheet(
+    "after Chapman, Electric Machinery, the 25 hp motor",
+    "T > s, T > R2, Tmax > Xth, n > s",
+    {
+        "T > R2": ({"R2": (0.59**2 + 1.21**2) * 0.03**2 / 0.33},),
+    },
+)
+def induction_motor(Vth, Rth, Xth, R2, X2, ns, s):
+    ws = 2 * pi * ns / 60
+    Z = hypot(Rth, Xth + X2)
+    T = 3 * Vth**2 * R2 / s / (ws * ((Rth + R2 / s) ** 2 + (Xth + X2) ** 2))
+    return {"n": (1 - s) * ns, "ws": ws, "T": T, "smax": R2 / Z, "Tmax": 3 * Vth**2 / (2 * ws * (Rth + Z))}
+
+
+@sheet(OWN, "I > Is, Vd > R, Pd > Vs, Vd > n")
+def diode_resistor(Vs, R, Is, n, Vt):
+    Vd = root(lambda v: Is * (exp(v / (n * Vt)) - 1) * R + v - Vs, 0, 1)
+    current = (Vs - Vd) / R
+    return {"I": current, "Vd": Vd, "Pd": Vd * current}
+
+
+@sheet(OWN, "VCE > RE, IC > R1, VC VE > RC RE, VCE > beta", tolerance=1e-7)
+def bjt_bias(VCC, R1, R2, RC, RE, VBE, beta):
+    VTH, RTH = VCC * R2 / (R1 + R2), R1 * R2 / (R1 + R2)
+    IB = (VTH - VBE) / (RTH + (beta + 1) * RE)
+    IC, IE = beta * IB, (beta + 1) * IB
+    VC, VE = VCC - IC * RC, IE * RE
+    return {"VTH": VTH, "RTH": RTH, "IB": IB, "IC": IC, "IE": IE, "VC": VC, "VE": VE, "VCE": VC - VE}
+
+
+@sheet(OWN, "i2 > R3, i1 > E1, P2 > E2, i1 i3 > R1 R5, i1 i2 i3 > E1 R3 E2")
+def mesh_currents(E1, E2, R1, R2, R3, R4, R5):
+    A = [[R1 + R2, -R2, 0], [-R2, R2 + R3 + R4, -R4], [0, -R4, R4 + R5]]
+    i1, i2, i3 = map(float, np.linalg.solve(A, [E1, 0, -E2]))
+    return {"i1": i1, "i2": i2, "i3": i3, "P2": R2 * (i1 - i2) ** 2}
+
+
+@sheet(OWN, "P > d, Q1 > V1, P Q2 > d V2, Qloss > X")
+def power_transfer(V1, V2, X, d):
+    P, c = V1 * V2 / X * sin(radians(d)), V1 * V2 / X * cos(radians(d))
+    return {"P": P, "Q1": V1**2 / X - c, "Q2": c - V2**2 / X, "Qloss": V1**2 / X + V2**2 / X - 2 * c}
+
+
+@sheet("the high voltage solution is the operating one", "Vr > Q, loss > P, Vr > X, loss Vr > P Q")
+def bus_voltage(Vs, R, X, P, Q):
+    b, c = 2 * (P * R + Q * X) - Vs**2, (P**2 + Q**2) * (R**2 + X**2)
+    Vr = sqrt((-b + sqrt(b**2 - 4 * c)) / 2)
+    current = hypot(P, Q) / (sqrt(3) * Vr)
+    return {"Vr": Vr, "I": current, "loss": 3 * current**2 * R}
+
+
+@sheet(OWN, "V > T, R > T, V > beta, R V > T Rs")
+def thermistor(R25, beta, T, Vcc, Rs):
+    R = R25 * exp(beta * (1 / (T + 273.15) - 1 / 298.15))
+    return {"R": R, "V": Vcc * Rs / (R + Rs)}
+
+
+@sheet(OWN, "C > R, gain > f, dB > Q, phase > Q, gain phase > f0 Q")
+def low_pass(f, f0, Q, R):
+    x = f / f0
+    gain = 1 / hypot(1 - x**2, x / Q)
+    return {
+        "C": 1 / (2 * pi * f0 * R),
+        "x": x,
+        "gain": gain,
+        "dB": 20 * log10(gain),
+        "phase": -degrees(atan2(x / Q, 1 - x**2)),
+    }
+
+
+@sheet(OWN, "Z0 > D, gam > ZL, Z0 C > er d, SWR > ZL")
+def coax(d, D, er, ZL):
+    Z0 = 59.96 / sqrt(er) * log(D / d)
+    gam = (ZL - Z0) / (ZL + Z0)
+    return {
+        "Z0": Z0,
+        "C": 55.63 * er / log(D / d),
+        "v": 299792458 / sqrt(er),
+        "gam": gam,
+        "SWR": (1 + abs(gam)) / (1 - abs(gam)),
+    }
+
+
+@sheet(
+    OWN,
+    "P > R, V > r, P I > E R, P > r",
+    {
+        "P > R": ({"R": 0.2},),
+    },
+)
+def battery_max_power(E, r, R):
+    current = E / (R + r)
+    return {"I": current, "V": current * R, "P": current**2 * R, "eta": R / (R + r)}
+
+
+@sheet(OWN, "pct > A, P > I, dV > L, P pct > I V")
+def cable_drop(L, I, V, rho, A):  # noqa: E741
+    R = 2 * L * rho / A
+    return {"R": R, "dV": I * R, "pct": 100 * I * R / V, "P": I**2 * R}
