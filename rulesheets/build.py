@@ -24,6 +24,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         equations=expansion.equations,
         conditions=expansion.conditions,
         figures=program.sheet.figures,
+        requirements=expansion.requirements,
         files=files,
     )
     complaints = tuple(check_figures(program, model.variables))

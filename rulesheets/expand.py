@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rulesheets.circular import with_round_values
-from rulesheets.model import Equation, Premise
+from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.nodes import (
     And,
     Call,
@@ -29,6 +29,7 @@ from rulesheets.nodes import (
     Function,
     Given,
     IfRule,
+    Inequality,
     Name,
     Not,
     Or,
@@ -38,6 +39,7 @@ from rulesheets.nodes import (
     names,
     rebuilt,
 )
+from rulesheets.parse.ranges import ends
 from rulesheets.program import Program, components, operands, rules_of
 from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
@@ -83,6 +85,7 @@ class Expansion:
 
     equations: tuple[Equation, ...]
     conditions: tuple[Condition, ...]
+    requirements: tuple[Requirement, ...]
     names: tuple[str, ...]
 
 
@@ -97,6 +100,7 @@ class _Expander:
         self.functions = program.functions
         self.equations: list[Equation] = []
         self.conditions: list[Condition] = []
+        self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
         self.called: list[Iterator[tuple[RuleBody, Context]]] = []
 
@@ -111,7 +115,8 @@ class _Expander:
             self.expand_body(*step)
             stack.extend(reversed(self.called))
             self.called.clear()
-        return Expansion(tuple(self.equations), tuple(self.conditions), tuple(self.names))
+        requirements = (*self.requirements, *_ranges(self.program))
+        return Expansion(tuple(self.equations), tuple(self.conditions), requirements, tuple(self.names))
 
     def expand_body(self, body: RuleBody, context: Context) -> None:
         """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
@@ -125,8 +130,17 @@ class _Expander:
                         self.expand_component(part, context)
                 case CallRule():
                     self.expand_component(body, context)
+                case Inequality(comparisons):
+                    self.require(comparisons, context)
                 case IfRule():
                     stack.extend(reversed(self.arms(body, context)))
+
+    def require(self, comparisons: tuple[Comparison, ...], context: Context) -> None:
+        for comparison in comparisons:
+            bound = self.bind_condition(comparison, context)
+            assert isinstance(bound, Comparison)
+            scope = context.scope.prefix
+            self.requirements.append(Requirement(bound, context.guard, context.rule, scope))
 
     def expand_component(self, part: Equality | CallRule, context: Context) -> None:
         if isinstance(part, Equality):
@@ -239,6 +253,14 @@ def _bodies(owner: RuleSheet | Function, scope: Scope, guard: Guard) -> Iterator
     """The rules of a sheet or a function with where each stands."""
     for rule in rules_of(owner):
         yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
+
+
+def _ranges(program: Program) -> Iterator[Requirement]:
+    """The ends of ranges that name variables."""
+    for row in program.rows:
+        if row.range is not None and row.range.span is not None:
+            for comparison in ends(row.name, row.range):
+                yield Requirement(comparison, (), row.range.span)
 
 
 def _exact(side: Expression, rule: Span) -> Expression:

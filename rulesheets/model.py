@@ -118,6 +118,24 @@ def packed_equation(**fields: Any) -> Equation:
     return equation
 
 
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """A comparison that answers have to satisfy wherever every premise of ``guard`` comes out as it says.
+
+    It determines nothing. ``rule`` is the place of the rule, or of the range, that says it.
+    """
+
+    comparison: nodes.Comparison
+    guard: tuple[Premise, ...]
+    rule: Span
+    scope: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Variables of the comparison in order of first appearance, guards not included."""
+        return tuple(dict.fromkeys(nodes.names(self.comparison)))
+
+
 @dataclass(frozen=True)
 class Model:
     """Variables (in the order of the sheet, then locals in order of appearance) and equations.
@@ -132,6 +150,7 @@ class Model:
     equations: tuple[Equation, ...]
     conditions: tuple[nodes.Condition, ...]
     figures: tuple[nodes.Figure, ...] = ()
+    requirements: tuple[Requirement, ...] = ()
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     @cached_property

@@ -171,7 +171,15 @@ class IfRule:
     span: Span | None = _place()
 
 
-RuleBody: TypeAlias = Equality | CallRule | IfRule
+@dataclass(frozen=True, slots=True)
+class Inequality:
+    """``a < b`` as a rule; of a chain such as ``0 < x < 1``, the comparison of each two neighbours."""
+
+    comparisons: tuple[Comparison, ...]
+    span: Span | None = _place()
+
+
+RuleBody: TypeAlias = Equality | Inequality | CallRule | IfRule
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,12 +209,17 @@ class CommentLine:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``."""
+    """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``.
+
+    ``lower`` and ``upper`` are ends that name variables; the number of such an end is infinite.
+    """
 
     low: float = float("-inf")
     high: float = float("inf")
     low_open: bool = False
     high_open: bool = False
+    lower: Expression | None = None
+    upper: Expression | None = None
     span: Span | None = _place()
 
 

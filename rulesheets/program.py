@@ -12,6 +12,7 @@ from rulesheets.nodes import (
     Expression,
     Function,
     IfRule,
+    Inequality,
     Rule,
     RuleBody,
     RuleSheet,
@@ -60,7 +61,7 @@ def rules_of(owner: RuleSheet | Function) -> Iterator[Rule]:
     return (rule for rule in owner.rules if isinstance(rule, Rule))
 
 
-def bodies(body: RuleBody) -> Iterator[Equality | CallRule | IfRule]:
+def bodies(body: RuleBody) -> Iterator[RuleBody]:
     """A rule body and every body nested in its arms, in source order."""
     stack: list[RuleBody] = [body]
     while stack:
@@ -75,6 +76,8 @@ def operands(body: RuleBody) -> tuple[Expression | Condition, ...]:
     match body:
         case Equality(left, right):
             return (*left, *right)
+        case Inequality(comparisons):
+            return comparisons
         case CallRule(_, arguments, results):
             return (*arguments, *results)
         case IfRule(condition):

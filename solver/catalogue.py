@@ -45,6 +45,11 @@ OUTCOMES: dict[str, Entry] = {
         "A symbol equals itself alone: there is no arithmetic with it.",
         "Give a number for the variable, or clear it to have it solved.",
     ),
+    "S535": Entry(
+        "an answer does not meet a requirement",
+        "A rule that is an inequality is asked of answers; those that break it are not listed.",
+        "Move an input to where the note says that there is a solution, or change the requirement.",
+    ),
     "S540": Entry(
         "a variable drops out of its rule",
         "At these values the rule holds whatever the variable is, as where it is multiplied by 0.",

@@ -115,6 +115,18 @@ class BeyondFloats:
 
 
 @dataclass(frozen=True, slots=True)
+class Unmet:
+    """Requirement number ``requirement`` does not hold at ``values``: its sides are ``miss`` apart.
+
+    ``miss`` is None where they are no numbers.
+    """
+
+    requirement: int
+    miss: float | None
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class Truncated:
     """A limit was met; there may be more answers."""
 
@@ -150,5 +162,6 @@ Fact: TypeAlias = (
     | Unfixed
     | RestsOnRounding
     | BeyondFloats
+    | Unmet
     | Truncated
 )

@@ -18,7 +18,7 @@ from solver.path.activity import activity
 from solver.path.planner import planner
 from solver.result import Status
 from solver.solution.leaves import Exploration
-from solver.solution.refinement import explore_refined
+from solver.solution.narrowing import explore_required
 from solver.verdicts.explain import explain
 from solver.verdicts.verdict import Verdict, judge
 
@@ -176,7 +176,7 @@ class Plan:
         values = self._values(numbers)
         paths = planner(self.model)
         paths.recall(frozenset(values), frozenset(self.want))
-        found = explore_refined(self.model, values, self.want, self.guesses, self.want)
+        found = explore_required(self.model, values, self.want, self.guesses, self.want)
         paths.keep()
         verdict = judge(self.model, found, values, self.guesses)
         if verdict.status in (Status.SINGULAR, Status.PARTIAL):

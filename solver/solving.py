@@ -8,11 +8,12 @@ from functools import partial
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
 from rulesheets.record import replace
+from solver.facts import Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import Leaf, infinite, leaf_errors
-from solver.solution.refinement import explore_refined
+from solver.solution.narrowing import explore_required
 from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
@@ -58,7 +59,7 @@ def solve(
         from solver.proof import require_proof
 
         require_proof()
-    found = explore_refined(model, given, wanted, hints, judged, always=prove)
+    found = explore_required(model, given, wanted, hints, judged, always=prove)
     paths.keep()
     verdict, by = judge(model, found, given, hints), model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
@@ -156,7 +157,7 @@ def _near(
     guesses: Mapping[str, float],
 ) -> Mapping[str, Value] | None:
     """The answer nearest to the guesses, None where there is none."""
-    verdict = judge(model, explore_refined(model, inputs, wanted, guesses, judged), inputs, guesses)
+    verdict = judge(model, explore_required(model, inputs, wanted, guesses, judged), inputs, guesses)
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 
@@ -188,7 +189,8 @@ def _unreached(model: Model, verdict: Verdict, inputs: Mapping[str, Value]) -> t
 
 def _determined(verdict: Verdict, inputs: Mapping[str, Value]) -> Mapping[str, Value]:
     """What the inputs determine even though the whole is not solved."""
-    if verdict.status is Status.INFEASIBLE and len(verdict.leaves) == 1:
+    refused = any(isinstance(fact, Unmet) for fact in verdict.facts)
+    if verdict.status is Status.INFEASIBLE and len(verdict.leaves) == 1 and not refused:
         return verdict.leaves[0].branch.values
     return inputs
 

@@ -12,7 +12,7 @@ from sympy.printing.str import StrPrinter
 
 from rulesheets.algebra.convert import AS_WRITTEN
 from rulesheets.algebra.names import latex_name
-from rulesheets.model import Equation, Model, Premise
+from rulesheets.model import Equation, Model, Premise, Requirement
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Not, Or
 from rulesheets.record import dataclass
 
@@ -30,18 +30,18 @@ _NEGATED = {"=": "<>", "<>": "="}
 
 
 def listing(model: Model, latex: bool = False) -> str:
-    """Every equation on a line of its own with its place; guards after ``if``.
+    """Every equation on a line of its own with its place, then every requirement; guards after ``if``.
 
     In LaTeX the lines are rows of an ``align*`` environment, the places in comments.
     """
+    rules: tuple[Equation | Requirement, ...] = (*model.equations, *model.requirements)
     if latex:
-        rows = [_latex_row(equation, model) for equation in model.equations]
+        rows = [_latex_row(rule, model) for rule in rules]
         return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
-    places = [_place(equation) for equation in model.equations]
+    places = [_place(rule) for rule in rules]
     width = max((len(place) for place in places), default=0)
     return "\n".join(
-        f"{place:<{width}}  {_text_row(equation, model)}"
-        for place, equation in zip(places, model.equations, strict=True)
+        f"{place:<{width}}  {_text_row(rule, model)}" for place, rule in zip(places, rules, strict=True)
     )
 
 
@@ -55,22 +55,28 @@ def condition_latex(condition: Condition) -> str:
     return _LATEX.condition(condition)
 
 
-def _place(equation: Equation) -> str:
-    return f"{os.path.basename(equation.rule.file)}:{equation.rule.line}"
+def _place(rule: Equation | Requirement) -> str:
+    return f"{os.path.basename(rule.rule.file)}:{rule.rule.line}"
 
 
-def _text_row(equation: Equation, model: Model) -> str:
-    row = f"{_text(equation.left)} = {_text(equation.right)}"
-    guard = _TEXT.guard(equation.guard, model)
+def _text_row(rule: Equation | Requirement, model: Model) -> str:
+    if isinstance(rule, Requirement):
+        row = _TEXT.condition(rule.comparison)
+    else:
+        row = f"{_text(rule.left)} = {_text(rule.right)}"
+    guard = _TEXT.guard(rule.guard, model)
     return f"{row}   if {guard}" if guard else row
 
 
-def _latex_row(equation: Equation, model: Model) -> str:
-    row = f"  {_latex(equation.left)} &= {_latex(equation.right)}"
-    guard = _LATEX.guard(equation.guard, model)
+def _latex_row(rule: Equation | Requirement, model: Model) -> str:
+    if isinstance(rule, Requirement):
+        row = f"  & {_LATEX.condition(rule.comparison)}"
+    else:
+        row = f"  {_latex(rule.left)} &= {_latex(rule.right)}"
+    guard = _LATEX.guard(rule.guard, model)
     if guard:
         row += rf" && \text{{if }} {guard}"
-    return f"  % {_place(equation)}\n{row}"
+    return f"  % {_place(rule)}\n{row}"
 
 
 def _text(expression: Expression) -> str:

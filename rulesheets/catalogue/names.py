@@ -90,6 +90,11 @@ NAMES: dict[str, Entry] = {
         "What works on expressions takes one level after the other, and they are limited.",
         "Split it over several rules.",
     ),
+    "E218": Entry(
+        "the end of a range names an unknown variable",
+        "No rule and no other row has the name.",
+        "Take the suggestion, or write a number.",
+    ),
     "E230": Entry(
         "a figure names an unknown variable",
         "The coordinates of a figure are those of variables of the sheet, locals by their full names.",

@@ -32,7 +32,7 @@ SYNTAX: dict[str, Entry] = {
     ),
     "E106": Entry(
         "a rule has one equals sign",
-        "A rule says that two sides are equal; a = b = c is two rules.",
+        "A rule says that two sides are equal; a = b = c is two rules, and so is a = b < c.",
         "Write a = b and b = c on two lines.",
     ),
     "E107": Entry(
@@ -54,11 +54,6 @@ SYNTAX: dict[str, Entry] = {
         "this is not a condition",
         "A condition compares (a < b, a = 'open); a bare expression is neither true nor false.",
         "Compare it with something, as in x + 1 > 0.",
-    ),
-    "E111": Entry(
-        "a comparison is not a rule",
-        "A rule is an equation; an inequality cannot be solved for a value.",
-        "Give the range in the variables section (x < 3), or use it as a condition after `if`.",
     ),
     "E112": Entry(
         "`else` has no `if`",

@@ -11,6 +11,7 @@ from rulesheets.checks.names import (
     check_declared,
     check_givens,
     check_names,
+    check_ranges,
     check_rows,
     check_symbols,
     check_tuples,
@@ -35,6 +36,7 @@ def _complaints(program: Program) -> Iterator[Diagnosis]:
     sheet = Scope(program)
     functions = {name: Scope(program, function) for name, function in program.functions.items()}
     yield from check_rows(program)
+    yield from check_ranges(sheet)
     yield from _check_scope(sheet)
     for function, scope in zip(program.functions.values(), functions.values(), strict=True):
         yield from check_head(function)

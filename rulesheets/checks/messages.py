@@ -227,6 +227,15 @@ def unknown_given(name: str, place: Span | None, known: Iterable[str]) -> Diagno
     )
 
 
+def unknown_end(name: str, place: Span | None, known: Iterable[str]) -> Diagnosis:
+    return error(
+        "E218",
+        f"the end of a range names {name}, which is no variable of this sheet",
+        *labels((place, "")),
+        notes=suggestion(name, known) or (f"no rule and no other row names {name}",),
+    )
+
+
 def duplicate_row(name: str, place: Span | None, first: Span | None) -> Diagnosis:
     return error(
         "E215",

@@ -9,7 +9,7 @@ from rulesheets.checks.calls import check_builtin
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.nodes import Call, Comparison, Equality, Expression, Symbol, children
+from rulesheets.nodes import Call, Comparison, Equality, Expression, Name, Symbol, children
 from rulesheets.program import Program, walk
 from rulesheets.source import Span
 
@@ -61,6 +61,16 @@ def check_rows(program: Program) -> Iterator[Diagnosis]:
             yield messages.duplicate_row(row.name, place, first[row.name])
         else:
             first[row.name] = place
+
+
+def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
+    """Ends of ranges that name variables: these are there, and the functions are built in."""
+    ranges = (row.range for row in scope.program.rows if row.range is not None)
+    for end in (end for limits in ranges for end in (limits.lower, limits.upper) if end is not None):
+        yield from check_constant(end)
+        for node in walk(end):
+            if isinstance(node, Name) and node.name not in scope.names:
+                yield messages.unknown_end(node.name, node.span, scope.names)
 
 
 def check_givens(scope: Scope) -> Iterator[Diagnosis]:

@@ -52,6 +52,18 @@ def holds(
             return condition.name in given
 
 
+def meets(comparison: Comparison, values: Values) -> bool:
+    """Whether numbers are as a requirement asks, with the comparison tolerance in every relation.
+
+    Numbers that are equal within it satisfy ``<=`` and ``>=``, and neither ``<`` nor ``>``.
+    Raises KeyError and Undefined as :func:`holds` does.
+    """
+    operator, left, right = comparison.operator, comparison.left, comparison.right
+    if operator not in ("=", "<>") and _compare(Comparison("=", left, right), values, _equal_sides):
+        return operator in ("<=", ">=")
+    return _compare(comparison, values, _equal_sides)
+
+
 def _any(
     terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same
 ) -> bool:

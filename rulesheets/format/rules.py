@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rulesheets.format.expressions import format_condition, format_expression, format_list
-from rulesheets.nodes import CallRule, Equality, Expression, IfRule, RuleBody
+from rulesheets.nodes import CallRule, Equality, Expression, IfRule, Inequality, RuleBody
 
 WIDTH = 80
 """Characters beyond which a conditional with ``else`` is broken into lines."""
@@ -17,6 +17,10 @@ def format_rule(body: RuleBody) -> str:
     match body:
         case Equality(left, right):
             return f"{_side(left)} = {_side(right)}"
+        case Inequality(comparisons):
+            first, *others = map(format_condition, comparisons)
+            starts = (len(format_expression(comparison.left)) for comparison in comparisons[1:])
+            return first + "".join(text[start:] for text, start in zip(others, starts, strict=True))
         case CallRule(function, arguments, results):
             shown = f"; {format_list(results)}" if results else ""
             return f"call {function}({format_list(arguments)}{shown})"

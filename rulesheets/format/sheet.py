@@ -9,6 +9,7 @@ from rulesheets.format.expressions import format_expression, format_list, format
 from rulesheets.format.rules import rule_lines
 from rulesheets.nodes import (
     CommentLine,
+    Expression,
     Figure,
     Function,
     Mark,
@@ -112,15 +113,19 @@ def _unit(unit: str | None, display: str | None) -> str:
 def _range(limits: Range | None) -> str:
     if limits is None:
         return ""
-    low, high = format_number(limits.low), format_number(limits.high)
-    if math.isfinite(limits.low) and math.isfinite(limits.high) and not (limits.low_open or limits.high_open):
+    low, high = _end(limits.low, limits.lower), _end(limits.high, limits.upper)
+    if low and high and not (limits.low_open or limits.high_open):
         return f"in [{low}, {high}]"
-    bounds = []
-    if math.isfinite(limits.low):
-        bounds.append(f">{'' if limits.low_open else '='} {low}")
-    if math.isfinite(limits.high):
-        bounds.append(f"<{'' if limits.high_open else '='} {high}")
-    return ", ".join(bounds)
+    lower = low and f">{'' if limits.low_open else '='} {low}"
+    upper = high and f"<{'' if limits.high_open else '='} {high}"
+    return ", ".join(filter(None, (lower, upper)))
+
+
+def _end(number: float, expression: Expression | None) -> str:
+    """An end of a range, empty where there is none."""
+    if expression is not None:
+        return format_expression(expression)
+    return format_number(number) if math.isfinite(number) else ""
 
 
 # --- rules and functions --------------------------------------------------------

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.parse.function import Head
-from rulesheets.parse.ranges import Bound, bounded, constant
+from rulesheets.parse.ranges import Bound, bounded, limit
 from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
@@ -164,6 +164,11 @@ class Builder:
         span = self._span(children[0].start, children[1].end)
         return nodes.Equality(left.expressions, right.expressions, span)
 
+    def inequality(self, children: Children) -> nodes.Inequality:
+        sides, signs = children[::2], children[1::2]
+        pairs = zip(sides, signs, sides[1:], strict=False)
+        return nodes.Inequality(tuple(map(self.comparison, pairs)), self._around(children[::2]))
+
     def call_rule(self, children: Children) -> nodes.CallRule:
         word, name, arguments, results, closing = children
         span = self._span(self._start(word), self._end(closing))
@@ -180,7 +185,7 @@ class Builder:
         name, assigned, *marks = children
         sign, expression, tolerance = assigned or ("", None, None)
         units = [mark for mark in marks if isinstance(mark, str)]
-        ranges = [mark for mark in marks if not isinstance(mark, str)]
+        ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
         unit, display = _unit(units[0]) if units else (None, None)
         return nodes.VariableRow(
             str(name),
@@ -204,16 +209,16 @@ class Builder:
         end = size.span.end if percent is None else self._end(percent)
         return nodes.Tolerance(size, percent is not None, self._span(self._start(sign), end))
 
-    def bound(self, children: Children) -> Bound:
+    def bound(self, children: Children) -> tuple[Bound, ...]:
         sign, expression = children
         operator = _RELATIONS.get(sign, str(sign))
         span = self._span(self._start(sign), expression.span.end)
-        return Bound(operator, constant(expression), span)
+        return (Bound(operator, limit(expression), span),)
 
-    def interval(self, children: Children) -> nodes.Range:
+    def interval(self, children: Children) -> tuple[Bound, ...]:
         word, low, high, closing = children
         span = self._span(self._start(word), self._end(closing))
-        return nodes.Range(constant(low), constant(high), span=span)
+        return Bound(">=", limit(low), span), Bound("<=", limit(high), span)
 
     # --- section heads ---
 

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import Expression, Range, names
-from rulesheets.record import dataclass
+from rulesheets.nodes import Comparison, Expression, Name, Range, names
+from rulesheets.record import dataclass, replace
 from rulesheets.source import Span
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """``< 5`` and the like, beside a name in the variables section."""
+    """``< 5`` and the like, beside a name in the variables section; ``limit`` may name variables."""
 
     operator: str
-    limit: float
+    limit: float | Expression
     span: Span
 
 
-def constant(expression: Expression) -> float:
-    """The value of an expression of numbers."""
+def limit(expression: Expression) -> float | Expression:
+    """The value of an expression of numbers; one that names variables as it is."""
+    if any(names(expression)):
+        return expression
     try:
-        if not any(names(expression)):
-            return value(expression, {})
-        reason = "a bound is a number, not a variable"
+        return value(expression, {})
     except Undefined as undefined:
         reason = f"this bound has no value: {undefined}"
     except KeyError as unknown:
@@ -34,30 +34,41 @@ def constant(expression: Expression) -> float:
     raise RuleSheetError(_wrong(reason, expression.span))
 
 
-def bounded(marks: Sequence[Bound | Range]) -> Range | None:
+def bounded(bounds: Sequence[Bound]) -> Range | None:
     """All bounds of a row together; None where there are none."""
-    if not marks:
+    if not bounds:
         return None
-    low, high, low_open, high_open = -math.inf, math.inf, False, False
-    for mark in marks:
-        if isinstance(mark, Range):
-            low, high = _once(low, -math.inf, mark.low, mark), _once(high, math.inf, mark.high, mark)
-        elif mark.operator in (">", ">="):
-            low, low_open = _once(low, -math.inf, mark.limit, mark), mark.operator == ">"
-        elif mark.operator in ("<", "<="):
-            high, high_open = _once(high, math.inf, mark.limit, mark), mark.operator == "<"
-        else:
-            raise RuleSheetError(_wrong("<> is no bound", mark.span))
-    span = Span(marks[0].span.source, marks[0].span.start, marks[-1].span.end)  # type: ignore[union-attr]
-    if low > high or (low == high and (low_open or high_open)):
+    found = Range()
+    for bound in bounds:
+        found = _narrowed(found, bound)
+    span = Span(bounds[0].span.source, bounds[0].span.start, bounds[-1].span.end)
+    if found.low > found.high or (found.low == found.high and (found.low_open or found.high_open)):
         raise RuleSheetError(_wrong("this range is empty: its lower end is not below its upper end", span))
-    return Range(low, high, low_open, high_open, span)
+    return replace(found, span=span)
 
 
-def _once(present: float, default: float, limit: float, mark: Bound | Range) -> float:
-    if present != default:
-        raise RuleSheetError(_wrong("this end of the range is already set", mark.span))
-    return limit
+def _narrowed(limits: Range, bound: Bound) -> Range:
+    """The range with one of its ends, which must not be there yet."""
+    if bound.operator == "<>":
+        raise RuleSheetError(_wrong("<> is no bound", bound.span))
+    is_lower, is_open = bound.operator[0] == ">", len(bound.operator) == 1
+    number, expression = (bound.limit, None) if isinstance(bound.limit, float) else (None, bound.limit)
+    present = (limits.low, limits.lower) if is_lower else (limits.high, limits.upper)
+    if present != ((-math.inf if is_lower else math.inf), None):
+        raise RuleSheetError(_wrong("this end of the range is already set", bound.span))
+    if is_lower:
+        low = limits.low if number is None else number
+        return replace(limits, low=low, lower=expression, low_open=is_open)
+    high = limits.high if number is None else number
+    return replace(limits, high=high, upper=expression, high_open=is_open)
+
+
+def ends(name: str, limits: Range) -> Iterator[Comparison]:
+    """The ends of a range that name variables, as comparisons with the variable that it bounds."""
+    if limits.lower is not None:
+        yield Comparison(">" if limits.low_open else ">=", Name(name), limits.lower, limits.span)
+    if limits.upper is not None:
+        yield Comparison("<" if limits.high_open else "<=", Name(name), limits.upper, limits.span)
 
 
 def _wrong(message: str, span: Span | None) -> Diagnosis:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
-from rulesheets.nodes import Equality
+from rulesheets.nodes import Equality, Inequality
 from rulesheets.parse import mistakes
 from rulesheets.parse.grammar import Unparsed, grammar
 from rulesheets.parse.layout import Line
@@ -60,4 +60,4 @@ def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
         return next(filter(None, map(mistakes.too_deep, node.arguments)), mistakes.wrong_mark(node))
     if kind == "mark":
         return mistakes.wrong_mark(node)
-    return mistakes.without_variable(node) if type(node) is Equality else None
+    return mistakes.without_variable(node) if isinstance(node, Equality | Inequality) else None

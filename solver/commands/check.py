@@ -41,6 +41,8 @@ def summary(model: Model) -> str:
     if locals_:
         parts.append(plural(locals_, "local"))
     parts.append(plural(len(model.equations), "rule"))
+    if model.requirements:
+        parts.append(plural(len(model.requirements), "requirement"))
     if model.figures:
         parts.append(plural(len(model.figures), "figure"))
     return f"{model.name}: {', '.join(parts)}; nothing wrong"

@@ -13,7 +13,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rulesheets.model import Equation, Model, Value
+    from rulesheets.model import Model, Premise, Value
     from solver.compiled.way import Pattern, Way
     from solver.path.planner import Planner
 
@@ -134,10 +134,10 @@ class Conditions:
                         seen.add(pair if comparison.operator == "<=" else pair[::-1])
         return frozenset(frozenset(pair) for pair in seen if pair[::-1] in seen)
 
-    def _active(self, way: Way, equation: Equation) -> int | None:
-        """The node of an equation's guard; None where it is not known."""
+    def _active(self, way: Way, guard: Sequence[Premise]) -> int | None:
+        """The node of a guard; None where it is not known."""
         total = self.flow.true
-        for premise in equation.guard:
+        for premise in guard:
             node = self._condition(way, self.model.conditions[premise.condition])
             if node is None:
                 return None

@@ -39,12 +39,13 @@ class Finish(Preimages, Testimony):
             known = all(name in way.values or name in way.symbols for name in equation.names)
             if not known or equation.index in way.settled or activity(equation, way.decided) is False:
                 continue
-            active = self._active(way, equation)
+            active = self._active(way, equation.guard)
             if active is None or active == flow.false:
                 continue
             holds = self._witness(way, equation, active)
             with flow.only_if(active):
                 flow.require(holds)
+        self._required(way)
         for name, variable in self.model.variables.items():
             self._turned(way, name, variable)
         self._accurate(way)
@@ -59,6 +60,25 @@ class Finish(Preimages, Testimony):
         order = (*self._guessed(way), *way.order) if way.order else ()
         ending = Ending(results, tuple(way.checks), tuple(way.finite), way.gone, order)
         return trimmed(flow, self._with_all_digits(way, ending))
+
+    def _required(self, way: Way) -> None:
+        """An ending that breaks a requirement is no answer; one next to an edge is left to the other way."""
+        flow = self.flow
+        for requirement in self.model.requirements:
+            if not all(name in way.values for name in requirement.names):
+                if all(name in way.values or name in way.symbols for name in requirement.names):
+                    raise NotCompilable
+                continue
+            active = self._active(way, requirement.guard)
+            if active is None or active == flow.false:
+                continue
+            sides = requirement.comparison.left, requirement.comparison.right
+            one, other = (self._expression(way, side) for side in sides)
+            meets = flow.compare(requirement.comparison.operator, one, other)
+            with flow.only_if(active):
+                flow.require(flow.add("not", flow.compare("=", one, other)))
+            broken = flow.add("and", active, flow.add("not", meets))
+            way.gone = flow.add("or", way.gone, broken)
 
     def _with_all_digits(self, way: Way, ending: Ending) -> Ending:
         """The same ending where no number that it reads was lost below what floats hold."""

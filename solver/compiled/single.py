@@ -62,7 +62,7 @@ class Single(Preimages):
             equation = self.model.equations[index]
             if activity(equation, way.decided) is False:
                 continue
-            active = self._active(way, equation)
+            active = self._active(way, equation.guard)
             if active is None:
                 raise NotCompilable
             if active == flow.false:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from rulesheets.evaluate import Undefined, holds
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Requirement, Value
 
 
 def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
@@ -21,8 +21,8 @@ def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str])
     return found
 
 
-def activity(equation: Equation, decided: Mapping[int, bool]) -> bool | None:
-    """True: active; False: its guard is false; None: not known yet."""
+def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> bool | None:
+    """True: active (of a requirement: asked); False: its guard is false; None: not known yet."""
     verdict: bool | None = True
     for premise in equation.guard:
         outcome = decided.get(premise.condition)

@@ -108,11 +108,12 @@ class ModelGraph:
         """Whether it is nothing but an angle to the rules, but larger or smaller than something to one of
         their conditions: a whole turn of it may make a difference.
         """
-        if self._angle(name) is None or not self.model.conditions:
+        required = tuple(requirement.comparison for requirement in self.model.requirements)
+        if self._angle(name) is None or not (required or self.model.conditions):
             return False
         if self._weighed is None:
             assert self._turns is not None
-            everywhere = _turns(self.model.equations, self.model.conditions)
+            everywhere = _turns(self.model.equations, (*self.model.conditions, *required))
             self._weighed = frozenset(self._turns.keys() - everywhere)
         return name in self._weighed
 

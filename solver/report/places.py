@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from rulesheets.model import Equation, Model, Premise
+from rulesheets.model import Equation, Model, Premise, Requirement
 from rulesheets.source import Span, escaped
 
 
@@ -33,13 +33,14 @@ class Places:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self._short = short_names(equation.rule.file for equation in model.equations)
+        spans = [*(e.rule for e in model.equations), *(r.rule for r in model.requirements)]
+        self._short = short_names(span.file for span in spans)
         self._guards: dict[tuple[str, Span], set[tuple[Premise, ...]]] = {}
         for equation in model.equations:
             self._guards.setdefault((equation.scope, equation.rule), set()).add(equation.guard)
 
-    def of(self, equation: Equation) -> str:
-        return f"{self._short[equation.rule.file]}:{equation.rule.line}"
+    def of(self, rule: Equation | Requirement) -> str:
+        return f"{self._short[rule.rule.file]}:{rule.rule.line}"
 
     def said(self, equation: Equation) -> str:
         """The rule of an equation; of a rule with several arms the arm that the equation stands in."""

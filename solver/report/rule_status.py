@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rulesheets.model import Equation
+from rulesheets.model import Equation, Requirement
 from rulesheets.record import dataclass
 from rulesheets.source import Span
 from solver.report.places import Places, rule_text
@@ -30,7 +30,7 @@ class RuleStatus:
     """
 
     mark: str
-    equation: Equation
+    equation: Equation | Requirement
     waits_for: tuple[str, ...]
 
 
@@ -61,7 +61,8 @@ def _statuses(result: Result) -> Iterator[RuleStatus]:
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     (known,) = answers(result, every=False)
     partial = result.status is Status.PARTIAL
-    for equation in result.model.equations:
+    rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
+    for equation in rules:
         waits_for = tuple(name for name in equation.names if name not in known)
         if (equation.rule.file, equation.rule.start) in blamed:
             yield RuleStatus(BLAMED, equation, waits_for)
@@ -69,7 +70,7 @@ def _statuses(result: Result) -> Iterator[RuleStatus]:
             yield RuleStatus(WAITING, equation, waits_for)
 
 
-def _clipped(equation: Equation) -> str:
+def _clipped(equation: Equation | Requirement) -> str:
     text = rule_text(equation.rule)
     return text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
 

@@ -18,6 +18,7 @@ from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBloc
 from solver.solution.casework import Casework
 from solver.solution.findings import Findings
 from solver.solution.leaves import Branch, Exploration, Leaf, infinite, without_value
+from solver.solution.requirements import unmet
 from solver.solution.turns import settled
 
 TYPE_CHECKING = False
@@ -111,6 +112,9 @@ class Explorer:
     def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
         for place in range(start, len(steps)):
+            if self._broken(branch):
+                self._finish(branch)
+                return False
             step = steps[place]
             rest = partial(self._follow, steps=steps, start=place + 1)
             match step:
@@ -132,6 +136,15 @@ class Explorer:
                 return again
         self._finish(branch)
         return False
+
+    def _broken(self, branch: Branch) -> bool:
+        """Whether the branch leads to no answer, by a requirement on what is known. Whole turns of an angle
+        are settled at its end."""
+        if not self.model.requirements:
+            return False
+        broken = unmet(self.model, branch.values, branch.decided)
+        asked = (self.model.requirements[fact.requirement].names for fact in broken)
+        return any(all(self.graph.turn(name) is None for name in names) for names in asked)
 
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Value]) -> None:
         self.budget.used += STEP

@@ -9,6 +9,7 @@ from solver.accuracy.witness import testify
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.path.activity import activity
 from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded, infinite
+from solver.solution.requirements import unmet
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -93,6 +94,7 @@ class Findings:
             else:
                 self.delicate = self.delicate or testimony.delicate
                 conflicts.append(Conflict((equation.index,), testimony.miss, values))
+        conflicts += unmet(self.model, values, decided)
         lacking = (name for name in self.judged if name not in values)
         missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
         leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)

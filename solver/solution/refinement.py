@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from rulesheets.evaluate import Undefined, holds
+from rulesheets.evaluate import Undefined, derivatives, holds
 from rulesheets.evaluate.conditions import equal
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Requirement, Value
 from rulesheets.nodes import Comparison, Condition, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
@@ -72,6 +72,7 @@ def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
         or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
         or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
         or any(_undecided(condition, values, errors) for condition in model.conditions)
+        or any(_at_the_edge(requirement, values, errors) for requirement in model.requirements)
     )
 
 
@@ -87,6 +88,18 @@ def _within_errors(
         if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
             return True
     return False
+
+
+def _at_the_edge(requirement: Requirement, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:
+    """Whether errors of the values decide on which side of a requirement they lie."""
+    sides = requirement.comparison.left, requirement.comparison.right
+    try:
+        (left, slopes_left), (right, slopes_right) = (derivatives(side, values) for side in sides)
+    except (KeyError, TypeError, Undefined):
+        return False
+    slopes = [*slopes_left.items(), *slopes_right.items()]
+    reach = sum(abs(slope) * errors.get(name, 0.0) for name, slope in slopes)
+    return 0.0 < abs(left - right) <= SAFETY * reach
 
 
 def _undecided(condition: Condition, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:

@@ -23,10 +23,11 @@ from solver.facts import (
     RestsOnRounding,
     Truncated,
     Unfixed,
+    Unmet,
 )
 from solver.result import Status
 from solver.solution.leaves import Leaf
-from solver.verdicts.remedy import Patience, bounds, clash, cures, derivation, givings
+from solver.verdicts.remedy import Patience, bounds, clash, cures, derivation, givings, rounded
 from solver.verdicts.verdict import Verdict
 
 MAX_NAMED = 8
@@ -168,10 +169,25 @@ class _Explanation:
                     "it is too large, too small, or too near another number: scale the rule, or its units",
                 )
                 return self._error("S551", message, (equation,), (unknown,), notes)
+            case Unmet():
+                return self._unmet(fact)
             case Truncated(what):
                 return self._note("S590", f"there are too many {what} to list them all", ())
             case _:
                 assert_never(fact)
+
+    def _unmet(self, fact: Unmet) -> Diagnosis:
+        requirement = self.model.requirements[fact.requirement]
+        said = [f"{name} = {_text(fact.values[name])}" for name in requirement.names]
+        inputs_only = all(name in self.inputs for name in requirement.names)
+        answer = "no answer" if self.verdict.status is Status.INFEASIBLE else "no answer that was found"
+        who = f"{listed(said)} do" if len(said) > 1 else f"{said[0]} does"
+        message = f"{who} not meet this requirement" if inputs_only else f"{answer} meets this requirement"
+        short = "" if fact.miss is None else f": it is missed by {number_text(rounded(fact.miss))}"
+        notes = () if inputs_only else (f"the answer nearest to it has {listed(said)}",)
+        mine = self._bounds((), requirement.names, requirement.names)
+        labels = (Label(requirement.rule),)
+        return Diagnosis("S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names)
 
     def _rank(self, fact: RankLoss) -> Diagnosis:
         if fact.everywhere:
@@ -251,16 +267,18 @@ class _Explanation:
             notes.append(f"leave out {name}: the other inputs make it {_output(value)}")
         return self._error("S520", message, found.equations, found.inputs, tuple(notes))
 
-    def _bounds(self, equations: Sequence[int], unknowns: Sequence[str]) -> tuple[str, ...]:
-        """How far each input that these rules depend on would have to move."""
+    def _bounds(
+        self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
+    ) -> tuple[str, ...]:
+        """How far each input that these rules, or what is ``read``, depend on would have to move."""
         if self.leaf is None:
             numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
         else:
-            _, numeric = derivation(self.model, self.inputs, self.leaf, equations)
+            _, numeric = derivation(self.model, self.inputs, self.leaf, equations, read)
         own = {name: variable.value for name, variable in self.model.variables.items()}
         changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
         found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns, self.patience)
-        sides = [f"{b.name} {b.relation} {number_text(_rounded(b.value))}" for b in found]
+        sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
         return (
             (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
         )
@@ -303,14 +321,8 @@ class _Explanation:
 
 
 def _direction(direction: Mapping[str, float]) -> str:
-    parts = [f"{name}: {number_text(_rounded(value, 3))}" for name, value in direction.items() if value]
+    parts = [f"{name}: {number_text(rounded(value, 3))}" for name, value in direction.items() if value]
     return f"({', '.join(parts)})"
-
-
-def _rounded(value: float, digits: int = 6) -> float:
-    if value == 0.0 or not math.isfinite(value):
-        return value
-    return round(value, digits - 1 - math.floor(math.log10(abs(value))))
 
 
 def _text(value: Value) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from rulesheets import nodes
@@ -19,6 +20,10 @@ MAX_FILTER = 60
 MAX_TRIALS = 26
 ROUGH = 1e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
+NEAR = 1e-9
+"""How near to a bound that does not belong to them feasible values must come, relative to it."""
+BEYOND = (0.25, 0.5, 0.75, 0.99)
+"""Shares of the way to an edge, at which nothing is feasible if it is one."""
 PATIENCE = 50_000
 """Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
 
@@ -117,12 +122,12 @@ def clash(
 
 
 def derivation(
-    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int]
+    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int], read: Sequence[str] = ()
 ) -> tuple[list[int], list[str]]:
-    """Every rule and input that the values in ``equations`` come from."""
+    """Every rule and input that the values in ``equations``, and those of what is ``read``, come from."""
     rules = dict.fromkeys(equations)
     given: dict[str, None] = {}
-    names = [name for e in equations for name in _reads(model, e)]
+    names = [*read, *(name for e in equations for name in _reads(model, e))]
     seen: set[str] = set()
     while names:
         name = names.pop()
@@ -241,20 +246,38 @@ def bounds(
             return any(map(_solved, patience.shown(tried).leaves))
 
         edge = _edge(feasible, given)
-        if edge is not None and not patience.lost:
-            found.append(_bound(name, given, edge, feasible))
+        bound = None if edge is None else _bound(name, given, edge, feasible)
+        if bound is not None and not patience.lost:
+            found.append(bound)
     return tuple(found)
 
 
-def _bound(name: str, given: float, edge: float, feasible: Callable[[float], bool]) -> Bound:
-    """What an edge says: next to 0 whether 0 is in, and next to the given value that nothing else is out."""
+def _bound(name: str, given: float, edge: float, feasible: Callable[[float], bool]) -> Bound | None:
+    """What an edge says, tried: whether it belongs to what is feasible, rounded to where it still does.
+
+    None where something on the far side of it is feasible, too: there it is no edge.
+    """
     size = abs(given) or 1.0
+    inward = 1.0 if edge > given else -1.0
     if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
         return Bound(name, "≠", given)
-    if abs(edge) <= ROUGH * size and given != 0.0:
-        strict = not feasible(0.0)
-        return Bound(name, ("<" if edge < given else ">") if strict else ("≤" if edge < given else "≥"), 0.0)
-    return Bound(name, "≤" if edge < given else "≥", edge)
+    if any(feasible(given + share * (edge - given)) for share in BEYOND):
+        return None
+    shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge)
+    if shown != given and feasible(shown):
+        return Bound(name, "≥" if inward > 0 else "≤", shown)
+    if feasible(shown + inward * NEAR * max(abs(shown), NEAR * size)):
+        return Bound(name, ">" if inward > 0 else "<", shown)
+    unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
+    shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
+    return Bound(name, "≥" if inward > 0 else "≤", shown) if feasible(shown) else None
+
+
+def rounded(value: float, digits: int = 6) -> float:
+    """The number with so many digits."""
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    return round(value, digits - 1 - math.floor(math.log10(abs(value))))
 
 
 def _edge(feasible: Callable[[float], bool], given: float) -> float | None:

@@ -20,6 +20,7 @@ from solver.facts import (
     RestsOnRounding,
     Truncated,
     Unfixed,
+    Unmet,
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
@@ -208,6 +209,11 @@ def _worst(facts: Sequence[Fact]) -> Status:
 
 def _contradicted(found: Exploration) -> Verdict:
     """Every way ended at a rule that does not hold."""
+    refused = [leaf for leaf in found.dead if all(isinstance(fact, Unmet) for fact in leaf.conflicts)]
+    if refused:
+        leaf = min(refused, key=_short)
+        status = Status.INFEASIBLE if _conclusive(found) else Status.FAILED
+        return Verdict(status, (leaf,), leaf.conflicts)
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
     beyond = _beyond_floats(leaf)
     if beyond is not None:
@@ -216,6 +222,12 @@ def _contradicted(found: Exploration) -> Verdict:
         return Verdict(Status.FAILED, (leaf,))
     status = Status.INCONSISTENT
     return Verdict(status, (leaf,), leaf.conflicts)
+
+
+def _short(leaf: Leaf) -> tuple[int, float]:
+    """How much of the requirements a leaf breaks: how many, then by how much."""
+    misses = [fact.miss for fact in leaf.conflicts if isinstance(fact, Unmet)]
+    return len(misses), max(math.inf if miss is None else miss for miss in misses)
 
 
 def _conclusive(found: Exploration) -> bool:

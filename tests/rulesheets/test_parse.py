@@ -335,7 +335,7 @@ def test_places_after_comments_inside_a_rule() -> None:
 
 
 def test_several_mistakes_are_reported_at_once() -> None:
-    assert codes("x = 2y\ny = 3\nx < 4\nz = (3") == ["E105", "E111", "E102"]
+    assert codes("x = 2y\ny = 3\n3 < 4\nz = (3") == ["E105", "E114", "E102"]
 
 
 def test_a_flood_of_mistakes_is_cut() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.nodes import Call, Equality, Expression, Name, children
+from rulesheets.nodes import Call, Condition, Equality, Expression, Inequality, Name, children
 from rulesheets.parse.mistakes.condition import explain_condition
 from rulesheets.parse.mistakes.heads import unknown_section
 from rulesheets.parse.mistakes.operand import broken_line, missing_operand, open_across_lines, two_operands
@@ -82,17 +82,20 @@ def _start_of_side(stop: Stop, equals: int) -> int:
     return index
 
 
-def _comparison_as_rule(stop: Stop) -> Diagnosis | None:
+def _equation_and_inequality(stop: Stop) -> Diagnosis | None:
+    """``x = a < b`` and ``0 < x = a``."""
     word = stop.word
-    if word is None or word.type != "RELATION" or stop.condition is not None or stop.lacks_operand:
+    signs = [w for w in stop.words[: stop.index] if w == "=" or w.type == "RELATION"]
+    if word is None or not signs or stop.condition is not None or stop.lacks_operand:
         return None
-    name = stop.words[_start_of_side(stop, stop.index)]
-    limit = stop.text(stop.after, stop.words[-1]) if stop.after is not None else "5"
-    notes = [f"as a condition it stands after if: if {stop.text(name, stop.words[-1])} then …"]
-    if stop.index == 1 and name.type == "NAME":
-        notes.insert(0, f"to say where {name} may lie, write {name} {word} {limit} in the variables section")
+    if word.type != "RELATION" and word != "=":
+        return None
     return stop.error(
-        "E111", "a comparison is not a rule: it does not say what is equal", stop.here, "", *notes
+        "E106",
+        "an equation and an inequality are two rules",
+        stop.here,
+        f"after {signs[-1]}",
+        "write each of them on a line of its own",
     )
 
 
@@ -196,7 +199,7 @@ _EXPLANATIONS: tuple[Callable[[Stop], Diagnosis | None], ...] = (
     explain_condition,
     two_operands,
     _second_equals,
-    _comparison_as_rule,
+    _equation_and_inequality,
     _junction,
     _separator,
     _misplaced,
@@ -206,17 +209,18 @@ _EXPLANATIONS: tuple[Callable[[Stop], Diagnosis | None], ...] = (
 )
 
 
-def without_variable(rule: Equality) -> Diagnosis | None:
-    """What is wrong with an equality between numbers alone; None for any other.
+def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
+    """What is wrong with a rule about numbers alone; None for any other.
 
     A call counts as a variable: its function may have parameters.
     """
-    pending: list[Expression] = [*rule.left, *rule.right]
+    sides = (*rule.left, *rule.right) if isinstance(rule, Equality) else rule.comparisons
+    pending: list[Expression | Condition] = list(sides)
     while pending:
         node = pending.pop()
         if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
             return None
-        pending.extend(children(node))  # type: ignore[arg-type]
+        pending.extend(children(node))
     assert rule.span is not None
     return error(
         "E114",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.nodes import Condition, Expression, IfRule, Product, Quotient, RuleBody, children
+from rulesheets.nodes import Condition, Expression, IfRule, Inequality, Product, Quotient, RuleBody, children
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.source import Source, Span
 
@@ -65,6 +65,8 @@ def too_deep(rule: RuleBody) -> Diagnosis | None:
 def _parts(node: RuleBody | Condition | Expression) -> tuple[RuleBody | Condition | Expression, ...]:
     if isinstance(node, Product | Quotient):
         return _factors(node)
+    if isinstance(node, Inequality):
+        return node.comparisons
     if isinstance(node, IfRule):
         arms = (node.then,) if node.otherwise is None else (node.then, node.otherwise)
         return (node.condition, *arms)
