@@ -1,0 +1,104 @@
+"""Loans, savings, bonds, options and prices."""
+
+from __future__ import annotations
+
+from math import erf, exp, log, sqrt
+
+from scipy.optimize import brentq
+
+from .corpus import OWN, sheet
+
+
+def root(function, low, high):
+    return float(brentq(function, low, high, xtol=1e-16, rtol=1e-14))
+
+
+@sheet(OWN, "A > n, A > r, interest > r, total A > n P", tolerance=1e-7)
+def annuity_loan(P, r, n):
+    i = r / 1200
+    A = P * i / (1 - (1 + i) ** -n)
+    return {"i": i, "A": A, "total": n * A, "interest": n * A - P}
+
+
+@sheet(OWN, "share > price, A > years, A cash > r price, share > r", tolerance=1e-7)
+def mortgage(price, down, costs, income, r, years):
+    loan, q = price * (1 - down), 1 + r / 1200
+    A = loan * (q - 1) / (1 - q ** (-12 * years))
+    return {"loan": loan, "cash": price * (down + costs), "q": q, "A": A, "share": A / income}
+
+
+@sheet(OWN, "K > m, K > p, K > t, gain > t, paid K > m p", tolerance=1e-7)
+def savings_plan(K0, m, p, t):
+    q = (1 + p / 100) ** (1 / 12)
+    K, paid = K0 * q ** (12 * t) + m * (q ** (12 * t) - 1) / (q - 1), K0 + 12 * t * m
+    return {"q": q, "K": K, "paid": paid, "gain": K - paid}
+
+
+@sheet(OWN, "t2 > p, real > infl, K > n, pr > infl, K real > p infl")
+def compound_interest(K0, p, n, infl):
+    K, i = K0 * (1 + p / 100) ** n, 1 + infl / 100
+    return {"K": K, "real": K / i**n, "t2": log(2) / log(1 + p / 100), "pr": 100 * ((1 + p / 100) / i - 1)}
+
+
+@sheet("documentation of the spreadsheet function IRR", "pct > c0, pct > c5, r > c2", pct=(8.66, 1e-3))
+def irr(c0, c1, c2, c3, c4, c5):
+    flows = (c1, c2, c3, c4, c5)
+    r = root(lambda r: sum(c / (1 + r) ** k for k, c in enumerate(flows, 1)) - c0, -0.5, 1)
+    return {"r": r, "pct": 100 * r}
+
+
+@sheet(OWN, "P > y, P > c, P > n, cur > y, P cur > y c", tolerance=1e-7)
+def bond(F, c, n, y):
+    C, v = F * c / 100, 1 / (1 + y / 100)
+    P = sum(C * v**k for k in range(1, round(n) + 1)) + F * v**n
+    return {"C": C, "v": v, "P": P, "cur": 100 * C / P}
+
+
+@sheet(
+    "Hull, Options, Futures and Other Derivatives, Example 15.6 (8th edition: 14.6)",
+    "C > sigma, P > S, P > K, C > T",
+    C=(4.76, 2e-3),
+    P=(0.81, 5e-3),
+)
+def black_scholes(S, K, r, sigma, T):
+    d1 = (log(S / K) + (r + sigma**2 / 2) * T) / (sigma * sqrt(T))
+    d2 = d1 - sigma * sqrt(T)
+    N1, N2 = (1 + erf(d1 / sqrt(2))) / 2, (1 + erf(d2 / sqrt(2))) / 2
+    C = S * N1 - K * exp(-r * T) * N2
+    return {"d1": d1, "d2": d2, "N1": N1, "N2": N2, "C": C, "P": C - S + K * exp(-r * T)}
+
+
+@sheet(OWN, "profit > price, be > price, margin > n, safety > fixed")
+def break_even(fixed, price, var, n):
+    be, profit = fixed / (price - var), n * (price - var) - fixed
+    return {"be": be, "profit": profit, "margin": profit / (n * price), "safety": (n - be) / n}
+
+
+@sheet(OWN, "gross > cost, gross > markup, profit gross > markup vat, profit > disc")
+def price_with_tax(cost, markup, disc, vat):
+    net = cost * (1 + markup / 100) * (1 - disc / 100)
+    return {"net": net, "gross": net * (1 + vat / 100), "profit": net - cost}
+
+
+@sheet(OWN, "tax > income, net > income, avg > income")
+def progressive_tax(income):
+    tax = (
+        0
+        if income <= 12000
+        else 0.2 * (income - 12000)
+        if income <= 40000
+        else 5600 + 0.42 * (income - 40000)
+    )
+    return {"tax": tax, "net": income - tax, "avg": 100 * tax / income}
+
+
+@sheet(OWN, "eff > A, eff > res, i > n, eff > V", tolerance=1e-7)
+def lease_or_buy(V, A, n, res):
+    i = root(lambda i: A * (1 - (1 + i) ** -n) / i + res * (1 + i) ** -n - V, 1e-5, 0.1)
+    return {"i": i, "eff": 100 * ((1 + i) ** 12 - 1)}
+
+
+@sheet(OWN, "P > g, PE > k, P PE > g E")
+def growth_stock(D, g, k, E):
+    P = D * (1 + g / 100) / (k / 100 - g / 100)
+    return {"P": P, "PE": P / E}

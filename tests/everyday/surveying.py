@@ -1,0 +1,157 @@
+"""Plane and height surveying, roads and earthworks."""
+
+from __future__ import annotations
+
+from math import acos, asin, atan2, cos, degrees, hypot, pi, radians, sin, sqrt, tan
+
+from .corpus import OWN, sheet
+
+
+def sind(angle):
+    return sin(radians(angle))
+
+
+def cosd(angle):
+    return cos(radians(angle))
+
+
+def tand(angle):
+    return tan(radians(angle))
+
+
+@sheet(OWN, "h > d, h > a1, x > a2, h x > a1 a2")
+def tower_two_angles(d, a1, a2, hi):
+    x = d * tand(a1) / (tand(a2) - tand(a1))
+    return {"x": x, "h": hi + x * tand(a2)}
+
+
+@sheet(OWN, "x y > tA tB, dA > tB, x > yB, dA dB > tA tB")
+def forward_intersection(xA, yA, xB, yB, tA, tB):
+    dx, dy = xB - xA, yB - yA
+    det = sind(tA) * cosd(tB) - cosd(tA) * sind(tB)
+    dA = (dx * cosd(tB) - dy * sind(tB)) / det
+    dB = (dx * cosd(tA) - dy * sind(tA)) / det
+    return {"dA": dA, "dB": dB, "x": xA + dA * sind(tA), "y": yA + dA * cosd(tA)}
+
+
+@sheet(
+    OWN,
+    "d t > xB yB, dx > xA, d > yB, t > xB",
+    {
+        "d > yB": ({"yB": 2 * 2310.10 - 2525.75},),
+    },
+)
+def inverse_problem(xA, yA, xB, yB):
+    dx, dy = xB - xA, yB - yA
+    return {"dx": dx, "dy": dy, "d": hypot(dx, dy), "t": degrees(atan2(dx, dy))}
+
+
+@sheet("standard formulas of highway curves", "E > D, T > R, L > D, E > R, T L > R D, M > D, PT > P0")
+def circular_curve(R, D, P0):
+    T, L = R * tand(D / 2), pi * R * D / 180
+    return {
+        "T": T,
+        "L": L,
+        "C": 2 * R * sind(D / 2),
+        "E": R / cosd(D / 2) - R,
+        "M": R - R * cosd(D / 2),
+        "PC": P0 - T,
+        "PT": P0 - T + L,
+    }
+
+
+@sheet("standard formulas of highway curves", "yH > yV, xH > L, K > L, yH > L, yP xH > yV L")
+def vertical_curve(g1, g2, L, xV, yV):
+    xP, yP = xV - L / 2, yV - g1 / 100 * L / 2
+    u = g1 * L / (g1 - g2)
+    return {"xP": xP, "yP": yP, "xH": xP + u, "yH": yP + g1 / 100 * u / 2, "K": L / abs(g1 - g2)}
+
+
+@sheet(OWN, "d > s, H2 > s, d dh > s a, H2 > H1")
+def stadia(k, s, a, hi, r, H1):
+    d, dh = k * s * cosd(a) ** 2, k * s * sind(2 * a) / 2
+    return {"d": d, "dh": dh, "H2": H1 + hi + dh - r}
+
+
+@sheet(
+    OWN,
+    "ga > c, al be > a b, A > c, al > a, h > b",
+    {
+        "A > c": ({"c": sqrt(2 * (45**2 + 60**2) - 70**2)},),
+    },
+)
+def triangle_sides(a, b, c):
+    s = (a + b + c) / 2
+    A = sqrt(s * (s - a) * (s - b) * (s - c))
+    al = degrees(acos((b**2 + c**2 - a**2) / (2 * b * c)))
+    be = degrees(acos((a**2 + c**2 - b**2) / (2 * a * c)))
+    return {"s": s, "A": A, "al": al, "be": be, "ga": 180 - al - be, "h": 2 * A / c}
+
+
+@sheet(OWN, "a > c, a > al, a b > al be, A > c, A > be")
+def sine_rule(c, al, be):
+    ga = 180 - al - be
+    a, b = c * sind(al) / sind(ga), c * sind(be) / sind(ga)
+    return {"ga": ga, "a": a, "b": b, "A": a * b * sind(ga) / 2}
+
+
+@sheet(OWN, "V > h2, V > L, A1 > h1, Vend V > b L, V > b")
+def earthwork(b, s, h1, h2, L):
+    def area(h):
+        return (b + s * h) * h
+
+    A1, A2, hm = area(h1), area(h2), (h1 + h2) / 2
+    return {
+        "A1": A1,
+        "A2": A2,
+        "hm": hm,
+        "Am": area(hm),
+        "V": L / 6 * (A1 + 4 * area(hm) + A2),
+        "Vend": L * (A1 + A2) / 2,
+    }
+
+
+@sheet(OWN, "d > h, d1 > h, d > H, e > k")
+def curvature_refraction(R, k, h, H):
+    d1, d2 = sqrt(2 * R * h / (1 - k)), sqrt(2 * R * H / (1 - k))
+    return {"d1": d1, "d2": d2, "d": d1 + d2, "e": (1 - k) * 1e6 / (2 * R)}
+
+
+@sheet(
+    "haversine, Berlin to New York",
+    "d > R, d > l2, c > l2, d > p2",
+    {
+        "d > l2": ({"l2": 2 * 13.40 + 74.01},),
+        "c > l2": ({"l2": 2 * 13.40 + 74.01},),
+    },
+    d=(6385, 3e-3),
+)
+def great_circle(R, p1, l1, p2, l2):
+    a = sind((p2 - p1) / 2) ** 2 + cosd(p1) * cosd(p2) * sind((l2 - l1) / 2) ** 2
+    c = 2 * degrees(asin(sqrt(a)))
+    return {"a": a, "c": c, "d": R * radians(c)}
+
+
+@sheet(
+    OWN,
+    "x y > rA rB, x > rA, y > rB, x y > xB rA",
+    {
+        "x y > xB rA": ({"xB": 2 * 257.6687108811779 - 500},),
+    },
+)
+def trilateration(xA, yA, xB, yB, rA, rB):
+    base, direction = hypot(xB - xA, yB - yA), atan2(yB - yA, xB - xA)
+    angle = direction + acos((rA**2 + base**2 - rB**2) / (2 * rA * base))
+    return {"x": xA + rA * cos(angle), "y": yA + rA * sin(angle)}
+
+
+@sheet(
+    OWN,
+    "H2 > z, d > s, grade > z, d H2 > s z, d > z",
+    {
+        "d > z": ({"z": 180 - 86.4},),
+    },
+)
+def slope_distance(s, z, hi, ht, H1):
+    d, H2 = s * sind(z), H1 + hi + s * cosd(z) - ht
+    return {"d": d, "H2": H2, "grade": 100 * (H2 - H1) / d}
