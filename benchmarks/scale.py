@@ -39,7 +39,6 @@ def measure(shape: str, rules: int) -> dict[str, float]:
     model = rulesheets.loads(text)
     loaded = time.perf_counter()
     known = frozenset(n for n, v in model.variables.items() if v.value is not None)
-    planner(model).recall(known, None)
     planner(model).path(known, {})
     planned = time.perf_counter()
     result = solver.solve(model)

@@ -8,33 +8,16 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
+from rulesheets.loading import load, loads, shipped_models
+from rulesheets.model import Equation, Model, Premise, Value, Variable
+from rulesheets.source import Source, Span
+
 if TYPE_CHECKING:
-    from typing import Any
-
     from rulesheets.algebra import sympy_equations
-    from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
-    from rulesheets.loading import load, loads, shipped_models
-    from rulesheets.model import Equation, Model, Premise, Value, Variable
-    from rulesheets.source import Source, Span
-
-_HOMES = {
-    "sympy_equations": "algebra",
-    "Diagnosis": "diagnosis",
-    "Label": "diagnosis",
-    "RuleSheetError": "diagnosis",
-    "Severity": "diagnosis",
-    "load": "loading",
-    "loads": "loading",
-    "shipped_models": "loading",
-    "Equation": "model",
-    "Model": "model",
-    "Premise": "model",
-    "Value": "model",
-    "Variable": "model",
-    "Source": "source",
-    "Span": "source",
-}
 
 __all__ = [
     "Diagnosis",
@@ -56,11 +39,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for, and no more: the parser and sympy cost their time only where used."""
-    if name not in _HOMES:
+    """sympy costs its time only where it is asked for."""
+    if name != "sympy_equations":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = found
-    return found
+    return import_module("rulesheets.algebra").sympy_equations

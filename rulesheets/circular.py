@@ -6,11 +6,9 @@ exactly a float is put in for it as a sheet is expanded. Poles stay as they are 
 
 from __future__ import annotations
 
-from rulesheets.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum, children, rebuilt
+from fractions import Fraction
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from fractions import Fraction
+from rulesheets.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum, children, rebuilt
 
 _CIRCULAR = frozenset({"sin", "cos", "tan"})
 _ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
-from rulesheets.record import dataclass
 from rulesheets.source import Span, escaped
 
 _WIDTH = 100

@@ -15,6 +15,7 @@ calls. Bodies of calls are worked off a stack, so that only the nesting of one r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 from rulesheets.circular import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
@@ -41,7 +42,6 @@ from rulesheets.nodes import (
 )
 from rulesheets.parse.ranges import ends
 from rulesheets.program import Program, components, operands, rules_of
-from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)

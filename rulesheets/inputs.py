@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import SupportsFloat
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
@@ -19,12 +21,7 @@ from rulesheets.input_messages import (
     unknown_variable,
 )
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
-from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import SupportsFloat
 
 _DIGITS = frozenset("0123456789+-.eE")
 _PLUS_MINUS = ("±", "+/-", "+-")
@@ -106,7 +103,6 @@ def _evaluated(text: str, place: Span) -> Value:
     from rulesheets.declarations import constant
     from rulesheets.nodes import Equality
     from rulesheets.parse import parse
-    from rulesheets.parse.grammar import grammar
     from rulesheets.program import rules_of
 
     if not text or any(mark in text for mark in '"=;\n'):
@@ -115,7 +111,6 @@ def _evaluated(text: str, place: Span) -> Value:
         sheet = parse(Source("<value>", f"value = {text}"))
     except RuleSheetError as wrong:
         raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
-    grammar().keep()
     rule = next(rules_of(sheet)).body
     if not isinstance(rule, Equality) or len(rule.right) != 1:
         raise RuleSheetError(not_a_value(text, place))

@@ -1,26 +1,18 @@
-"""From a file or a text to a model: as it was kept, or else read, parsed, checked and expanded.
-
-Nothing of what reads the language is imported before it is needed.
-"""
+"""From a file or a text to a model: read, parsed, checked and expanded."""
 
 from __future__ import annotations
 
 import gc
 import os
 
+from rulesheets.build import build
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.kept import keep_model, kept_model
+from rulesheets.model import Model
 from rulesheets.reading import confined, files_read, read_source
 from rulesheets.source import Source, escaped
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from rulesheets.model import Model
+from rulesheets.uses import gather
 
 MAIN_SHEET = "model.tk"
-
-LONG = 20_000
-"""Characters of a text that is in no file from which on its model is kept: shorter ones are read as fast."""
 
 
 def load(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | None = None) -> Model:
@@ -66,27 +58,11 @@ def _model(source: Source, folder: str, file: str | None, name: str, within: str
     collecting = gc.isenabled()
     gc.disable()
     try:
-        return _kept_or_built(source, folder, file, name, within)
+        program = gather(source, folder, file, within)
+        return build(program, name, files_read(file, program.texts))
     finally:
         if collecting:
             gc.enable()
-
-
-def _kept_or_built(source: Source, folder: str, file: str | None, name: str, within: str | None) -> Model:
-    kept = within is None and (file is not None or len(source.text) >= LONG)
-    model = kept_model(name, source, folder, file) if kept else None
-    if model is not None:
-        return model
-    from rulesheets.build import build
-    from rulesheets.parse.grammar import grammar
-    from rulesheets.uses import gather
-
-    program = gather(source, folder, file, within)
-    model = build(program, name, files_read(file, program.texts))
-    if not kept:
-        return model
-    grammar().keep()
-    return keep_model(model, source, folder, program)
 
 
 def _model_name(file: str) -> str:

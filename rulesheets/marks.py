@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
 from rulesheets.nodes import Expression, Figure, Mark, Name
-from rulesheets.record import dataclass
 
 
 class Shape(Enum):

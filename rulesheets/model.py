@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeAlias
 
 from rulesheets import nodes
-from rulesheets.record import dataclass, field
 from rulesheets.source import Span
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any, TypeAlias
 
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
@@ -95,28 +92,6 @@ class Equation:
         """Variables of the two sides in order of first appearance, guards not included."""
         return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """The sides of a packed equation, unpacked when one of them is first looked at."""
-            own = self.__dict__
-            sides = own.get("sides")
-            if sides is None or name not in ("left", "right"):
-                raise AttributeError(f"an equation has no {name}")
-            if name not in own:
-                own["left"], own["right"] = sides()
-            return own[name]
-
-
-def packed_equation(**fields: Any) -> Equation:
-    """An equation of all fields but its sides, which ``sides()`` gives when they are asked for.
-
-    ``names`` are given too, so that the sides need not be looked at to find them.
-    """
-    equation = object.__new__(Equation)
-    equation.__dict__.update(fields)
-    return equation
-
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
@@ -153,14 +128,6 @@ class Model:
     requirements: tuple[Requirement, ...] = ()
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
-    @cached_property
-    def digest(self) -> bytes:
-        """Tells the texts that the model was read from, so that what is found out about it can be kept.
-
-        Empty where that is not known: a model that was made otherwise, or is a changed one.
-        """
-        return b""
-
     def __repr__(self) -> str:
         from rulesheets.spelling import plural
 
@@ -177,9 +144,3 @@ def expect_model(model: object) -> None:
     if not isinstance(model, Model):
         kind = type(model).__name__
         raise TypeError(f"a Model is needed, which rulesheets.load gives, and this is of the type {kind}")
-
-
-def read_from(model: Model, digest: bytes) -> Model:
-    """The same model, which says that it was read from texts of this digest."""
-    model.__dict__["digest"] = digest
-    return model

@@ -8,18 +8,10 @@ once names are bound, as the mathematics that the solver works on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
-from rulesheets.record import dataclass, field
 from rulesheets.source import Span
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any, TypeAlias
-
-
-def _place() -> Span | None:
-    return field(default=None, compare=False, repr=False)
-
 
 # --- arithmetic -----------------------------------------------------------------
 
@@ -27,7 +19,7 @@ def _place() -> Span | None:
 @dataclass(frozen=True, slots=True)
 class Number:
     value: float
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +27,7 @@ class Symbol:
     """A symbolic value such as ``'open``; ``name`` is ``open``."""
 
     name: str
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +35,13 @@ class Name:
     """A variable. In a model the name is the full, dotted one."""
 
     name: str
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Negative:
     operand: Expression
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,28 +52,28 @@ class Sum:
     """
 
     terms: tuple[Expression, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Product:
     left: Expression
     right: Expression
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Quotient:
     left: Expression
     right: Expression
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Power:
     base: Expression
     exponent: Expression
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +82,7 @@ class Call:
 
     function: str
     arguments: tuple[Expression, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
@@ -105,25 +97,25 @@ class Comparison:
     operator: str
     left: Expression
     right: Expression
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class And:
     terms: tuple[Condition, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Or:
     terms: tuple[Condition, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Not:
     term: Condition
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +123,7 @@ class Given:
     """``given('x)``: true where x is an input."""
 
     name: str
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 Condition: TypeAlias = Comparison | And | Or | Not | Given
@@ -148,7 +140,7 @@ class Equality:
 
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +150,7 @@ class CallRule:
     function: str
     arguments: tuple[Expression, ...]
     results: tuple[Expression, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +160,7 @@ class IfRule:
     condition: Condition
     then: RuleBody
     otherwise: RuleBody | None = None
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +168,7 @@ class Inequality:
     """``a < b`` as a rule; of a chain such as ``0 < x < 1``, the comparison of each two neighbours."""
 
     comparisons: tuple[Comparison, ...]
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 RuleBody: TypeAlias = Equality | Inequality | CallRule | IfRule
@@ -191,7 +183,7 @@ class Rule:
 
     body: RuleBody
     comment: str = ""
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     gap: bool = field(default=False, compare=False, repr=False)
 
 
@@ -200,7 +192,7 @@ class CommentLine:
     """A line that only comments, kept so that a formatted sheet loses nothing."""
 
     text: str
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     gap: bool = field(default=False, compare=False, repr=False)
 
 
@@ -220,7 +212,7 @@ class Range:
     high_open: bool = False
     lower: Expression | None = None
     upper: Expression | None = None
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,7 +221,7 @@ class Tolerance:
 
     size: Expression
     percent: bool = False
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +239,7 @@ class VariableRow:
     display_unit: str | None = None
     range: Range | None = None
     comment: str = ""
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     gap: bool = field(default=False, compare=False, repr=False)
     tolerance: Tolerance | None = None
 
@@ -258,7 +250,7 @@ class Use:
 
     paths: tuple[str, ...]
     comment: str = ""
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,7 +266,7 @@ class Function:
     parameters: tuple[str, ...]
     rules: tuple[Rule | CommentLine, ...]
     comment: str = ""
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     above: tuple[CommentLine, ...] = ()
     parameters_comment: str = ""
 
@@ -287,7 +279,7 @@ class Mark:
     name: str | None
     arguments: tuple[Expression, ...]
     comment: str = ""
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     gap: bool = field(default=False, compare=False, repr=False)
 
 
@@ -302,7 +294,7 @@ class Figure:
     unit: str | None
     marks: tuple[Mark | CommentLine, ...]
     comment: str = ""
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     above: tuple[CommentLine, ...] = ()
 
 
@@ -315,7 +307,7 @@ class RuleSheet:
     rules: tuple[Rule | CommentLine, ...] = ()
     functions: tuple[Function, ...] = ()
     comments: tuple[CommentLine, ...] = ()
-    span: Span | None = _place()
+    span: Span | None = field(default=None, compare=False, repr=False)
     figures: tuple[Figure, ...] = ()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from rulesheets.nodes import (
     Call,
@@ -19,36 +20,19 @@ from rulesheets.nodes import (
     VariableRow,
     children,
 )
-from rulesheets.record import dataclass
 from rulesheets.source import Source, Span
-
-
-@dataclass(frozen=True, slots=True)
-class Opening:
-    """A ``use`` of the path ``path`` in the file ``user`` leads to the file ``file``.
-
-    Files are numbered in the order in which they are opened, the sheet itself is 0. ``source`` is the
-    file's text, None where it was opened before.
-    """
-
-    user: int
-    path: str
-    file: int
-    source: Source | None
 
 
 @dataclass(frozen=True)
 class Program:
-    """``functions`` are the rule functions of all files by their names in lower case."""
+    """``functions`` are the rule functions of all files by their names in lower case.
+
+    ``texts`` are the texts of the files that it uses.
+    """
 
     sheet: RuleSheet
     functions: Mapping[str, Function]
-    openings: tuple[Opening, ...] = ()
-
-    @property
-    def texts(self) -> tuple[Source, ...]:
-        """The used files, without the sheet itself."""
-        return tuple(opening.source for opening in self.openings if opening.source is not None)
+    texts: tuple[Source, ...] = ()
 
     @property
     def rows(self) -> tuple[VariableRow, ...]:

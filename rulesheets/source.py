@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from dataclasses import dataclass, field
 from functools import cached_property
-
-from rulesheets.record import dataclass, field
 
 
 def escaped(text: str) -> str:

@@ -19,10 +19,7 @@ try:
 except ImportError:
     from hashlib import blake2b
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
+from collections.abc import Iterator
 
 MAX_BYTES = 128 * 2**20
 """Size of all entries, beyond which the ones not used for longest go."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.nodes import Function, RuleSheet, Use
 from rulesheets.parse import parse
-from rulesheets.program import Opening, Program, rules_of
+from rulesheets.program import Program, rules_of
 from rulesheets.reading import ENDING, confined, is_sheet, near_files, read_source
-from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
 
 
@@ -38,7 +38,7 @@ def gather(source: Source, folder: str, path: str | None = None, within: str | N
     gathering.follow(first)
     if gathering.complaints:
         raise RuleSheetError(*gathering.complaints)
-    return Program(first.sheet, gathering.functions, tuple(gathering.openings))
+    return Program(first.sheet, gathering.functions, tuple(gathering.texts))
 
 
 @dataclass
@@ -46,8 +46,8 @@ class _Gathering:
     within: str | None
     functions: dict[str, Function] = field(default_factory=dict)
     complaints: list[Diagnosis] = field(default_factory=list)
-    openings: list[Opening] = field(default_factory=list)
-    seen: dict[str, int] = field(default_factory=dict)
+    texts: list[Source] = field(default_factory=list)
+    seen: set[str] = field(default_factory=set)
 
     def follow(self, first: File) -> None:
         """Depth-first over the uses, with a stack, so that no chain of files is too long."""
@@ -65,7 +65,7 @@ class _Gathering:
                 pending.append(self.enter(file))
 
     def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
-        self.seen[file.key] = len(self.seen)
+        self.seen.add(file.key)
         for function in file.sheet.functions:
             earlier = self.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
@@ -84,15 +84,13 @@ class _Gathering:
             shown_trail = [file.shown for file in trail[circle.index(key) :]]
             self.complaints.append(_circle(shown_trail, place))
             return None
-        user = self.seen[trail[-1].key]
         if key in self.seen:
-            self.openings.append(Opening(user, path, self.seen[key], None))
             return None
         if not os.path.exists(shown):
             self.complaints.append(_missing(path, shown, place))
             return None
         source = _read(shown, place)
-        self.openings.append(Opening(user, path, len(self.seen), source))
+        self.texts.append(source)
         file = File(key, shown, os.path.dirname(shown), parsed(source, shown))
         self.complaints.extend(_only_functions(file, path, place))
         return file

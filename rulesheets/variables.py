@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 from rulesheets.cells import decimal_point, delimiter, unguarded
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
@@ -42,7 +43,6 @@ from rulesheets.inputs import (
 )
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import read_source
-from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
 
 __all__ = [

@@ -6,7 +6,8 @@ like a function of this page: the module would take the function's place.)
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
+from typing import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from solver.derivation import Derivation, why
     from solver.plan import Plan, Unsolved, prepare

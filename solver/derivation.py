@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from rulesheets.diagnosis import Diagnosis
@@ -10,7 +11,6 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Condition, Expression, names
-from rulesheets.record import dataclass
 from solver.path.activity import activity
 from solver.path.explicit import explicit_form
 from solver.path.isolate import isolate

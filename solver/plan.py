@@ -174,10 +174,7 @@ class Plan:
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         values = self._values(numbers)
-        paths = planner(self.model)
-        paths.recall(frozenset(values), frozenset(self.want))
         found = explore_required(self.model, values, self.want, self.guesses, self.want)
-        paths.keep()
         verdict = judge(self.model, found, values, self.guesses)
         if verdict.status in (Status.SINGULAR, Status.PARTIAL):
             from solver.verdicts.vanishing import look_behind

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rulesheets.construct import subtract
 from rulesheets.diagnosis import RuleSheetError, error
@@ -22,7 +22,6 @@ from solver.path.activity import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
 from solver.solution.leaves import Leaf
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from solver.kernel.balls.krawczyk import Square
 

@@ -7,17 +7,17 @@ residual of every rule, error bars) is found out when it is asked for.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import Undefined, holds
-from rulesheets.record import dataclass, replace
 from solver.accuracy.witness import testify
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.way import Pattern
 from solver.path.activity import activity
 from solver.result import Result, Solution, Status
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping
 

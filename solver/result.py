@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
-from rulesheets.record import dataclass, field
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from rulesheets.model import Model, Tolerance

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
-from rulesheets.record import replace
 from solver.facts import Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
@@ -19,7 +20,6 @@ from solver.verdicts.verdict import Verdict, judge
 CUT = "S593"
 """The code of a note on a list of answers that was cut off."""
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from solver.derivatives.one_sided import Near
@@ -53,14 +53,11 @@ def solve(
     if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
         return known
     judged = wanted if wanted is not None else posted(model)
-    paths = planner(model)
-    paths.recall(frozenset(given), None if wanted is None else frozenset(wanted))
     if prove:
         from solver.proof import require_proof
 
         require_proof()
     found = explore_required(model, given, wanted, hints, judged, always=prove)
-    paths.keep()
     verdict, by = judge(model, found, given, hints), model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         from solver.verdicts.vanishing import look_behind

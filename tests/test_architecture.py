@@ -45,9 +45,6 @@ FLOORS = (
 ISLANDS = ("solver.structure", "solver.numerics")
 """Rooms that import nothing of ours but themselves."""
 
-STANDARD = ("rulesheets.record",)
-"""What stands in for a module of the standard library, and is at hand everywhere like one."""
-
 DOORS = {
     "lark": ("rulesheets.parse",),
     "sympy": ("rulesheets.algebra",),
@@ -62,22 +59,6 @@ DOORS = {
     "scipy": ("solver.numerics", "solver.structure", "rulesheets.functions"),
 }
 """The rooms through which a heavy dependency may come in."""
-
-
-WARM = (
-    "solver.cli",
-    "solver.commands.solve",
-    "rulesheets.loading",
-    "solver.solving",
-    "solver.accuracy.forward_error",
-    "solver.report.text",
-)
-"""What a solve of a sheet seen before imports, with all that these import at their top."""
-
-DEAR = frozenset(
-    {"argparse", "csv", "dataclasses", "inspect", "json", "re", "tempfile", "typing"} | DOORS.keys()
-)
-"""Modules that take a millisecond or more to import: there inside functions, or for type checkers alone."""
 
 
 @cache
@@ -98,20 +79,18 @@ def imports(module: str) -> frozenset[str]:
     return frozenset(_resolved(name) for name in _imported(tree))
 
 
-def _imported(node: ast.AST, *, inside_functions: bool = True) -> Iterator[str]:
+def _imported(node: ast.AST) -> Iterator[str]:
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef) and not inside_functions:
-            continue
         if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
             for rest in child.orelse:
-                yield from _imported(rest, inside_functions=inside_functions)
+                yield from _imported(rest)
         elif isinstance(child, ast.Import):
             yield from (alias.name for alias in child.names)
         elif isinstance(child, ast.ImportFrom):
             assert child.level == 0, "imports are absolute"
             yield from (f"{child.module}.{alias.name}" for alias in child.names)
         else:
-            yield from _imported(child, inside_functions=inside_functions)
+            yield from _imported(child)
 
 
 def _resolved(name: str) -> str:
@@ -164,7 +143,7 @@ def _upward(module: str, imported: str) -> bool:
 @pytest.mark.parametrize("room", ISLANDS)
 def test_islands_import_nothing_of_ours(room: str) -> None:
     wrong = [(m, n) for m in modules() if within(m, room) for n in ours(m) if not within(n, room)]
-    assert [(m, n) for m, n in wrong if n not in STANDARD] == []
+    assert wrong == []
 
 
 @pytest.mark.parametrize("dependency", DOORS)
@@ -188,21 +167,6 @@ def test_there_is_no_cycle() -> None:
         pytest.fail(" -> ".join(cycle.args[1]))
 
 
-def test_a_solve_of_a_sheet_seen_before_imports_nothing_dear() -> None:
-    """Where this fails, import inside a function, or where ``TYPE_CHECKING``, set to False there, is true."""
-    waiting, reached, wrong = list(WARM), set(WARM), []
-    while waiting:
-        module = waiting.pop()
-        tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
-        names = {_resolved(name) for name in _imported(tree, inside_functions=False)}
-        wrong += [(module, name) for name in names if name.partition(".")[0] in DEAR]
-        new = {name for name in names if name in modules()} - reached
-        reached |= new
-        waiting += sorted(new)
-    assert wrong == []
-
-
 def test_the_reading_of_imports_sees_what_it_should() -> None:
     source = "import a.b\ndef f():\n    from c import d\nif TYPE_CHECKING:\n    import e\n"
     assert list(_imported(ast.parse(source))) == ["a.b", "c.d"]
-    assert list(_imported(ast.parse(source), inside_functions=False)) == ["a.b"]

@@ -6,6 +6,7 @@ Every equation of a model can be had as ``Eq(left, right)``, with its guard as
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import sympy
@@ -14,7 +15,6 @@ from rulesheets.algebra.convert import AS_MATHEMATICS
 from rulesheets.algebra.printing import condition_latex, expression_latex, listing
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Expression
-from rulesheets.record import dataclass
 from rulesheets.source import Span
 
 __all__ = [

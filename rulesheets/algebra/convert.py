@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import sympy
@@ -27,7 +28,6 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
-from rulesheets.record import dataclass
 
 _RELATIONS: Mapping[str, Callable[..., Any]] = {
     "=": sympy.Eq,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from sympy import Mul, Pow
@@ -14,7 +15,6 @@ from rulesheets.algebra.convert import AS_WRITTEN
 from rulesheets.algebra.names import latex_name
 from rulesheets.model import Equation, Model, Premise, Requirement
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Not, Or
-from rulesheets.record import dataclass
 
 _LATEX_FUNCTIONS = {
     **{

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from rulesheets.nodes import (
@@ -20,7 +21,6 @@ from rulesheets.nodes import (
     children,
 )
 from rulesheets.program import Program, bodies, components, operands, rules_of
-from rulesheets.record import dataclass, field
 from rulesheets.source import Span
 
 LONG = 300

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from graphlib import TopologicalSorter
 
 from rulesheets.checks import messages
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.nodes import Condition, Expression, children
-from rulesheets.record import dataclass
 
 MAX_EQUATIONS = 200_000
 MAX_DEPTH = 100

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from sys import float_info
+from typing import TypeAlias
 
 from rulesheets.evaluate.number import Undefined, Values, value
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import TypeAlias
 
 _TOLERANCE = 16.0 * float_info.epsilon
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import reduce
 
 from rulesheets.evaluate.number import Undefined
 from rulesheets.functions.float_intervals import FLOAT_INTERVALS
 from rulesheets.functions.float_intervals.arithmetic import add, divide, multiply, power, square
+from rulesheets.functions.float_intervals.bounds import Interval
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -19,12 +21,6 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rulesheets.functions.float_intervals.bounds import Interval
 
 
 def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 from rulesheets.evaluate.number import Undefined, Values, value
 from rulesheets.functions import TABLE
@@ -20,11 +22,6 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
-from rulesheets.record import dataclass
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
 
 # Operations on stand-ins for their two parts, and the slopes of a power.
 _FIRST, _SECOND = Name("0"), Name("1")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
 
 from rulesheets.functions import TABLE
 from rulesheets.nodes import (
@@ -18,10 +19,6 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any, TypeAlias
 
 Values: TypeAlias = Mapping[str, float | str]
 """Numbers and symbols by the full names of variables."""

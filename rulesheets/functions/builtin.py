@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import inf
+from typing import TypeAlias
 
 from rulesheets.nodes import Expression
-from rulesheets.record import dataclass
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import TypeAlias
 
 Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
 Partials: TypeAlias = Callable[[tuple[Expression, ...]], tuple[Expression | None, ...]]

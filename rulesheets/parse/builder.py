@@ -7,13 +7,13 @@ nodes, tuples of nodes, and tokens (strings that know ``start_pos`` and ``end_po
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.parse.function import Head
 from rulesheets.parse.ranges import Bound, bounded, limit
-from rulesheets.record import dataclass, replace
 from rulesheets.source import Source, Span
 
 Children: TypeAlias = Sequence[Any]
@@ -37,12 +37,23 @@ def _unit(text: str) -> tuple[str | None, str | None]:
     return unit.strip() or None, display.strip() or None
 
 
+class Misplaced(Exception):
+    """A word that lines of this kind do not have; ``place`` is an offset into the code."""
+
+    def __init__(self, place: int) -> None:
+        super().__init__(f"misplaced at {place}")
+        self.place = place
+
+
 class Builder:
-    """Callbacks of the parser; ``source`` and ``offset`` say where the line at hand begins."""
+    """Callbacks of the parser, for the line that ``begin`` has named."""
 
     def __init__(self) -> None:
-        self.source = Source("", "")
-        self.offset = 0
+        self.begin(Source("", ""), 0, "rule")
+
+    def begin(self, source: Source, offset: int, kind: str) -> None:
+        """Where the line at hand begins, and what kind of line it is."""
+        self.source, self.offset, self.kind = source, offset, kind
 
     def _span(self, start: int, end: int) -> Span:
         return Span(self.source, start, end)
@@ -82,6 +93,13 @@ class Builder:
         token = children[0]
         if token == "pi":
             return nodes.Call("pi", (), self._of(token))
+        return nodes.Name(str(token), self._of(token))
+
+    def local(self, children: Children) -> nodes.Name:
+        """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
+        token = children[0]
+        if self.kind != "mark":
+            raise Misplaced(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
         return nodes.Name(str(token), self._of(token))
 
     def call(self, children: Children) -> nodes.Call:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 from rulesheets import nodes
-from rulesheets.record import dataclass, field
 from rulesheets.source import Source, Span
 
 

@@ -1,31 +1,29 @@
-"""A logical line → a node, by ``rules.lark``.
-
-Lines whose words are of the same kinds are derived in the same way. A derivation is found once, followed
-for every such line, and kept on disk with the words of the grammar: a sheet whose lines are
-all shaped like lines seen before is read without lark.
-"""
+"""A logical line → a node, by lark and ``rules.lark``: the one door to lark."""
 
 from __future__ import annotations
 
-import marshal
+import re
 import threading
-from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
 
-from rulesheets import store
-from rulesheets.parse.builder import Builder
-from rulesheets.parse.derivation import Derivation, follow
+from lark import Lark
+from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+
+from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line
-from rulesheets.parse.words import Patterns, Scanner, Word
+from rulesheets.parse.words import Word
 from rulesheets.source import Source
 
-if TYPE_CHECKING:
-    from rulesheets.parse.lalr import Parser
+KINDS = ["rule", "row", "use", "head", "parameters", "figure", "mark"]
+"""Kinds of lines: the start rules of the grammar."""
 
-KIND = "grammar"
+_ONLY_IN = {"LOCAL": "mark", "PLUS_MINUS": "row", "PERCENT": "row"}
+"""Terminals that are words in lines of one kind alone: in a rule ``+-`` is a plus and a sign."""
 
-MAX_DERIVATIONS = 1024
-"""Derivations at hand; beyond that the oldest goes."""
+_GRAMMAR = Path(__file__).parent.parent / "rules.lark"
 
 
 class Unparsed(Exception):
@@ -37,31 +35,18 @@ class Unparsed(Exception):
 
 
 class Grammar(threading.local):
-    """The words and derivations of lines, and the callbacks that follow them.
-
-    There is one for each thread, as the callbacks hold the current line.
-    """
+    """Lark with the grammar of a line, one for each thread, as the builder holds the current line."""
 
     def __init__(self) -> None:
-        self.builder = Builder()
-        self._derivations: dict[tuple[str, str], Derivation | int | bytes] = {}
-        self._changed = False
-        data = store.load(KIND, b"")
-        if data is None:
-            self._patterns: dict[str, Patterns] = self._parser.patterns()
-        else:
-            self._patterns, self._derivations = marshal.loads(data)
-        self._scanners = {kind: Scanner(patterns) for kind, patterns in self._patterns.items()}
-
-    @cached_property
-    def _parser(self) -> Parser:
-        from rulesheets.parse.lalr import Parser
-
-        return Parser()
-
-    def words(self, line: Line, kind: str) -> tuple[Word, ...]:
-        """The words of a line of this kind."""
-        return tuple(self._scanners.get(kind, self._scanners[""]).words(line.code))
+        self._builder = Builder()
+        self._patterns: dict[frozenset[str], re.Pattern[str]] = {}
+        self._lark = Lark(
+            _GRAMMAR.read_text(encoding="utf-8"),
+            parser="lalr",
+            start=KINDS,
+            transformer=self._builder,
+            maybe_placeholders=True,
+        )
 
     def read(self, source: Source, line: Line, kind: str) -> Any:
         """The node that a line of this kind (a start rule of the grammar) stands for.
@@ -69,39 +54,42 @@ class Grammar(threading.local):
         Raises Unparsed where the grammar rejects it, RuleSheetError for what it accepts but the
         builder does not (a number out of range).
         """
-        words = self.words(line, kind)
-        derivation = self._derivation(" ".join([word.type for word in words]), kind)
-        if isinstance(derivation, int):
-            raise Unparsed(words[derivation].start_pos if derivation < len(words) else len(line.code))
-        self.builder.source = source
-        self.builder.offset = line.start
-        return follow(derivation, words, self.builder)
+        self._builder.begin(source, line.start, kind)
+        try:
+            return self._lark.parse(line.code, start=kind)
+        except UnexpectedToken as stop:
+            ended = stop.token.type == "$END"
+            raise Unparsed(len(line.code) if ended else int(stop.token.start_pos or 0)) from None
+        except UnexpectedCharacters as stop:
+            raise Unparsed(int(stop.pos_in_stream or 0)) from None
+        except Misplaced as stop:
+            raise Unparsed(stop.place) from None
 
-    def keep(self) -> None:
-        """Keep what was derived anew on disk, each derivation by itself, so that reading it can wait."""
-        if not self._changed:
-            return
-        self._changed = False
-        packed = {
-            key: found if isinstance(found, bytes) else marshal.dumps(found)
-            for key, found in self._derivations.items()
-        }
-        store.save(KIND, b"", marshal.dumps((self._patterns, packed)))
+    def words(self, line: Line, kind: str) -> tuple[Word, ...]:
+        """The words of a line, right or wrong: a character that no terminal matches is an ``UNKNOWN``."""
+        left_out = {name for name, only in _ONLY_IN.items() if only != kind} | {*self._lark.ignore_tokens}
+        return tuple(_words(self._pattern(frozenset(left_out)), line.code))
 
-    def _derivation(self, kinds: str, start: str) -> Derivation | int:
-        """How words of these kinds are read; the number of the first that cannot be where it stands."""
-        key = kinds, start
-        found = self._derivations.get(key)
-        if isinstance(found, bytes):
-            found = self._derivations[key] = marshal.loads(found)
-        elif found is None:
-            found = self._derivations[key] = self._parser.derivation(kinds, start)
-            self._changed = True
-            if len(self._derivations) > MAX_DERIVATIONS:
-                del self._derivations[next(iter(self._derivations))]
-        return found
+    def _pattern(self, left_out: frozenset[str]) -> re.Pattern[str]:
+        """One regular expression for all terminals, in the order in which lark itself tries them."""
+        if left_out not in self._patterns:
+            ordered = sorted(
+                (terminal for terminal in self._lark.terminals if terminal.name not in left_out),
+                key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
+            )
+            found = "|".join(f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})" for terminal in ordered)
+            self._patterns[left_out] = re.compile(rf"\s*(?:{found}|(?P<UNKNOWN>\S))")
+        return self._patterns[left_out]
+
+
+def _words(pattern: re.Pattern[str], code: str) -> Iterator[Word]:
+    for found in pattern.finditer(code):
+        kind = found.lastgroup
+        assert kind is not None
+        yield Word.at(found[kind], kind, found.start(kind))
 
 
 @cache
 def grammar() -> Grammar:
+    """The grammar, compiled when it is first needed."""
     return Grammar()

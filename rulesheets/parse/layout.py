@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-
-from rulesheets.record import dataclass, field
+from dataclasses import dataclass, field
 
 NESTING = 100
 """Parentheses that may be open at a time."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Comparison, Expression, Name, Range, names
-from rulesheets.record import dataclass, replace
 from rulesheets.source import Span
 
 

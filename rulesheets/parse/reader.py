@@ -31,7 +31,7 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
     words = grammar().words(line, kind)
-    index = next((i for i, word in enumerate(words) if word.start_pos >= place), len(words))
+    index = next((i for i, word in enumerate(words) if word.end_pos > place), len(words))
     stop = mistakes.Stop(source, line, words, index)
     match kind:
         case "rule":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rulesheets import nodes
@@ -13,7 +14,6 @@ from rulesheets.parse.function import FunctionDraft, Head
 from rulesheets.parse.heads import head_word, misspelt_head, nearest_section
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.parse.reader import read_line
-from rulesheets.record import dataclass, field, replace
 from rulesheets.source import Source, Span
 
 _ENOUGH = 50

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Equation, Model, Value
-from rulesheets.record import dataclass, field
 from solver.facts import DoubleRoot
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
 from rulesheets.nodes import Sum, operands
-from rulesheets.record import dataclass
 
 if TYPE_CHECKING:
     from rulesheets.model import Equation, Value

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import Call, Expression, Name, Sum, Symbol, children
-from rulesheets.record import dataclass
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 

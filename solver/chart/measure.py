@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rulesheets.functions.extended import context
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass, replace
 from solver.chart.methods import TOLERANCES, Case, End, Method, methods
 from solver.chart.reference import ActiveRules, State, active_rules, applies, exact_state
 from solver.path.planner import planner

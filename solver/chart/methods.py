@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass
 from solver.chart.reference import ActiveRules, State, solve_extended
 from solver.kernel.code.block import BlockKernel
 from solver.numerics.plain_newton import PlainEnd, plain_newton

@@ -7,13 +7,13 @@ but the answer itself, as the place to start from.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
-from rulesheets.record import dataclass
 from solver.derivatives.linearization import active_equations, linearize
 from solver.numerics.elimination import eliminate
 

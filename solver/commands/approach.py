@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import re
+from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from solver.commands.option import Option
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.model import Model
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
 from solver.commands.derived import add_derived_options, asked, derived_json, derived_text
 from solver.commands.inputs import add_input_options, read_request
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 

@@ -8,11 +8,12 @@ the list's own).
 
 from __future__ import annotations
 
-from rulesheets.record import dataclass, replace
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
 from solver.compiled.flow import NotCompilable
 from solver.compiled.merge import less, states
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

@@ -10,11 +10,9 @@ not proven. (Neumaier, Interval Methods for Systems of Equations, 1990, section 
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
-from rulesheets.record import dataclass, replace
-
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
@@ -9,7 +11,6 @@ from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.way import symbol_of
 from solver.path.cases import comparisons
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 

@@ -9,13 +9,13 @@ Stability of Numerical Algorithms, 2002, section 1.5.)
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import reduce
+from typing import TYPE_CHECKING
 
 from rulesheets import nodes
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from rulesheets.record import dataclass
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 

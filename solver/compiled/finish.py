@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from rulesheets.record import replace
 from solver.compiled.flow import NotCompilable
 from solver.compiled.magnitude import vanishing, whole
 from solver.compiled.preimages import Preimages
@@ -16,7 +17,6 @@ from solver.compiled.testimony import Testimony
 from solver.compiled.trim import trimmed
 from solver.path.activity import activity
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
 

@@ -11,14 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from rulesheets.record import dataclass
 from solver.compiled.folding import folded_error
 from solver.compiled.simplify import SIMPLIFY
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from typing import TypeAlias

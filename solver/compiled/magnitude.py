@@ -9,10 +9,9 @@ that it is 0 or no less than a unit of their last places (P. H. Sterbenz, Floati
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from rulesheets.record import dataclass
-
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from rulesheets.record import dataclass
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 from solver.compiled.flow import NotCompilable
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from solver.compiled.flow import Flow
     from solver.compiled.program import Ending, Program

@@ -8,13 +8,14 @@ learned from is not used.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from solver.compiled.flow import NotCompilable
 from solver.compiled.refusal import refusals
 from solver.compiled.scalar import compile_scalar
 from solver.compiled.translate import translate
 from solver.compiled.way import Pattern
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Number
@@ -14,7 +15,6 @@ from solver.compiled.rounding import Analysis, known_angles
 from solver.compiled.twofold import Twofold
 from solver.path.isolate import TARGET
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 

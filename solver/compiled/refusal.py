@@ -8,6 +8,7 @@ step-by-step way does after it can't make an answer of it.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from solver.compiled.flow import NotCompilable
 from solver.compiled.program import Ending, Program
@@ -16,7 +17,6 @@ from solver.compiled.way import CLEAR
 from solver.path.closed_form import Circle, Let, Parabola
 from solver.path.steps import Decide, Evaluate, Select, SolveBlock
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 

@@ -10,15 +10,14 @@ within a bracket as in Press et al., Numerical Recipes, section 9.4.)
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from rulesheets.nodes import Name
-from rulesheets.record import replace
 from solver.compiled.brackets import Brackets, between, middles
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.program import Ending, Program
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 

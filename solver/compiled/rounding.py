@@ -8,14 +8,15 @@ roots of exact numbers are off by is known beforehand, as a share of the result:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import Call, Name
-from rulesheets.record import dataclass
 from solver.compiled.flow import NotCompilable
 from solver.compiled.schedule import LEAVES, LOGICAL, operands, schedule
 from solver.compiled.simplify import not_negative
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 

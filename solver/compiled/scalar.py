@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from types import FunctionType
+from typing import TYPE_CHECKING
 
 from rulesheets.functions import TABLE
 from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine_lines
@@ -11,7 +12,6 @@ from solver.compiled.flow import TOLERANCE
 from solver.compiled.schedule import LEAVES, LOGICAL, operands
 from solver.compiled.trim import computed_from
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from typing import Any, TypeAlias

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rulesheets import nodes
 from rulesheets.nodes import Name
 from solver.compiled.flow import NotCompilable
@@ -15,7 +17,6 @@ from solver.kernel.code.reduction import reduced
 from solver.kernel.question import Question
 from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from solver.accuracy.witness import BACKWARD
 from solver.compiled.coverage import HARMLESS, covered, inverted
 from solver.compiled.flow import NotCompilable
@@ -11,7 +13,6 @@ from solver.compiled.way import symbol_of
 from solver.path.activity import activity
 from solver.path.isolate import TARGET
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import names
@@ -14,7 +16,6 @@ from solver.compiled.rounding import UNIT, Analysis
 from solver.compiled.schedule import LEAVES
 from solver.compiled.way import STRANGE, symbol_of
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 

@@ -7,6 +7,8 @@ computed. Where one of these fails the results do not count, and the step-by-ste
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from solver.compiled.finish import Finish
 from solver.compiled.flow import NotCompilable
 from solver.compiled.merge import less
@@ -16,7 +18,6 @@ from solver.compiled.single import Single
 from solver.compiled.way import Way
 from solver.path.steps import Check, Decide, Evaluate, Select, SolveBlock
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from rulesheets.record import replace
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 from solver.compiled.schedule import operands
 from solver.compiled.simplify import not_negative
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
 

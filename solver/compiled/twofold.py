@@ -8,11 +8,11 @@ For discriminants near zero, of which the difference of two rounded numbers leav
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from rulesheets.nodes import Expression, Name, Negative, Number, Power, Product, Sum
 from solver.compiled.flow import NotCompilable
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from fractions import Fraction

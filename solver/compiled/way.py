@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from rulesheets.nodes import Expression, Name, Symbol
-from rulesheets.record import dataclass, field, replace
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
-TYPE_CHECKING = False
+from rulesheets.nodes import Expression, Name, Symbol
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.accuracy.witness import gross
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange

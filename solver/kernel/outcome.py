@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.attempts import Attempt
 from solver.facts import Fact, OutOfRange
 from solver.kernel.candidates import Answer

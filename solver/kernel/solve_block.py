@@ -7,9 +7,9 @@ where they found nothing, those of ``fallback.py``.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 from rulesheets.model import Value
-from rulesheets.record import replace
 from solver.attempts import Attempt, Method
 from solver.facts import Fact, NoRoot
 from solver.kernel.budget import Budget

@@ -8,13 +8,13 @@ changes of sign and for the least |f|.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
-from rulesheets.record import dataclass, field
 from solver.numerics.bracket import MAX, bracketed_root, is_zero_crossing, lowest_point, value_at
 from solver.numerics.interval_function import HORIZON, IntervalFunction, sections
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.numerics.factor import row_products, row_sizes, transposed_product
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rulesheets.record import dataclass
 from solver.numerics.factor import row_sizes
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome

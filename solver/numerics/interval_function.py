@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf, isfinite, isnan
+from typing import TYPE_CHECKING
 
-from rulesheets.record import dataclass
 from solver.numerics.bracket import split_point
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import TypeAlias

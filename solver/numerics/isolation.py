@@ -10,15 +10,15 @@ reach rounding level goes to ``clusters.py``.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 from math import inf, isfinite, nextafter
+from typing import TYPE_CHECKING
 
-from rulesheets.record import dataclass
 from solver.numerics.bracket import MAX, bracketed_root, split_point
 from solver.numerics.clusters import resolve_clusters
 from solver.numerics.interval_function import IntervalFunction, sections
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import TypeAlias
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rulesheets.record import dataclass
+from dataclasses import dataclass
+
 from solver.numerics.outcome import Outcome
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome
 from solver.numerics.system import Jacobian, Residual

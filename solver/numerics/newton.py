@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
-from rulesheets.record import dataclass, field
 from solver.numerics.factor import row_products, row_sizes
 from solver.numerics.levenberg import descend
 from solver.numerics.outcome import Outcome

@@ -8,11 +8,11 @@ method is more accurate than QR*, 1992).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from rulesheets.record import dataclass
 from solver.numerics.termination import EPS
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from solver.numerics.bracket import MAX, TINY, bracketed_root, split_point
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import TypeAlias

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from rulesheets.record import dataclass
 from solver.numerics.factor import Factor, as_matrix, factorise, row_sizes
 from solver.numerics.termination import weights
 

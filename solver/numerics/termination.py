@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-
-from rulesheets.record import dataclass
+from dataclasses import dataclass
 
 EPS = sys.float_info.epsilon
 

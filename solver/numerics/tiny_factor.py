@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from solver.numerics.nullspace import decompose
 from solver.numerics.termination import EPS
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

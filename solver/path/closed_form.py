@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from rulesheets.nodes import Expression
-from rulesheets.record import dataclass
 
 
 @dataclass(frozen=True, slots=True)

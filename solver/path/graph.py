@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from math import gcd, lcm
+from typing import TYPE_CHECKING
 
 from rulesheets import nodes
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
-from rulesheets.record import dataclass
 from solver.path.isolate import Isolation, isolate
 from solver.path.linearity import plainly_resolvable
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
 

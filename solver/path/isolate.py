@@ -8,6 +8,7 @@ rule, the operation and the value: ``cosd = 1.08``.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf
 
 from rulesheets import nodes
@@ -35,7 +36,6 @@ from rulesheets.nodes import (
     Quotient,
     Sum,
 )
-from rulesheets.record import dataclass
 from solver.path import rational
 
 TARGET = Name("#")

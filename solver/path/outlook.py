@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from rulesheets import nodes
 from rulesheets.model import Premise, Value
-from rulesheets.record import dataclass
 from solver.path.activity import outcomes
 from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of

@@ -1,20 +1,17 @@
-"""The paths of one model: those found before, in this process or another, and the way to a new one."""
+"""The paths of one model: those found before, and how to find a new one."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TypeAlias
 
 from rulesheets.model import Model
+from solver.path.build import build_path
 from solver.path.graph import ModelGraph
-from solver.path.kept import keep_paths, kept_paths
 from solver.path.steps import Path
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from solver.path.kept import Key
-
-MAX_KEPT = 64
-"""Paths of one start that are kept on disk; what meets more cases than that plans them anew."""
+Key: TypeAlias = tuple[frozenset[str], frozenset[tuple[int, bool]], frozenset[int], frozenset[str] | None]
+"""What a path answers to: known variables, outcomes of conditions, void equations, wanted variables."""
 
 
 class Planner:
@@ -23,9 +20,6 @@ class Planner:
     def __init__(self, model: Model) -> None:
         self.graph = ModelGraph(model)
         self._paths: dict[Key, Path] = {}
-        self._recalled: dict[Key, set[Key]] = {}
-        self._start: Key = (frozenset(), frozenset(), frozenset(), None)
-        self._asked: set[Key] | None = None
 
     def path(
         self,
@@ -42,33 +36,9 @@ class Planner:
         key = (known, frozenset(decided.items()), void, want)
         found = self._paths.get(key)
         if found is None:
-            from solver.path.build import build_path
-
             found = build_path(self.graph, known, decided, void, want)
             self._paths[key] = found
-        asked = self._asked
-        if asked is not None:
-            asked.add(key)
         return found
-
-    def recall(self, known: frozenset[str], want: frozenset[str] | None) -> None:
-        """Look up the paths kept for solves from these inputs, and note those asked for from here on."""
-        start: Key = (known, frozenset(), frozenset(), want)
-        if start not in self._recalled:
-            kept = kept_paths(self.graph.model, start)
-            self._paths.update(kept)
-            self._recalled[start] = set(kept)
-        self._start, self._asked = start, set()
-
-    def keep(self) -> None:
-        """Keep the paths asked for since :meth:`recall` on disk, for solves from the same inputs."""
-        asked, self._asked = self._asked, None
-        if not asked:
-            return
-        before = self._recalled[self._start]
-        if not asked <= before and len(before | asked) <= MAX_KEPT:
-            self._recalled[self._start] = before | asked
-            keep_paths(self.graph.model, self._start, {key: self._paths[key] for key in before | asked})
 
 
 def planner(model: Model) -> Planner:

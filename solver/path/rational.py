@@ -6,6 +6,9 @@ ones are solved by formula. Coefficients are expressions free of the unknown.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 from rulesheets.construct import ONE, ZERO, add, divide, is_number, multiply, negative
 from rulesheets.nodes import (
     Expression,
@@ -18,9 +21,7 @@ from rulesheets.nodes import (
     Sum,
     names,
 )
-from rulesheets.record import dataclass
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import TypeAlias
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from rulesheets.record import replace
 from solver.path.graph import ModelGraph
 from solver.path.steps import Evaluate, SolveBlock
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn

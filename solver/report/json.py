@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Model, Value
@@ -15,7 +16,6 @@ from solver.report.places import rule_text
 from solver.report.sheet import named
 from solver.result import Result, Solution
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from solver.proof import Proof
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from rulesheets.model import Equation, Requirement
-from rulesheets.record import dataclass
 from rulesheets.source import Span
 from solver.report.places import Places, rule_text
 from solver.report.sheet import answers

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from math import inf
 
 from rulesheets.model import Tolerance, Value, Variable
-from rulesheets.record import dataclass
 from solver.result import Result, Solution
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")

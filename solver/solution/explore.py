@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
@@ -21,7 +22,6 @@ from solver.solution.leaves import Branch, Exploration, Leaf, infinite, without_
 from solver.solution.requirements import unmet
 from solver.solution.turns import settled
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import TypeAlias
 

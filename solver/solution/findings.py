@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
@@ -11,7 +12,6 @@ from solver.path.activity import activity
 from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded, infinite
 from solver.solution.requirements import unmet
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from solver.solution.leaves import Outcomes
 

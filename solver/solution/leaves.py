@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from rulesheets import nodes
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass, field, replace
 from solver.facts import Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
 from solver.path.activity import activity
 from solver.path.cases import EQUAL
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
 

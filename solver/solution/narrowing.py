@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Model, Value, Variable
 from rulesheets.nodes import Comparison, Name, names
-from rulesheets.record import replace
 from solver.solution.leaves import Exploration
 from solver.solution.refinement import explore_refined
 

@@ -6,12 +6,13 @@ block, so that what was found for the one case holds for the other: each keeps t
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Expression
-from rulesheets.record import replace
 from solver.facts import AsksNothing, NoValue, OutOfRange
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
 

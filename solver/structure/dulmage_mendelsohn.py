@@ -7,8 +7,8 @@ A. Pothen & C.-J. Fan, "Computing the block triangular form of a sparse matrix",
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.structure.hopcroft_karp import Edges
 from solver.structure.incidence import Block, Incidence
 from solver.structure.matching import Matching, maximum_matching, reached

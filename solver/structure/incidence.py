@@ -7,10 +7,9 @@ edges. No algebra is known here.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
-
-from rulesheets.record import dataclass
 
 Rows: TypeAlias = tuple[tuple[int, ...], ...] | Mapping[int, tuple[int, ...]]
 Costs: TypeAlias = tuple[dict[int, int], ...] | Mapping[int, dict[int, int]]

@@ -10,8 +10,8 @@ distinct representatives", 1958).
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.structure.hopcroft_karp import Edges, hopcroft_karp
 from solver.structure.incidence import Incidence
 

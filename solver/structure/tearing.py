@@ -8,8 +8,8 @@ A. Baharev, H. Schichl & A. Neumaier, "Tearing systems of nonlinear equations" I
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.structure.elimination import Order, cheap_order, cheapest_order
 from solver.structure.incidence import Incidence
 from solver.structure.tear_sets import smallest_sets

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from rulesheets.model import Model, Value
 from solver.compiled.answer_rows import Answers
-from solver.compiled.kept import keep_ways, recall_ways
 from solver.files.columns import Array
 from solver.plan import Plan
 from solver.result import Status
@@ -45,15 +44,8 @@ class SteadyPlan:
         self._plan = Plan(pattern.model, pattern.inputs, pattern.want, pattern.given, pattern.guesses)
         self._jit = pattern.jit
         if lessons and len(lessons[0]):
-            self._learn(lessons)
+            self._plan.sweep(*lessons, jit=pattern.jit)
         self._known = self._plan.paths.mark()
-
-    def _learn(self, lessons: Sequence[Array]) -> None:
-        """Solve the lessons, unless another process did."""
-        told = b"".join([bytes([self._jit]), *(column.tobytes() for column in lessons)])
-        if not recall_ways(self._plan.paths, told):
-            self._plan.sweep(*lessons, jit=self._jit)
-            keep_ways(self._plan.paths, told)
 
     def primary(self, columns: Sequence[Array]) -> Table:
         """One answer a row, for columns (n,) of numbers; one row where there are none."""

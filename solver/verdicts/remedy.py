@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from rulesheets import nodes
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass, replace
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.solution.explore import explore

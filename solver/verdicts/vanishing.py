@@ -10,12 +10,12 @@ thing at these values: one of them is left out, and the others are solved togeth
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 from rulesheets.construct import ZERO, add, is_number, multiply, negative
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
-from rulesheets.record import replace
 from solver.accuracy.witness import testify
 from solver.facts import AsksNothing, DoubleRoot, RankLoss
 from solver.path.activity import activity

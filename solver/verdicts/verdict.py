@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from rulesheets.model import Model, Value
-from rulesheets.record import dataclass, replace
 from solver.facts import (
     AsksNothing,
     BeyondFloats,

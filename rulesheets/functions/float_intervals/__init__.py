@@ -8,17 +8,12 @@ come from scipy have the forms on arrays.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from math import inf, isnan, nextafter
 
 from rulesheets.functions import degrees
 from rulesheets.functions.float_intervals import circular, jumping
-from rulesheets.functions.float_intervals.bounds import EMPTY, down, magnitudes, monotone, up
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from rulesheets.functions.float_intervals.bounds import Interval
+from rulesheets.functions.float_intervals.bounds import EMPTY, Interval, down, magnitudes, monotone, up
 
 _UNIT, _POSITIVE = (-1.0, 1.0), (0.0, inf)
 _SPECIAL_ULPS = 32.0

@@ -7,11 +7,16 @@ from __future__ import annotations
 
 from math import copysign, inf, isinf, isnan, nan, nextafter
 
-from rulesheets.functions.float_intervals.bounds import EMPTY, ULPS, down, greatest, least, magnitudes, up
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from rulesheets.functions.float_intervals.bounds import Interval
+from rulesheets.functions.float_intervals.bounds import (
+    EMPTY,
+    ULPS,
+    Interval,
+    down,
+    greatest,
+    least,
+    magnitudes,
+    up,
+)
 
 
 def add(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:

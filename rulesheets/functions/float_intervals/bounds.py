@@ -5,14 +5,11 @@ Two nan mean empty. One nan alone is an end that nothing is known of.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, isnan, nan, nextafter
+from typing import TypeAlias
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from typing import TypeAlias
-
-    Interval: TypeAlias = tuple[float, float]
+Interval: TypeAlias = tuple[float, float]
 
 EMPTY = nan, nan
 ULPS = 4.0

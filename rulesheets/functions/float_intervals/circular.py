@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import atan2 as direction
 from math import ceil, floor, inf, isinf, isnan, nextafter, pi
 from math import cos as cosine
@@ -9,13 +10,7 @@ from math import sin as sine
 from math import tan as tangent
 
 from rulesheets.functions import degrees
-from rulesheets.functions.float_intervals.bounds import EMPTY, EPSILON, ULPS, down, up
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rulesheets.functions.float_intervals.bounds import Interval
+from rulesheets.functions.float_intervals.bounds import EMPTY, EPSILON, ULPS, Interval, down, up
 
 _SLACK = 8.0 * EPSILON
 """What a count of turns can be off by, relative to the count or one."""

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
 from math import fmod, inf, isinf, isnan, nextafter
 
 from rulesheets.functions import special
 from rulesheets.functions.float_intervals import bounds
-from rulesheets.functions.float_intervals.bounds import EMPTY, magnitudes
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rulesheets.functions.float_intervals.bounds import Interval
+from rulesheets.functions.float_intervals.bounds import EMPTY, Interval, magnitudes
 
 
 def _each_end(function: Callable[[float], float]) -> Callable[[float, float], Interval]:

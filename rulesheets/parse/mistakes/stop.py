@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.parse.layout import Line
 from rulesheets.parse.words import Word
-from rulesheets.record import dataclass
 from rulesheets.source import Source, Span
 
 OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}

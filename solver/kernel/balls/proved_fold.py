@@ -11,6 +11,7 @@ along it: of a kink, where they jump, second derivatives know nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 from rulesheets.construct import add, is_number, multiply, subtract
@@ -19,7 +20,6 @@ from rulesheets.evaluate.enclosing_ball import enclosing_ball
 from rulesheets.evaluate.jumps import jumps, steady
 from rulesheets.functions.balls import Ball, around, ball, solved
 from rulesheets.nodes import Expression, Name, Number
-from rulesheets.record import dataclass
 from solver.kernel.balls.krawczyk import Square, only_root, proved_root
 
 MU, PLACE = "#mu", "#t"

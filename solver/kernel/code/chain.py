@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -16,7 +17,6 @@ from rulesheets import nodes
 from rulesheets.construct import add, substitute, subtract
 from rulesheets.model import Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient
-from rulesheets.record import dataclass, replace
 from solver.kernel.code.scalar import Emitter
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Stage

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from math import inf, isnan, nan
+from typing import TYPE_CHECKING
 
 from rulesheets import nodes
 from rulesheets.construct import add, is_number, multiply
@@ -18,7 +19,6 @@ from solver.kernel.code.quotients import by_slopes
 from solver.kernel.code.sides import sides
 from solver.path import rational
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from typing import Any, TypeAlias

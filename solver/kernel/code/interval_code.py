@@ -7,6 +7,8 @@ what differs are the functions that it calls.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rulesheets.nodes import (
     Call,
@@ -20,9 +22,7 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
-from rulesheets.record import dataclass
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any, TypeAlias

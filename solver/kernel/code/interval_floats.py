@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, isfinite, isnan
+from typing import TYPE_CHECKING
 
 from rulesheets.functions.float_intervals import FLOAT_INTERVALS
 from rulesheets.functions.float_intervals.arithmetic import (
@@ -19,7 +20,6 @@ from rulesheets.functions.float_intervals.bounds import least as smaller
 from rulesheets.functions.float_intervals.circular import cut
 from solver.kernel.code.interval_code import Operations
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rulesheets.functions.float_intervals.bounds import Interval
 

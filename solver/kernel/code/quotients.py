@@ -8,6 +8,7 @@ value theorem), so that the slopes over the hull of 0 and the box bound the quot
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from rulesheets import nodes
 from rulesheets.construct import exchange, substitute
@@ -15,7 +16,6 @@ from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.chain import Chain
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

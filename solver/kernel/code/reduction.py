@@ -8,12 +8,12 @@ whose whole range can be searched. (Substitution before tearing: Elmqvist & Otte
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rulesheets import nodes
 from rulesheets.construct import substitute, subtract
 from rulesheets.nodes import Expression, Name
-from rulesheets.record import replace
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.chain import RESIDUAL, Assignment, Chain, through
 from solver.path.isolate import Isolation, isolate

@@ -8,14 +8,14 @@ x < 0, and where the residual has no root with either, it has none.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 from rulesheets.construct import exchange, negative
 from rulesheets.nodes import Call, Name
-from rulesheets.record import replace
 from solver.kernel.code.chain import Assignment, Chain, directions
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
 

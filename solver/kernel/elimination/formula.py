@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from rulesheets.evaluate import value
 from rulesheets.model import Value
-from rulesheets.record import dataclass
 from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question

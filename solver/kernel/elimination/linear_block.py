@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from rulesheets.evaluate import rounded_derivatives
-from rulesheets.record import replace
 from solver.accuracy.witness import ROUNDINGS
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer

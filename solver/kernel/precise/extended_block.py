@@ -7,11 +7,11 @@ may lie closer than that, both are found, or it is seen that there is one double
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from rulesheets.evaluate import Undefined
-from rulesheets.record import replace
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, NoRoot
 from solver.kernel.candidates import Answer

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives
-from rulesheets.record import dataclass
 from solver.accuracy.last_places import half_unit
 from solver.accuracy.witness import gross
 from solver.kernel.precise.extended_system import ExtendedSystem

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from rulesheets.record import replace
 from solver.attempts import Attempt, Method
 from solver.kernel.candidates import Answer
 from solver.kernel.outcome import BlockOutcome

@@ -8,9 +8,9 @@ from starts all over the ranges, until one answers.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
-from rulesheets.record import replace
 from solver.attempts import Method
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question

@@ -10,6 +10,7 @@ L. Granvilliers & J.-F. Puget, ICLP 1999; on the graph: H. Schichl & A. Neumaier
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import accumulate
 
 import numpy as np
@@ -18,7 +19,6 @@ from rulesheets import nodes
 from rulesheets.functions.intervals import INTERVALS, power
 from rulesheets.functions.intervals.bounds import Array, Interval, Mask
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from rulesheets.record import dataclass
 from solver.kernel.code.interval_arrays import plain, square
 from solver.kernel.code.interval_code import ROUNDED
 from solver.kernel.search.inverse_hull import (

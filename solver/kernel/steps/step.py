@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Name, Number, Power, Quotient
-from rulesheets.record import dataclass
 from solver.accuracy.witness import gross, testify
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.steps.preimages import CANCELLED, DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
