@@ -5,20 +5,45 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from rulesheets.record import dataclass
 from solver.accuracy.witness import BACKWARD, gross, size
 from solver.kernel.question import Question
 from solver.numerics.small_inverse import LARGEST, inverse
 
 EPSILON = 2.0**-52
+ORDINARY = 1e8
+"""Condition up to which the backward error of an answer says enough."""
 
 
-def blur_of(question: Question, point: Mapping[str, float]) -> list[float]:
-    """Forward error of the unknowns (n,) for the backward error that the witness admits: |J⁻¹|·t."""
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
+    terms, the largest of the block."""
+
+    errors: list[float]
+    steepness: float = 0.0
+
+
+def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
+    """Forward error of the unknowns for the backward error that the witness admits: |J⁻¹|·t."""
     try:
         jacobian = question.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):
-        return [0.0] * len(point)  # a slope is infinite there: nothing speaks for a multiple root
-    return _blur(question, point, jacobian)
+        return Uncertainty(
+            [0.0] * len(point)
+        )  # a slope is infinite there: nothing speaks for a multiple root
+    sizes = _sizes(question, point)
+    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
+    return Uncertainty(_blur(jacobian, sizes), steepness)
+
+
+def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
+    """Whether rules and block are so well-conditioned at a point that it is near a root if the rules hold."""
+    return found.steepness <= ORDINARY and all(
+        error <= ORDINARY * EPSILON * abs(v)
+        for error, v in zip(found.errors, point.values(), strict=True)
+        if v
+    )
 
 
 def astray(question: Question, point: Mapping[str, float], share: float) -> bool:
@@ -38,17 +63,19 @@ def astray(question: Question, point: Mapping[str, float], share: float) -> bool
         jacobian = question.jacobian(x)
     except (ArithmeticError, ValueError):
         return False
-    off = _blur(question, point, jacobian)
+    off = _blur(jacobian, _sizes(question, point))
     explained = [sum(abs(s) * e for s, e in zip(row, off, strict=True) if s) for row in jacobian]
     return any(is_far and abs(m) > e for is_far, m, e in zip(far, misses, explained, strict=True))
 
 
-def _blur(question: Question, point: Mapping[str, float], jacobian: Sequence[Sequence[float]]) -> list[float]:
+def _sizes(question: Question, point: Mapping[str, float]) -> list[tuple[float, float]]:
+    """How far each rule moves with its variables, and the size of its terms."""
     everything = {**question.here, **point}
-    tolerance = [
-        max(BACKWARD * size(equation, everything), EPSILON * gross(equation, everything))
-        for equation in question.kernel.equations
-    ]
+    return [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
+
+
+def _blur(jacobian: Sequence[Sequence[float]], sizes: Sequence[tuple[float, float]]) -> list[float]:
+    tolerance = [max(BACKWARD * moves, EPSILON * terms) for moves, terms in sizes]
     errors = _spread(jacobian, tolerance)
     return [error if math.isfinite(error) else math.inf for error in errors]
 

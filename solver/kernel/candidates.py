@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from solver.accuracy.witness import gross
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
-from solver.kernel.blur import EPSILON, blur_of
+from solver.kernel.blur import EPSILON, Uncertainty, is_ordinary, uncertainty
 from solver.kernel.question import Question
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.outcome import Outcome
@@ -78,6 +78,12 @@ class Candidates:
         singular = sum(answer.double is not None for answer in self.answers)
         return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS
 
+    def take(self, trial: Candidates) -> None:
+        """Take over what a method has found that had to find all."""
+        self.answers += trial.answers
+        self.refused += trial.refused
+        self.outside = self.outside or trial.outside
+
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate. Where no
         looks at points are left, nothing is kept, and what is proven to be stays refused."""
@@ -131,13 +137,37 @@ class Candidates:
         if any(0.0 < abs(v) < COARSE for v in point.values()) and not self.question.remote:
             self.strays += 1
             return
-        blur = blur_of(self.question, point)
+        found = uncertainty(self.question, point)
+        blur = found.errors
         vague = self._open(point, blur, VAGUE)
         if vague and self._leads_away(point):
             self.strays += 1
             return
         multiple = vague or (singular and self._open(point, blur, SIMPLE))
-        found = Answer(point, self._double(point) if multiple else None)
+        if self.stands(point, found):
+            self._add(Answer(point, self._double(point) if multiple else None), blur)
+
+    def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
+        """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
+        is too near to a division by 0 for floats is remembered for more digits."""
+        if is_ordinary(point, found):
+            return True
+        from solver.kernel.root_check import RootCheck, check_root
+
+        verdict, root = check_root(self.question, point, found)
+        if verdict is RootCheck.BESIDE_POLE:
+            self._refuse(root)
+        self.strays += verdict is RootCheck.NO_ROOT
+        return verdict is RootCheck.STANDS
+
+    def _refuse(self, root: dict[str, float]) -> None:
+        """Remember a root that floats do not see."""
+        if not any(_near(root, other, COVERED, self.question.scale()) for other in self.refused):
+            self.refused.append(root)
+
+    def _add(self, found: Answer, blur: Sequence[float]) -> None:
+        """Add an answer, unless it is one that is there already."""
+        point = found.values
         for index, answer in enumerate(self.answers):
             here = self.question.beside(point, answer.values)
             if self._same(here, answer.values, blur):
@@ -154,18 +184,19 @@ class Candidates:
         return any(error > share * size for error, size in zip(blur, sizes, strict=True))
 
     def _leads_away(self, point: Mapping[str, float]) -> bool:
-        from solver.kernel.assay import leads_away
+        from solver.kernel.root_check import leads_away
 
         return leads_away(self.question, point)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,
-        however far they miss (``ln(exp(x)) = 1e-27`` has an answer that they do not come near)."""
+        however far they miss (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A root of the
+        rules multiplied out may be none of the rules as written: there Newton's step leads away."""
         self.refine(list(point.values()))
         if any(self._covers(answer, point) for answer in self.answers):
             return
-        if self.question.outside(point) is None:
-            self.refused.append(point)
+        if self.question.outside(point) is None and not self._leads_away(point):
+            self._refuse(point)
 
     def part(self, roots: Sequence[Mapping[str, float]]) -> None:
         """Remember which of these roots, proven to be different, rounding has merged with another one: points
@@ -185,11 +216,17 @@ class Candidates:
         if _near(root, answer.values, COVERED, scales):
             return True
         far = _near(root, answer.values, BLUR, scales)
-        return far and self._within(root, answer.values, blur_of(self.question, answer.values))
+        return far and self._within(root, answer.values, uncertainty(self.question, answer.values).errors)
 
     def suspect(self, point: dict[str, float]) -> None:
-        """Remember a point that nearly satisfies every equation; whether it does may be beyond floats."""
-        if self.nearly(point):
+        """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
+        be beyond floats."""
+        from solver.kernel.root_check import root_beside
+
+        root = root_beside(self.question, point)
+        if root is not None:
+            self.proven(root)
+        elif self.nearly(point):
             self.suspects.append(point)
 
     def _blurred(self, point: dict[str, float]) -> None:

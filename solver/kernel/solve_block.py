@@ -110,7 +110,7 @@ class _Search:
 
     def outcome(self) -> BlockOutcome:
         found = _outcome(self.question, self.candidates, self.complete)
-        return replace(found, stretches=self.stretches, whole=self.whole)
+        return replace(found, stretches=self.stretches, whole=self.whole or found.whole)
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
@@ -235,8 +235,11 @@ def _one_by_one(question: Question, candidates: Candidates) -> None:
 
 
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
+    known = complete and not candidates.refused
+    found = _found(question, candidates, known)
     return replace(
-        _found(question, candidates, complete),
+        found,
+        whole=complete,
         attempts=tuple(candidates.attempts),
         suspects=tuple(candidates.suspects),
         refused=tuple(candidates.refused),

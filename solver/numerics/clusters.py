@@ -43,6 +43,7 @@ class Found:
     unresolved: list[Interval] = field(default_factory=list)
     touching: list[tuple[float, float]] = field(default_factory=list)
     flat: list[Interval] = field(default_factory=list)
+    crossings: list[float] = field(default_factory=list)
 
 
 def resolve_clusters(
@@ -105,6 +106,7 @@ def _resolve(function: IntervalFunction, cluster: Cluster, found: Found) -> None
     crossings = _crossings(function, cluster)
     if crossings:
         found.roots += crossings
+        found.crossings += crossings
     elif not cluster.rough:
         _add_touching(function, cluster, found)
 

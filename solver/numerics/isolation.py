@@ -60,6 +60,7 @@ class RootSearch:
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
     ``remote``: boxes beyond, that were given up, or not settled.
+    ``crossings``: those of the roots that are no more than a change of sign of computed values.
     """
 
     roots: tuple[float, ...]
@@ -70,6 +71,7 @@ class RootSearch:
     evaluations: int = 0
     levels: int = 0
     remote: tuple[tuple[float, float], ...] = ()
+    crossings: tuple[float, ...] = ()
 
 
 def isolate_roots(
@@ -108,6 +110,7 @@ def isolate_roots(
         evaluations=function.evaluations,
         levels=levels,
         remote=tuple(remote),
+        crossings=tuple(found.crossings),
     )
 
 

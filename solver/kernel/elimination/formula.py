@@ -36,8 +36,7 @@ def solve_by_formula(question: Question, candidates: Candidates, form: ClosedFor
     trial = Candidates(question)
     if not all(_settled(question, trial, point) for point in points):
         return False
-    candidates.answers += trial.answers
-    candidates.outside = candidates.outside or trial.outside
+    candidates.take(trial)
     for point in points:
         candidates.note(point)
     return True

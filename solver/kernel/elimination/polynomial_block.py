@@ -17,7 +17,7 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Expression
 from solver.accuracy.witness import BACKWARD
 from solver.facts import OutOfRange
-from solver.kernel.blur import astray
+from solver.kernel.blur import astray, uncertainty
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.elimination.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
@@ -61,8 +61,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         plain = not several and _plainly(question, trial, point)
         if not plain and not _tried(question, trial, point, several):
             return False
-    candidates.answers += trial.answers
-    candidates.outside = candidates.outside or trial.outside
+    candidates.take(trial)
     return True
 
 
@@ -78,9 +77,9 @@ def _plainly(question: Question, trial: Candidates, point: Point) -> bool:
         return False
     point = question.inside(dict(point))
     name = question.outside(point)
-    if name is None:
+    if name is None and trial.stands(point, uncertainty(question, point)):
         trial.answers.append(Answer(point))
-    else:
+    elif name is not None:
         trial.outside = OutOfRange(question.equations[0], name, point[name])
     return True
 
@@ -114,8 +113,7 @@ def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
         point = _point(question, forms, angle)
         if point is None or not _tried(question, trial, point, several):
             return False
-    candidates.answers += trial.answers
-    candidates.outside = candidates.outside or trial.outside
+    candidates.take(trial)
     return True
 
 

@@ -70,8 +70,7 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         for y in found:
             if not _tried(question, trial, forms, {tears[0]: x, tears[1]: y}):
                 return False
-    candidates.answers += trial.answers
-    candidates.outside = candidates.outside or trial.outside
+    candidates.take(trial)
     return True
 
 

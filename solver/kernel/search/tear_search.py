@@ -75,7 +75,9 @@ class TearSearch:
             complete = complete and search.complete and not beyond and (smooth or not search.roots)
             self.doubts = self.doubts or not smooth
             self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
-            along = (self._along(place, x) for x in search.roots)
+            for x in search.crossings:
+                self._candidate(place, x)
+            along = (self._along(place, x) for x in search.roots if x not in search.crossings)
             proven = [root for root in along if root is not None]
             for root in proven:
                 self.candidates.proven(root)

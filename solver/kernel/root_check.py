@@ -1,0 +1,178 @@
+"""The second half of the check of an answer: is there a root of its block within its own error bar?
+
+A rule holds if values within a few ulp of those reported satisfy it. Next to a removable 0/0 the slopes are
+so large that this lets anything pass: ``(a - b)/(x - 1)`` takes any value at all as its differences round. So
+where a block is not ordinary it is solved on from the answer in many digits. The answer stands if this ends
+at a root within the error bar, and if moving the unknowns by that bar does not reach a place where a rule
+divides by zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from enum import Enum, auto
+from typing import Any
+
+from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
+from rulesheets.functions.extended import context
+from rulesheets.model import Value
+from rulesheets.nodes import Call, Expression, Number, Power, Quotient, children, names
+from solver.kernel.blur import Uncertainty, uncertainty
+from solver.kernel.question import Question
+from solver.numerics.elimination import eliminate
+
+DIGITS = 60
+ITERATIONS = 40
+NEAR = 2e-4
+"""The largest error bar of a point, relative to the size of its unknowns, that is followed ``FAR``."""
+NUDGE = 1e-5
+"""Of an error bar, by which another start lies beside a point."""
+HALVINGS = 60
+EPSILON = 2.0**-52
+SAFETY, FAR = 4.0, 100.0
+"""Error bars from a root to an answer; and from the answer, beyond which no root is followed any farther."""
+SETTLED = 1e-30
+"""Relative length of the last step: far below what floats show."""
+BESIDE = 0.25
+"""The largest share of a divisor that the error bars of its variables may be."""
+
+
+class RootCheck(Enum):
+    """What solving on from an answer came to."""
+
+    STANDS = auto()
+    NO_ROOT = auto()
+    BESIDE_POLE = auto()
+
+
+def check_root(
+    question: Question, point: Mapping[str, float], found: Uncertainty
+) -> tuple[RootCheck, dict[str, float]]:
+    """Solve on from a point at which every rule holds to rounding, and which that leaves so uncertain: what
+    that comes to, and where it ends."""
+    start = list(point.values())
+    bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, _sizes(question, start), strict=True)]
+    try:
+        root = _root(question, start, bars)
+    except (Undefined, ValueError, OverflowError):
+        return RootCheck.STANDS, dict(point)  # a rule has no slope there: nothing speaks against the point
+    if root is None:
+        return RootCheck.NO_ROOT, dict(point)
+    there = question.named(root)
+    bars = uncertainty(question, there).errors
+    if not _within(start, root, bars, SAFETY):
+        return RootCheck.NO_ROOT, there
+    reach, everything = dict(zip(there, bars, strict=True)), {**question.here, **there}
+    beside = any(_reaches_zero(h, everything, reach) for e in question.kernel.forms for h in divisors(e))
+    return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
+
+
+def leads_away(question: Question, point: Mapping[str, float]) -> bool:
+    """Whether there is no root of the block anywhere near a point, although its rules, or others made of
+    them, seem to hold there."""
+    start = list(point.values())
+    try:
+        return _root(question, start, [NEAR * size for size in _sizes(question, start)]) is None
+    except (Undefined, ValueError, OverflowError):
+        return False  # nothing speaks against it
+
+
+def root_beside(question: Question, point: Mapping[str, float]) -> dict[str, float] | None:
+    """The root near a point, where Newton's method from there settles at one."""
+    start = list(point.values())
+    bars = [NEAR * size for size in _sizes(question, start)]
+    try:
+        root, settled = _solved_on(question, start, bars)
+    except (Undefined, ValueError, OverflowError):
+        return None
+    return question.named(root) if root is not None and settled else None
+
+
+def _root(question: Question, start: Sequence[float], bars: Sequence[float]) -> list[float] | None:
+    """Where Newton's method ends. At the turn of a fold its step is long however near two roots are, so that
+    a start beside the point may lead to the end that the point does not."""
+    root, _ = _solved_on(question, start, bars)
+    return root or _solved_on(question, start, bars, NUDGE)[0]
+
+
+def _sizes(question: Question, start: Sequence[float]) -> list[float]:
+    return [max(abs(v), scale) for v, scale in zip(start, question.scale(), strict=True)]
+
+
+def _solved_on(
+    question: Question, start: Sequence[float], bars: Sequence[float], nudge: float = 0.0
+) -> tuple[list[float] | None, bool]:
+    """Where Newton's method in many digits ends that begins so far beside the start, and whether it settles:
+    between two roots that all but meet it may stay without an end. None where it leaves the neighbourhood.
+
+    Raises Undefined where a slope has no value at the beginning.
+    """
+    mp = context(DIGITS)
+    x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
+    residual, rows = _linearized(question, x)
+    for count in range(ITERATIONS):
+        step = eliminate(rows, residual) if any(residual) else None
+        if step is None:
+            return [float(v) for v in x], count > 0 and not any(residual)
+        x, residual, rows = _stepped(question, x, step)
+        if not _within(start, x, bars, FAR):
+            return None, False
+        if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
+            return [float(v) for v in x], True
+    return [float(v) for v in x], False
+
+
+def _stepped(question: Question, x: Sequence[Any], step: Sequence[Any]) -> tuple[list[Any], list[Any], Any]:
+    """The end of a step, halved while it leaves the domain of a rule; residual and Jacobian there."""
+    for halving in range(HALVINGS):
+        ahead = [v - d / 2**halving for v, d in zip(x, step, strict=True)]
+        try:
+            return ahead, *_linearized(question, ahead)
+        except Undefined:
+            continue
+    raise Undefined("step", (), question.kernel.forms[0])
+
+
+def _linearized(question: Question, x: Sequence[Any]) -> tuple[list[Any], list[list[Any]]]:
+    """Residual (n,) and Jacobian (n, n). Raises Undefined."""
+    values = {**question.here, **dict(zip(question.unknowns, x, strict=True))}
+    swept = [extended_derivatives(form, values, DIGITS) for form in question.kernel.forms]
+    zero = context(DIGITS).zero
+    return [miss for miss, _ in swept], [
+        [slopes.get(name, zero) for name in question.unknowns] for _, slopes in swept
+    ]
+
+
+def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], factor: float) -> bool:
+    return all(
+        abs(v - w) <= factor * (bar + EPSILON * abs(v)) for v, w, bar in zip(start, x, bars, strict=True)
+    )
+
+
+def divisors(expression: Expression) -> Iterator[Expression]:
+    """What a rule divides by, with variables in it."""
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        match node:
+            case Quotient(_, divisor) if names(divisor):
+                yield divisor
+            case Power(base, exponent) if names(base) and not _is_positive(exponent):
+                yield base
+            case Call("tan" | "tand" as function, arguments):
+                yield Call(function.replace("tan", "cos"), arguments)
+        stack.extend(children(node))
+
+
+def _is_positive(exponent: Expression) -> bool:
+    return isinstance(exponent, Number) and exponent.value > 0.0
+
+
+def _reaches_zero(divisor: Expression, values: Mapping[str, Value], bars: Mapping[str, float]) -> bool:
+    """Whether a divisor may be 0, or nearly, within the error bars of its variables."""
+    try:
+        at, slopes = derivatives(divisor, values)
+    except Undefined:
+        return True
+    moves = sum(abs(slope) * bars.get(name, 0.0) for name, slope in slopes.items() if slope)
+    return not moves <= BESIDE * abs(at)

@@ -1,0 +1,97 @@
+"""Answers that only a removable 0/0 lets pass are refused; true ones beside such a place are found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import mpmath
+import numpy as np
+import pytest
+
+import rulesheets
+import solver
+from benchmarks.check_fuzz import examine
+from solver import Result
+
+POLYTROPIC = "p1*V1^g = p2*V2^g\nwork = (p2*V2 - p1*V1)/(g - 1)"
+GAS = {"p1": 101.0, "V1": 1.2, "V2": 0.0857142857}
+LOAN = "payment = debt*rate/(1 - (1 + rate)^(-term))"
+TRIANGLE = "A + B + C = 180\na = 2*R*sind(A)\nb = 2*R*sind(B)\nc = 2*R*sind(C)"
+MOTION = "v = u + acc*t\ns = (v^2 - u^2)/(2*acc)\nmean = s/t"
+
+
+def solved(rules: str, inputs: Mapping[str, float]) -> Result:
+    return solver.solve(rulesheets.loads(rules), inputs)
+
+
+def exponent(work: float) -> float:
+    """The exponent of the polytropic change that takes so much work, by bisection in many digits."""
+    p, v, w = map(mpmath.mpf, GAS.values())
+    with mpmath.workdps(40):
+        return float(
+            mpmath.findroot(
+                lambda g: (p * (v / w) ** g * w - p * v) / (g - 1) - work, (1.01, 2.5), solver="anderson"
+            )
+        )
+
+
+def test_a_quotient_of_rounding_errors_is_no_exponent() -> None:
+    result = solved(POLYTROPIC, {**GAS, "work": 487.702})
+    assert [solution["g"] for solution in result.solutions] == pytest.approx([exponent(487.702)], rel=1e-14)
+    assert result.complete
+
+
+def test_prepared_calls_and_sweeps_refuse_it_too() -> None:
+    works = np.linspace(400.0, 600.0, 7)
+    plan = solver.prepare(rulesheets.loads(POLYTROPIC), ["work"], ["g"], GAS)
+    expected = [exponent(work) for work in works]
+    assert [plan(work)[0] for work in works] == pytest.approx(expected, rel=1e-14)
+    assert [len(plan.all(work)) for work in works] == [1] * 7
+    assert plan.sweep(works)["g"] == pytest.approx(expected, rel=1e-14)
+    columns = {"work": works, **{name: np.full(7, value) for name, value in GAS.items()}}
+    assert solver.sweep(rulesheets.loads(POLYTROPIC), columns)["g"] == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_triangle_has_no_endless_circumcircle() -> None:
+    result = solved(TRIANGLE, {"a": 7.0, "b": 5.0, "c": 8.0})
+    radius = 7.0 * 5.0 * 8.0 / (4.0 * math.sqrt(10.0 * 3.0 * 5.0 * 2.0))
+    assert {round(abs(float(solution["R"])), 12) for solution in result.solutions} == {round(radius, 12)}
+
+
+def test_a_motion_of_steady_speed_has_no_acceleration_made_of_rounding() -> None:
+    acceleration, result = 0.5, solved(MOTION, {"u": 2.0, "t": 4.0, "mean": 3.0})
+    assert [solution["acc"] for solution in result.solutions] == pytest.approx([acceleration], rel=1e-14)
+
+
+@pytest.mark.parametrize("off", [1e-4, -1e-4, 1e-7, 1e-9])
+def test_an_exponent_close_to_one_is_found(off: float) -> None:
+    with mpmath.workdps(40):
+        p, v, w = map(mpmath.mpf, GAS.values())
+        g = 1 + mpmath.mpf(off)
+        work = float((p * (v / w) ** g * w - p * v) / (g - 1))
+        slope = mpmath.diff(lambda g: (p * (v / w) ** g * w - p * v) / (g - 1), g)
+    unsure = math.ulp(work) / float(slope)
+    result = solved(POLYTROPIC, {**GAS, "work": work})
+    assert any(abs(float(s["g"]) - float(g)) <= unsure + math.ulp(1.0) for s in result.solutions)
+
+
+@pytest.mark.parametrize("rate", [1e-3, 1e-6, 1e-9])
+def test_a_rate_close_to_zero_is_found(rate: float) -> None:
+    with mpmath.workdps(40):
+        r = mpmath.mpf(rate)
+        payment = float(1200 * r / (1 - (1 + r) ** -12))
+    result = solved(LOAN, {"payment": payment, "debt": 1200.0, "term": 12.0})
+    unsure = math.ulp(payment) / 650.0
+    assert any(abs(float(s["rate"]) - rate) <= unsure for s in result.solutions)
+
+
+def test_a_small_true_answer_stands() -> None:
+    result = solved("x + y = 1 + 1e-13\nx*y = 1e-13", {})
+    assert sorted(float(s["x"]) for s in result.solutions) == pytest.approx([1e-13, 1.0], rel=1e-3)
+
+
+@pytest.mark.parametrize("first", range(0, 60, 10))
+def test_everyday_sheets_list_no_false_answer_and_refuse_no_true_one(first: int) -> None:
+    told = [line for seed in range(first, first + 10) for line in examine(seed)[1]]
+    assert [line for line in told if ": missed" not in line] == []
