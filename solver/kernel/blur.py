@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from rulesheets.record import dataclass
 from solver.accuracy.witness import BACKWARD, gross, size
 from solver.kernel.question import Question
 from solver.numerics.small_inverse import LARGEST, inverse
