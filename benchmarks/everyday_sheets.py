@@ -312,6 +312,92 @@ def friction(d: Draft) -> None:
     d.rules.append(f"1/sqrt({name}) = -2*log({eps}/3.7 + 2.51/({Re}*sqrt({name})))")
 
 
+@kind
+def flight(d: Draft) -> None:
+    v, angle, t = d.some(1, 500), d.new(20, 80), d.new(0.2, 60)
+    turn = math.radians(d[angle])
+    h = d.plant(d[v] * math.sin(turn) * d[t] - 4.905 * d[t] ** 2)
+    x = d.plant(d[v] * math.cos(turn) * d[t])
+    d.rules += [f"{h} = {v}*sind({angle})*{t} - 4.905*{t}^2", f"{x} = {v}*cosd({angle})*{t}"]
+    d.unknown.remove(h)
+    d.unknown.append(t)
+
+
+@kind
+def specific_energy(d: Draft) -> None:
+    q, y = d.some(0.1, 50), d.new(0.1, 10)
+    v = d.plant(d[q] / d[y])
+    E = d.plant(d[y] + d[v] ** 2 / 19.62)
+    d.rules += [f"{v} = {q}/{y}", f"{E} = {y} + {v}^2/19.62"]
+
+
+@kind
+def lens(d: Draft) -> None:
+    f = d.some(1, 500)
+    g = d.near(f, 1.1, 20)
+    b = d.plant(d[f] * d[g] / (d[g] - d[f]))
+    m = d.plant(d[b] / d[g])
+    d.rules += [f"1/{f} = 1/{g} + 1/{b}", f"{m} = {b}/{g}"]
+
+
+@kind
+def vapour(d: Draft) -> None:
+    T = d.some(5, 200)
+    P = d.plant(10 ** (8.07131 - 1730.63 / (233.426 + d[T])))
+    d.rules.append(f"log({P}) = 8.07131 - 1730.63/(233.426 + {T})")
+
+
+@kind
+def gas(d: Draft) -> None:
+    P, T = d.some(10, 1e4), d.some(250, 1500)
+    v = d.plant(0.287 * d[T] / d[P])
+    r = d.some(1.5, 20)
+    P2, T2 = d.plant(d[P] * d[r] ** 1.4), d.plant(d[T] * d[r] ** 0.4)
+    d.rules += [f"{P}*{v} = 0.287*{T}", f"{P2} = {P}*{r}^1.4", f"{T2} = {T}*{r}^0.4"]
+
+
+@kind
+def plate(d: Draft) -> None:
+    """A plate between a hot wall and a cooled room, in kelvin."""
+    Tp, Tr, h = d.new(320, 900), d.new(250, 310), d.new(2, 60)
+    Tf = d.near(Tp, 1.1, 2)
+    e = f"{d.draw.uniform(0.2, 0.95):.2g}"
+    q = d.plant(float(e) * 5.67e-8 * (d[Tf] ** 4 - d[Tp] ** 4))
+    given = d[q] - d[h] * (d[Tp] - d[Tr])
+    if given < SIZES[0]:
+        raise Unfit
+    w = d.plant(given)
+    d.rules += [f"{q} = {e}*5.67e-8*({Tf}^4 - {Tp}^4)", f"{q} = {h}*({Tp} - {Tr}) + {w}"]
+
+
+@kind
+def triangle(d: Draft) -> None:
+    a = d.some()
+    A, B = d.new(20, 80), d.new(20, 80)
+    C = d.plant(180 - d[A] - d[B])
+    sines = [math.sin(math.radians(d[name])) for name in (A, B, C)]
+    b, c = d.plant(d[a] * sines[1] / sines[0]), d.plant(d[a] * sines[2] / sines[0])
+    d.rules += [f"{A} + {B} + {C} = 180", f"{a}/sind({A}) = {b}/sind({B})", f"{a}/sind({A}) = {c}/sind({C})"]
+
+
+@kind
+def cylinder(d: Draft) -> None:
+    D, L = d.some(0.01, 100), d.some(0.01, 100)
+    if D == L:
+        raise Unfit
+    A, V = d.plant(math.pi * d[D] * d[L] + math.pi * d[D] ** 2 / 2), d.plant(math.pi * d[D] ** 2 / 4 * d[L])
+    d.rules += [f"{A} = pi*{D}*{L} + pi*{D}^2/2", f"{V} = pi*{D}^2/4*{L}"]
+
+
+@kind
+def beam(d: Draft) -> None:
+    L, w, b, h = d.some(0.5, 50), d.some(0.1, 1e3), d.new(0.02, 2), d.new(0.05, 3)
+    M = d.plant(d[w] * d[L] ** 2 / 8)
+    s = d.plant(d[M] * 6 / (d[b] * d[h] ** 2))
+    y = d.plant(5 * d[w] * d[L] ** 4 / (384 * 2e7 * d[b] * d[h] ** 3 / 12))
+    d.rules += [f"{M} = {w}*{L}^2/8", f"{s} = 6*{M}/({b}*{h}^2)", f"{y} = 5*{w}*{L}^4/(384*2e7*{b}*{h}^3/12)"]
+
+
 def jacobian(rules: tuple[str, ...], state: dict[str, float]) -> np.ndarray:
     """Logarithmic derivatives of the rules by the variables, each row scaled to 1."""
     with mpmath.workdps(judge.DIGITS):

@@ -132,17 +132,23 @@ def great_circle(R, p1, l1, p2, l2):
     return {"a": a, "c": c, "d": R * radians(c)}
 
 
+def circles(xA, yA, xB, yB, rA, rB):
+    """The intersection to the left of the line from A to B."""
+    base, direction = hypot(xB - xA, yB - yA), atan2(yB - yA, xB - xA)
+    angle = direction + acos((rA**2 + base**2 - rB**2) / (2 * rA * base))
+    return xA + rA * cos(angle), yA + rA * sin(angle)
+
+
 @sheet(
     OWN,
     "x y > rA rB, x > rA, y > rB, x y > xB rA",
     {
-        "x y > xB rA": ({"xB": 2 * 257.6687108811779 - 500},),
+        "x y > xB rA": ({"xB": 2 * circles(0, 0, 500, 120, 380, 290)[0] - 500},),
     },
 )
 def trilateration(xA, yA, xB, yB, rA, rB):
-    base, direction = hypot(xB - xA, yB - yA), atan2(yB - yA, xB - xA)
-    angle = direction + acos((rA**2 + base**2 - rB**2) / (2 * rA * base))
-    return {"x": xA + rA * cos(angle), "y": yA + rA * sin(angle)}
+    x, y = circles(xA, yA, xB, yB, rA, rB)
+    return {"x": x, "y": y}
 
 
 @sheet(
