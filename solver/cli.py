@@ -62,6 +62,7 @@ A sheet is a file, a folder with a model.tk, or the name of a sheet that `backso
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or command."""
     words = list(sys.argv[1:] if argv is None else argv)
+    _open_streams()
     _print_anything()
     try:
         code = _dispatch(words)
@@ -189,6 +190,13 @@ def _version() -> str:
     from importlib.metadata import version
 
     return f"backsolve {version('backsolve')}"
+
+
+def _open_streams() -> None:
+    """Streams that the caller has closed lead nowhere; no file that is opened later takes their place."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w"))  # noqa: SIM115
 
 
 def _print_anything() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 from collections.abc import Iterator
 
@@ -12,15 +11,6 @@ from hypothesis import settings
 # How long an example takes says more about the machine's other work than about the code.
 settings.register_profile("backsolve", deadline=None)
 settings.load_profile("backsolve")
-
-
-@pytest.fixture
-def resting_collector() -> Iterator[None]:
-    """For tests of how cost grows: the garbage collector does not walk what other tests have left."""
-    gc.collect()
-    gc.freeze()
-    yield
-    gc.unfreeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -17,8 +17,8 @@ from benchmarks.hostile import _in_parts, examine, satisfied
 from benchmarks.hostile_kinds import KINDS, sheet
 from benchmarks.hostile_sheets import Dice, Sheet
 
-LIMIT = 60.0
-"""Seconds of the processor for one sheet; it takes some milliseconds on an idle machine."""
+UNLIMITED = 0.0
+"""No alarm: what takes too long shows in the run of the suite."""
 QUICK = 350
 """Seeds from here on are tried with ``-m slow``."""
 
@@ -30,7 +30,7 @@ QUICK = 350
 def test_hostile_sheets(first: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        outcomes = [examine(seed, LIMIT, most=2) for seed in range(first, first + 50)]
+        outcomes = [examine(seed, UNLIMITED, most=2) for seed in range(first, first + 50)]
     assert [outcome.finding for outcome in outcomes if outcome.finding] == []
 
 
@@ -41,7 +41,7 @@ def test_hostile_sheets(first: int) -> None:
 def test_small_sheets_at_special_points(first: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        outcomes = [examine(seed, LIMIT, 1, hostile_small.sheet) for seed in range(first, first + 50)]
+        outcomes = [examine(seed, UNLIMITED, 1, hostile_small.sheet) for seed in range(first, first + 50)]
     assert [outcome.finding for outcome in outcomes if outcome.finding] == []
 
 

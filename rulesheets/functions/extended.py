@@ -1,17 +1,19 @@
 """The built-in functions to any number of digits, by mpmath (the only import of it).
 
-Each precision has a context of its own, so nothing here touches mpmath's global one.
+Each precision has a context of its own (in each thread), so nothing here touches mpmath's global one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache, partial
+from threading import get_ident
 from typing import Any, TypeAlias
 
 import mpmath
+from mpmath.libmp import NoConvergence
 
-from rulesheets.functions import extended_erf
+from rulesheets.functions import extended_bessel, extended_erf
 
 Extended: TypeAlias = Any
 """A number of mpmath (which has no types of its own)."""
@@ -19,20 +21,29 @@ Extended: TypeAlias = Any
 LARGE = 2**20
 
 
-@cache
 def context(digits: int) -> Any:
-    """The context that works with ``digits`` decimal digits."""
+    """The context that works with ``digits`` decimal digits, one of each thread: mpmath changes the
+    precision of a context while it computes."""
+    return _context(get_ident(), digits)
+
+
+@cache
+def _context(thread: int, digits: int) -> Any:
     made = mpmath.MPContext()
     made.dps = digits
     return made
 
 
-@cache
 def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
     """A function of mpmath numbers for every row of ``TABLE``.
 
     Outside its domain one raises ValueError or ZeroDivisionError.
     """
+    return _functions(get_ident(), digits)
+
+
+@cache
+def _functions(thread: int, digits: int) -> Mapping[str, Callable[..., Extended]]:
     mp = context(digits)
     return {
         **{name: _real(mp, getattr(mp, name)) for name in _SAME_NAME},
@@ -59,10 +70,13 @@ def _real(mp: Any, function: Callable[..., Extended]) -> Callable[..., Extended]
     """The function over the reals: complex and infinite answers are refused."""
 
     def value(*arguments: Extended) -> Extended:
-        result = function(*arguments)
+        try:
+            result = function(*arguments)
+        except NoConvergence as endless:
+            raise ValueError("no value within the limits of mpmath") from endless
         if isinstance(result, mp.mpc) or not mp.isfinite(result):
             raise ValueError("no real value")
-        return mp.convert(result)
+        return mp.mpf(result)
 
     return value
 
@@ -167,16 +181,18 @@ def _of_degrees(mp: Any) -> dict[str, Callable[..., Extended]]:
 
 
 def _bessel(mp: Any) -> dict[str, Callable[..., Extended]]:
+    wide = context(mp.dps + extended_bessel.GUARD)
+
     def at_order(function: Callable[..., Extended], order: int) -> Callable[[Extended], Extended]:
         return _real(mp, lambda x: function(order, x))
 
     return {
         "j0": at_order(mp.besselj, 0),
         "j1": at_order(mp.besselj, 1),
-        "jn": _real(mp, mp.besselj),
+        "jn": _real(mp, partial(extended_bessel.first_kind, wide)),
         "y0": at_order(mp.bessely, 0),
         "y1": at_order(mp.bessely, 1),
-        "yn": _real(mp, mp.bessely),
+        "yn": _real(mp, partial(extended_bessel.second_kind, wide)),
         "i0": at_order(mp.besseli, 0),
         "bessel_i1": at_order(mp.besseli, 1),
         "k0": at_order(mp.besselk, 0),

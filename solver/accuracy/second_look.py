@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.nodes import Sum, operands
 
@@ -86,11 +86,11 @@ def _agree(one: Any, other: Any) -> bool:
 
 def _seen(look: _Look, miss: Any, digits: int, share: float, steep: float) -> Sight:
     try:
-        moves = look.moves(digits)
-        total = sum(map(abs, moves.values()))
-        scaled = abs(miss) / total if total else math.inf
         gross = look.gross(digits)
         limit = steep * gross
+        moves = look.moves(digits, limit / share)
+        total = sum(map(abs, moves.values()))
+        scaled = abs(miss) / total if total else math.inf
         some = sum(abs(move) for move in moves.values() if share * abs(move) <= limit)
         gentle = abs(miss) <= share * gross and (share * total <= limit or abs(miss) <= share * some)
         reaches = scaled <= share and (
@@ -131,8 +131,19 @@ class _Look:
             terms = terms + [term for part, found in inside if isinstance(part, Sum) for term in found]
         return max(abs(extended(term, self.values, digits)) for term in terms)
 
-    def moves(self, digits: int) -> dict[str, Any]:
-        """∂F/∂v · |v| by variable: central differences, at a third of the digits. Raises Undefined."""
+    def moves(self, digits: int, limit: Any) -> dict[str, Any]:
+        """∂F/∂v · |v| by variable; differences in their place where a slope has no value, or their sum is
+        beyond the limit. Raises Undefined."""
+        try:
+            sides = self.equation.left, self.equation.right
+            left, right = (extended_derivatives(side, self.values, digits)[1] for side in sides)
+        except Undefined:
+            return self.differences(digits)
+        found = {n: (left.get(n, 0) - right.get(n, 0)) * size for n, _, size in self._numbers(digits)}
+        return found if sum(map(abs, found.values())) <= limit else self.differences(digits)
+
+    def differences(self, digits: int) -> dict[str, Any]:
+        """Central differences in place of slopes, at a third of the digits. Raises Undefined."""
         step = context(digits).mpf(10) ** -(digits // 3)
         found = {}
         for name, number, size in self._numbers(digits):
@@ -145,11 +156,12 @@ class _Look:
         from solver.accuracy.drowned import drowned
 
         sides = self.equation.left, self.equation.right
+        if not any(drowned(side, self.values, DIGITS[-1]) for side in sides):
+            return False
         try:
-            still = not any(self.moves(DIGITS[-1]).values())
+            return not any(self.differences(DIGITS[-1]).values())
         except Undefined:
             return False
-        return still and any(drowned(side, self.values, DIGITS[-1]) for side in sides)
 
     def straddles(self, moves: Mapping[str, Any], share: Any, digits: int) -> bool:
         """Whether F changes its sign as all values move along its slopes, and against them, by that share.

@@ -187,10 +187,14 @@ def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] 
             angles.read(equation.left)
             angles.read(equation.right)
     plain = list(angles.plain)
+    read: dict[int, tuple[str, ...]] = {}
     while plain:  # what a sum ties to a number that is no angle is none either
         for equation in sums.pop(plain.pop(), ()):
-            plain.extend(name for name in equation.names if name not in angles.plain)
-            angles.plain.update(equation.names)
+            for name in read.setdefault(id(equation), equation.names):
+                if name not in angles.plain:
+                    angles.plain.add(name)
+                    plain.append(name)
+            read[id(equation)] = ()
     return {name: angle for name, angle in angles.found.items() if name not in angles.plain}
 
 

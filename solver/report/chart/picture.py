@@ -56,7 +56,7 @@ def speed_picture(marks: Sequence[Mark], title: str) -> Figure:
     axes.set_xscale("log")
     error_axis(axes, marks)
     axes.set_xlabel("time of a solve, µs", fontsize=9)
-    axes.set_title(title, fontsize=10, loc="left", color=INK)
+    axes.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
     handles, _ = axes.get_legend_handles_labels()
     beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
     axes.legend(handles=[*handles, *key(marks)], fontsize=8, frameon=False, labelcolor=INK, **beside)
@@ -95,9 +95,10 @@ def stability_picture(
     for iterations in counts:
         _count_axis(iterations, "iterations")
     _status_axis(status, methods, marks)
-    status.set_xlabel(label, fontsize=9)
+    status.set_xlabel(label, fontsize=9, parse_math=False)
     entries = key(marks)
-    errors.set_title(title, fontsize=10, loc="left", color=INK, pad=20 if entries else 6)
+    above = 20 if entries else 6
+    errors.set_title(title, fontsize=10, loc="left", color=INK, pad=above, parse_math=False)
     if entries:
         layout: dict[str, Any] = {"loc": "lower left", "ncols": len(entries), "borderaxespad": 0.2}
         spaces: dict[str, Any] = {"columnspacing": 1.6, "handletextpad": 0.2, "borderpad": 0.0}

@@ -174,10 +174,13 @@ class Pen:
         if kind == "stroke" and (drawn := self.panel.diagram.strokes[int(number)].kind) in ARROWS:
             color = style(drawn)[0]
         xs, ys = self._in_units([(box.x, box.y)])
-        slant = "italic" if kind == "stroke" else "normal"
-        self.axes.text(
-            xs[0], ys[0], text, ha="center", va="center", fontsize=FONT, color=color, style=slant, zorder=8
-        )
+        look: dict[str, Any] = {
+            "color": color,
+            "style": "italic" if kind == "stroke" else "normal",
+            "fontsize": FONT,
+        }
+        middle: dict[str, Any] = {"ha": "center", "va": "center"}
+        self.axes.text(xs[0], ys[0], text, zorder=8, parse_math=False, **look, **middle)
 
 
 def _axes(angle: float) -> tuple[Place, Place]:

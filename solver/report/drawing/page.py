@@ -91,7 +91,7 @@ class _Sheet:
 
     def text(self, x: float, y: float, text: str, points: float, **more: Any) -> None:
         more = {"ha": "center", "va": "center", "color": INK, **more}
-        self.figure.text(x / self.width, y / self.height, text, fontsize=points, **more)
+        self.figure.text(x / self.width, y / self.height, text, fontsize=points, parse_math=False, **more)
 
     def line(self, places: Sequence[Place], width: float, color: str = INK, dashes: Any = "solid") -> None:
         from matplotlib.lines import Line2D

@@ -35,6 +35,7 @@ def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None
         "text.color": INK,
         "axes.labelcolor": INK,
         "axes.edgecolor": INK,
+        "text.parse_math": False,  # a dollar in a unit is one
     }
     with matplotlib.rc_context({**style, "xtick.color": INK, "ytick.color": INK, "svg.fonttype": "none"}):
         figure = Figure(layout="constrained")

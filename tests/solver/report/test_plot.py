@@ -156,3 +156,35 @@ def test_a_wrong_picture(capsys: pytest.CaptureFixture[str], words: list[str], c
     pytest.importorskip("matplotlib")
     assert main(["sweep", "ohms_law", "--set", "R=2", "--want", "V", *words]) == 2
     assert capsys.readouterr().err.startswith(f"error[{code}]")
+
+
+DOLLARS = """\
+variables
+  x = 1 [$/$x_{]
+  k = 1
+  y [$a^$]
+rules
+  y = x^2 + k
+figure f [$_{$] " a $caption^{$ of 5$
+  pin O = (0, 0)
+  point A = (x, y)
+  vector v = (O, A)
+"""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["sweep", "--over", "x=0:3:1", "--plot"],
+        ["sweep", "--over", "x=0:3:1", "--over", "k=1:3:1", "--want", "y", "--plot"],
+        ["draw", "-o"],
+        ["draw", "--over", "x=1,2", "-o"],
+    ],
+)
+def test_a_dollar_is_one(tmp_path: Path, words: list[str]) -> None:
+    """In matplotlib a pair of them begins and ends a formula, and what stands between must be one."""
+    pytest.importorskip("matplotlib")
+    sheet, file = tmp_path / "dollars.tk", tmp_path / "dollars.svg"
+    sheet.write_text(DOLLARS)
+    main([words[0], str(sheet), *words[1:], str(file)])
+    assert "$" in file.read_text()
