@@ -90,6 +90,11 @@ OUTCOMES: dict[str, Entry] = {
         "Conditions wait for unknowns in more ways than were tried, and none of these led to an answer.",
         "Give a guess or a range for one of the unknowns.",
     ),
+    "S553": Entry(
+        "the time was up",
+        "The limit in time (--timeout, or timeout= in Python) ended the search before it was done.",
+        "Give more time, a guess or a range for one of the unknowns, or ask for less with --want.",
+    ),
     "S590": Entry(
         "there are too many to list",
         "Answers or cases multiply from step to step.",

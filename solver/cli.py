@@ -39,6 +39,7 @@ COMMANDS = {
 UNKEPT = frozenset({"format", "models", "codes", "cache"})
 """Commands that neither find nor keep anything."""
 
+UNSOLVED = 1
 WRONG = 2
 """Exit code where the sheet or the command is wrong."""
 INTERRUPTED = 130
@@ -111,11 +112,16 @@ def _run(command: str, words: list[str]) -> int:
         return int(end.code or 0)
     if getattr(arguments, "no_cache", False):
         os.environ["BACKSOLVE_CACHE"] = ""
+    from rulesheets.deadline import TimeIsUp, time_limit
     from rulesheets.diagnosis import RuleSheetError
 
     try:
-        code: int = module.run(arguments)
+        with time_limit(getattr(arguments, "timeout", None)):
+            code: int = module.run(arguments)
         return code
+    except TimeIsUp:
+        print("error[S553]: the time was up", file=sys.stderr)
+        return UNSOLVED
     except RuleSheetError as wrong:
         return _report(wrong, arguments)
 

@@ -134,6 +134,13 @@ class Truncated:
 
 
 @dataclass(frozen=True, slots=True)
+class OutOfTime:
+    """The search was cut off; ``known`` are the unknowns that had a value by then."""
+
+    known: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Gap:
     """Why the answers are not known to be all: for ``unknowns``, by ``equations``, so many are there as were
     found, or as are listed where the list is ``cut``. ``low`` and ``high`` are the ends of the first unknown.
@@ -164,4 +171,5 @@ Fact: TypeAlias = (
     | BeyondFloats
     | Unmet
     | Truncated
+    | OutOfTime
 )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import override, variables_named
@@ -14,6 +15,7 @@ from solver.arguments import arguments
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.scalar import with_resort
 from solver.compiled.way import Pattern
+from solver.facts import OutOfTime
 from solver.path.activity import activity
 from solver.path.planner import planner
 from solver.result import Status
@@ -55,9 +57,10 @@ class Plan:
         want: tuple[str, ...],
         given: Mapping[str, Value],
         guesses: Mapping[str, float],
+        timeout: float | None = None,
     ) -> None:
         self.model, self.inputs, self.want = model, inputs, want
-        self.given, self.guesses = given, guesses
+        self.given, self.guesses, self.timeout = given, guesses, timeout
         self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
         self._sweeper: Sweeper | None = None
         self._answer_sweeper: AnswerSweeper | None = None
@@ -167,13 +170,20 @@ class Plan:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
 
         A number that is nan is an input that the row lacks, and is solved for; one that is infinite is none
-        at all. What floats leave vague is solved again in extended precision.
+        at all. What floats leave vague is solved again in extended precision. Where the time is up the row
+        is failed.
         """
         if any(isinstance(number, float) and math.isinf(number) for number in numbers):
             return Verdict(Status.PARTIAL, ()), Exploration((), False, ())
         if self._outside(numbers) is not None:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
-        values = self._values(numbers)
+        try:
+            with time_limit(self.timeout):
+                return self._solved(self._values(numbers))
+        except TimeIsUp:
+            return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
+
+    def _solved(self, values: Mapping[str, Value]) -> tuple[Verdict, Exploration]:
         found = explore_required(self.model, values, self.want, self.guesses, self.want)
         verdict = judge(self.model, found, values, self.guesses)
         if verdict.status in (Status.SINGULAR, Status.PARTIAL):
@@ -240,13 +250,15 @@ def prepare(
     want: Iterable[str] | None = None,
     given: Mapping[str, Value | None] | None = None,
     guesses: Mapping[str, float] | None = None,
+    timeout: float | None = None,
 ) -> Plan:
     """Fix the pattern of a solve: ``inputs`` will be given by position, ``want`` is returned.
 
     The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
     defaults to the variables of the sheet that are no inputs, without those that calls only pass on to one
-    another. Raises RuleSheetError for names that the
-    model does not have, ValueError for an input that is named twice.
+    another. ``timeout`` limits the seconds of a solve step by step; a call that meets the limit raises
+    Unsolved with the status ``failed``. Raises RuleSheetError for names that the model does not have,
+    ValueError for an input that is named twice.
     """
     expect_model(model)
     names = variables_named(inputs, model)
@@ -258,4 +270,4 @@ def prepare(
     if want is None:
         shown = [n for n, v in model.variables.items() if v.posted and not v.passed] or list(model.variables)
         wanted = tuple(n for n in shown if n not in fixed and n not in names)
-    return Plan(model, names, wanted, fixed, effective.guesses)
+    return Plan(model, names, wanted, fixed, effective.guesses, timeout)

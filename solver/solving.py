@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from rulesheets.deadline import TimeIsUp, grace, time_limit
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
-from solver.facts import Unmet
+from solver.facts import OutOfTime, Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
-from solver.solution.leaves import Leaf, infinite, leaf_errors
+from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.narrowing import explore_required
 from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
 """The code of a note on a list of answers that was cut off."""
+GRACE = 2.0
+"""Seconds to explain a verdict whose remedies took too long."""
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
@@ -33,6 +37,7 @@ def solve(
     want: Iterable[str] | None = None,
     guesses: Mapping[str, float] | None = None,
     prove: bool = False,
+    timeout: float | None = None,
 ) -> Result:
     """Solve a model for whatever is not an input.
 
@@ -43,27 +48,46 @@ def solve(
     ``prove``: every answer is proved to exist and to be the only one within ``solution.radius``, as far as
     ``solution.proof`` says; this needs python-flint.
 
+    ``timeout``: a limit in seconds. When it is met, the answers found until then are listed (``complete`` is
+    False), or the status is ``failed`` and ``partial`` holds what was determined; a diagnosis says so.
+
     Raises RuleSheetError for names that the model does not have, numbers that are not finite, and
-    values outside the range that the sheet declares.
+    values outside the range that the sheet declares; ValueError for a limit that is not positive.
     """
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else variables_named(want, model)
-    repeats = None if prove else _repeats(model)
-    if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
-        return known
-    judged = wanted if wanted is not None else posted(model)
     if prove:
         from solver.proof import require_proof
 
         require_proof()
+    try:
+        with time_limit(timeout):
+            return _solved(model, given, wanted, hints, prove)
+    except TimeIsUp as up:
+        found = up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
+        return _cut_off(model, found, given, wanted, hints)
+
+
+def _solved(
+    model: Model,
+    given: Mapping[str, Value],
+    wanted: tuple[str, ...] | None,
+    hints: Mapping[str, float],
+    prove: bool,
+) -> Result:
+    repeats = None if prove else _repeats(model)
+    if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
+        return known
+    judged = wanted if wanted is not None else posted(model)
     found = explore_required(model, given, wanted, hints, judged, always=prove)
     verdict, by = judge(model, found, given, hints), model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         from solver.verdicts.vanishing import look_behind
 
-        behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
-        by, found, verdict = behind or (by, found, verdict)
+        with suppress(TimeIsUp):
+            behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
+            by, found, verdict = behind or (by, found, verdict)
     near = partial(_near, model, wanted, judged)
     result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
@@ -71,6 +95,28 @@ def solve(
     if repeats is not None and not verdict.reread:
         repeats.meet(given, wanted, hints, result, verdict.leaves)
     return result
+
+
+def _cut_off(
+    model: Model,
+    reached: CutOff,
+    given: Mapping[str, Value],
+    wanted: tuple[str, ...] | None,
+    hints: Mapping[str, float],
+) -> Result:
+    """What is known when the time is up: the answers found until then, else the values determined."""
+    judged = wanted if wanted is not None else posted(model)
+    unknown = tuple(name for name in model.variables if name not in reached.known)
+    verdict = judge(model, reached.found, given, hints)
+    fact = OutOfTime(tuple(name for name in reached.known if name not in given))
+    if verdict.status is Status.SOLVED:
+        verdict = replace(verdict, facts=(fact,))
+    else:
+        verdict = Verdict(Status.FAILED, (), (fact,), unknown)
+    result = _result(
+        model, model, verdict, False, given, hints, judged, partial(_near, model, wanted, judged), False
+    )
+    return result if result.solutions else replace(result, partial=reached.known)
 
 
 def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
@@ -163,11 +209,16 @@ def _explained(
 ) -> tuple[Diagnosis, ...]:
     """What there is to say; of an answer that nothing stood in the way of, nothing."""
     branch = verdict.leaves[0].branch if verdict.leaves else None
-    if verdict.status is Status.SOLVED and branch is not None and not branch.facts and not branch.void:
+    idle = branch is not None and not branch.facts and not branch.void and not verdict.facts
+    if verdict.status is Status.SOLVED and idle:
         return ()
     from solver.verdicts.explain import explain
 
-    return explain(model, verdict, inputs, judged)
+    try:
+        return explain(model, verdict, inputs, judged)
+    except TimeIsUp:  # while remedies were tried
+        with grace(GRACE):
+            return explain(model, verdict, inputs, judged, hasty=True)
 
 
 def _solution(model: Model, leaf: Leaf, inputs: Mapping[str, Value], proved: bool) -> Solution:
@@ -175,7 +226,8 @@ def _solution(model: Model, leaf: Leaf, inputs: Mapping[str, Value], proved: boo
     if proved:
         from solver.proof import prove
 
-        proof = prove(model, leaf, inputs)
+        with suppress(TimeIsUp):
+            proof = prove(model, leaf, inputs)
     return Solution(leaf.branch.values, leaf.worst, leaf.checked, partial(leaf_errors, model, leaf), proof)
 
 
@@ -194,6 +246,8 @@ def _determined(verdict: Verdict, inputs: Mapping[str, Value]) -> Mapping[str, V
 
 def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Path:
     if primary is None:
-        return planner(model).path(frozenset(inputs), {})
+        with suppress(TimeIsUp):
+            return planner(model).path(frozenset(inputs), {})
+        return Path((), tuple(name for name in model.variables if name not in inputs))
     missing = tuple(name for name in model.variables if name not in primary.branch.values)
     return Path(tuple(primary.branch.steps), missing)

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from math import inf
+from time import time
 
+from rulesheets.deadline import time_limit
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Model, Value, expect_model
 from solver.files.columns import joined
@@ -34,6 +36,7 @@ def sweep(
     jit: bool = False,
     jobs: int | None = 1,
     scheduler: object = None,
+    timeout: float | None = None,
 ) -> Table:
     """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
@@ -44,6 +47,8 @@ def sweep(
 
     With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
     every branch has a number, and the table is a ``CurveTable``, which knows limit positions and ends.
+
+    ``timeout``: seconds for the whole sweep; rows that are not solved by then are ``failed``.
 
     Raises RuleSheetError for unknown names, ValueError for arrays that are no columns of one length and for
     a wrong number of ``jobs``.
@@ -56,7 +61,8 @@ def sweep(
 
         if len(inputs) != 1:
             raise ValueError("a curve is followed over one swept variable")
-        return follow_sweep(model, *next(iter(inputs.items())), want, given, guesses)
+        with time_limit(timeout):
+            return follow_sweep(model, *next(iter(inputs.items())), want, given, guesses)
     if not inputs:
         raise ValueError("a sweep needs an input that varies")
     axes = tuple(listed(values, name) for name, values in inputs.items())
@@ -64,7 +70,7 @@ def sweep(
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
     rows = Grid(axes) if grid else Zipped(axes)
-    work = work_of(plan, grid_lessons(rows), every=all, jit=jit)
+    work = work_of(plan, grid_lessons(rows), every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.columns(0, 0)])
     pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.shape[-1])
     table = joined([piece.table for piece in pieces if piece.table is not None])
@@ -79,6 +85,7 @@ def work_of(
     tabled: bool = True,
     texted: bool = False,
     jit: bool = False,
+    timeout: float | None = None,
 ) -> Work:
     """A plan as something that any process can do.
 
@@ -86,8 +93,19 @@ def work_of(
     """
     if jit and find_spec("llvmlite") is None:
         raise RuleSheetError(missing_extra("machine code needs", "llvmlite", "jit"))
+    until = None if timeout is None else time() + timeout
     return Work(
-        plan.model, plan.inputs, plan.want, plan.given, plan.guesses, lessons, every, tabled, texted, jit
+        plan.model,
+        plan.inputs,
+        plan.want,
+        plan.given,
+        plan.guesses,
+        lessons,
+        every,
+        tabled,
+        texted,
+        jit,
+        until,
     )
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.nodes import Sum, operands
@@ -109,6 +110,7 @@ class _Look:
 
     def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
         """F at the values, some of them ``moved``. Raises Undefined."""
+        expect_time()
         at = {**self.values, **(moved or {})}
         return extended(self.equation.left, at, digits) - extended(self.equation.right, at, digits)
 

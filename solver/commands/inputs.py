@@ -71,9 +71,22 @@ def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
     add = parser.add_argument
     add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
     add("--clear", metavar="NAME", action="append", default=[], help="take an input back: solve for it")
+    add("--timeout", metavar="SECONDS", type=_seconds, help="stop then, with what is known so far")
     add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
     if want:
         add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
+
+
+def _seconds(text: str) -> float:
+    from argparse import ArgumentTypeError
+
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not seconds > 0.0:
+        raise ArgumentTypeError(f"{text} is no number of seconds")
+    return seconds
 
 
 def read_request(arguments: Namespace) -> Request:

@@ -53,6 +53,7 @@ def _jobs(text: str) -> int:
 
 def run(arguments: Namespace) -> int:
     """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if interrupted."""
+    from rulesheets.deadline import expired
     from solver.commands.rows import read_swept
     from solver.sweeping import followed
     from solver.sweeps.running import solved_pieces
@@ -76,6 +77,8 @@ def run(arguments: Namespace) -> int:
         swept.total,
         printing=not (arguments.output or arguments.plot),
     )
+    if expired():
+        print("the time was up: rows that were not solved by then are failed", file=sys.stderr)
     print(_summary(outcome, arguments.output or arguments.plot, swept.total), file=sys.stderr)
     if outcome.interrupted:
         return INTERRUPTED
@@ -94,7 +97,15 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     lines = not arguments.output or is_csv(arguments.output)
     texted = lines and not arguments.all
     tabled = not texted or bool(arguments.plot)
-    return work_of(plan, swept.lessons, every=arguments.all, tabled=tabled, texted=texted, jit=arguments.jit)
+    return work_of(
+        plan,
+        swept.lessons,
+        every=arguments.all,
+        tabled=tabled,
+        texted=texted,
+        jit=arguments.jit,
+        timeout=arguments.timeout,
+    )
 
 
 def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:

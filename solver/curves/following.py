@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
 from solver.curves.core import core_of
 from solver.curves.parting import parted
@@ -182,6 +183,7 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
         first, last = run[0][0], run[-1][0]
         begins = start if first == 0 else End.DOMAIN.value
         for place in range(first, last):
+            expect_time()
             if _breaks(rows[place].point, rows[place + 1].point, filling):
                 yield _Run(rows[first : place + 1], False, begins, BREAK)
                 first, begins = place + 1, BREAK

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from rulesheets.deadline import expect_time
 from solver.curves.system import CoreSystem
 from solver.numerics.continuation import End, Trace, follow
 from solver.numerics.curve import CurvePoint, Problem, Vector, point_at, start
@@ -65,6 +66,7 @@ def _onward(
     """Follow a curve through changes of its rules, as long as the answer goes on."""
     pieces: list[Piece] = []
     for _ in range(CHANGES):
+        expect_time()
         trace: Trace = follow(problem, first, home)
         pieces.append(Piece(problem, trace.points))
         if trace.end is not End.CHANGED:

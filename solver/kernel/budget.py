@@ -1,10 +1,13 @@
 """How much work one solve may spend on proofs and last resorts: counted, not timed, so the same anywhere.
 
 The unit is one operation of interval arithmetic on the boxes of one level of a search. What is left out for
-want of it shows in the outcome: a search that was cut short does not claim to be complete.
+want of it shows in the outcome: a search that was cut short does not claim to be complete. Whoever asks for
+more work also looks at the clock: a limit in time ends the solve (``rulesheets/deadline.py``).
 """
 
 from __future__ import annotations
+
+from rulesheets.deadline import expect_time
 
 SOLVE = 60_000
 BLOCK = 16_000
@@ -41,12 +44,14 @@ class Budget:
         ``shared``: whether the block is one of many cases or values, which share what a solve may spend;
         others have their own.
         """
+        expect_time()
         self.used += SEARCH
         self.shared = shared
         self.of_block = min(self.left if shared else BLOCK, BLOCK if proving else GLANCE)
 
     def levels(self, operations: int, most: int) -> int:
         """So many levels of a search, each of so many operations, can still be afforded."""
+        expect_time()
         return min(most, self.of_block // max(operations, 1))
 
     def affords(self, work: int) -> bool:
@@ -60,12 +65,14 @@ class Budget:
 
     def another_round(self) -> bool:
         """Whether there may be one more round of starts, beside the first of each block."""
+        expect_time()
         self.used += ROUND
         self.rounds -= self.shared
         return self.rounds >= 0
 
     def look(self, operations: int) -> None:
         """Note a second look at a point."""
+        expect_time()
         self.used += operations
         self.second_looks -= operations
 
@@ -76,6 +83,7 @@ class Budget:
 
     def last_resort(self) -> bool:
         """Whether a search may still be tried that costs more than all others and rarely helps."""
+        expect_time()
         self.last_resorts -= 1
         if self.last_resorts < 0 or self.brief:
             return False

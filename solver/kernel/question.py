@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import TypeVar
 
+from rulesheets.deadline import expect_time, limited
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import Number
 from rulesheets.program import walk
@@ -18,6 +20,21 @@ REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
 LOOKS = 8
 """Values of a rule, or thereabouts, that a second look takes."""
+
+
+Values = TypeVar("Values")
+
+
+def _timed(function: Callable[[Sequence[float]], Values]) -> Callable[[Sequence[float]], Values]:
+    """A function that looks at the clock, if there is a limit in time."""
+    if not limited():
+        return function
+
+    def timed(x: Sequence[float]) -> Values:
+        expect_time()
+        return function(x)
+
+    return timed
 
 
 class Question:
@@ -53,11 +70,11 @@ class Question:
 
     @cached_property
     def residual(self) -> Callable[[Sequence[float]], Sequence[float]]:
-        return self.kernel.residual(self.known)
+        return _timed(self.kernel.residual(self.known))
 
     @cached_property
     def jacobian(self) -> Callable[[Sequence[float]], list[Sequence[float]]]:
-        return self.kernel.jacobian(self.known)
+        return _timed(self.kernel.jacobian(self.known))
 
     def named(self, x: Sequence[float]) -> dict[str, float]:
         return dict(zip(self.unknowns, map(float, x), strict=True))

@@ -14,6 +14,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.deadline import expect_time
+
 Array: TypeAlias = NDArray[np.float64]
 BatchFunction: TypeAlias = Callable[[Array], Array]
 
@@ -70,6 +72,7 @@ class _Batch:
 
     def run(self) -> Array:
         for _ in range(self.limits.iterations):
+            expect_time()
             if not len(self.x):
                 break
             self._step()

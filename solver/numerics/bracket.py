@@ -11,6 +11,8 @@ import math
 import sys
 from typing import TYPE_CHECKING
 
+from rulesheets.deadline import expect_time
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import TypeAlias
@@ -60,6 +62,7 @@ def bracketed_root(function: ScalarFunction, low: float, high: float) -> float:
         return a if f_a == 0.0 else b
     c, f_c, x = a, f_a, split_point(low, high)
     for _ in range(STEPS):
+        expect_time()
         if x in (min(a, b), max(a, b)):
             break
         f = value_at(function, x)
@@ -135,6 +138,7 @@ def _floats_between(low: float, high: float, limit: int) -> list[float]:
 def _golden_section(function: ScalarFunction, low: float, high: float) -> float:
     ratio = (math.sqrt(5.0) - 1) / 2
     for _ in range(90):
+        expect_time()
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         if _magnitude(function, left) <= _magnitude(function, right):
             high = right

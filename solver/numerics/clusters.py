@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from rulesheets.deadline import expect_time
 from solver.numerics.bracket import MAX, bracketed_root, is_zero_crossing, lowest_point, value_at
 from solver.numerics.interval_function import HORIZON, IntervalFunction, sections
 
@@ -74,6 +75,7 @@ def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) ->
     boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]
     clusters: list[Cluster] = []
     for box in sorted(boxes, key=lambda b: (b.low, b.high)):
+        expect_time()
         if clusters and box.low - clusters[-1].high <= GAP * _width(box, clusters[-1]):
             last = clusters.pop()
             box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)

@@ -15,6 +15,7 @@ from enum import Enum
 
 import numpy as np
 
+from rulesheets.deadline import expect_time
 from solver.numerics.corrector import OutOfDomain, attempted, crossing, fold, last_inside, stepped, where
 from solver.numerics.curve import CurvePoint, Problem
 
@@ -83,6 +84,7 @@ class _Walk:
             return Trace(tuple(self.points), End.CHANGED)
         length = self.steps.first
         while len(self.points) < self.steps.most:
+            expect_time()
             here = self.points[-1]
             there = self._accepted(here, length)
             if there is None:

@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rulesheets.deadline import expect_time
 from solver.numerics.factor import row_products, row_sizes, transposed_product
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome
@@ -57,6 +58,7 @@ def dogleg(
     rows = [size or 1.0 for size in row_sizes(point.jacobian, point.weight)]
     radius = limits.first * math.sqrt(len(start))
     for used in range(1, limits.iterations + 1):
+        expect_time()
         newtons, steepest = _legs(point, rows)
         if max(map(abs, newtons), default=0.0) <= NEAR:
             found = newton(residual, jacobian, point.x, scale, limits.newton)

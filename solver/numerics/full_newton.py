@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rulesheets.deadline import expect_time
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome
 from solver.numerics.system import Jacobian, Point, Residual, System
@@ -36,6 +37,7 @@ def full_newton(
     if point is None:
         return NewtonResult(tuple(start), tuple(system.residual_at(list(start)) or ()), Outcome.DOMAIN, 0)
     for used in range(1, iterations + 1):
+        expect_time()
         step = point.correction(point.residual)
         norm = scaled_norm(step, point.weight)
         if not norm <= NEAR:

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rulesheets.deadline import expect_time
 from solver.numerics.factor import row_sizes
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome
@@ -84,6 +85,7 @@ class _Curve:
     def run(self, residual: Residual, jacobian: Jacobian) -> NewtonResult:
         length, used = self.limits.first, 0
         while used < self.limits.steps and length >= self.limits.shortest:
+            expect_time()
             used += 1
             following = self._step(length)
             if following is None:

@@ -15,6 +15,7 @@ from enum import Enum
 from math import inf, isfinite, nextafter
 from typing import TYPE_CHECKING
 
+from rulesheets.deadline import expect_time
 from solver.numerics.bracket import MAX, bracketed_root, split_point
 from solver.numerics.clusters import resolve_clusters
 from solver.numerics.interval_function import IntervalFunction, sections
@@ -126,6 +127,7 @@ def _branch_and_prune(
     front = _presplit(function.low, function.high, limits.presplit) if boxes is None else boxes
     level = 0
     for level in range(limits.levels):
+        expect_time()
         if not front or len(front) > limits.alive or function.evaluations > limits.boxes:
             break
         ranges = zip(front, function.ranges(front), strict=True)
@@ -150,6 +152,7 @@ def _branch_and_prune(
 def _presplit(low: float, high: float, levels: int) -> Intervals:
     boxes = [(low, high)]
     for _ in range(levels if low < high else 0):
+        expect_time()
         cut = [(a, split_point(a, b), b) for a, b in boxes]
         boxes = [half for a, middle, b in cut for half in ((a, middle), (middle, b)) if half[0] < half[1]]
     return [(max(a, -MAX), min(b, MAX)) for a, b in boxes if a < MAX and b > -MAX]

@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import Any
 
+from rulesheets.deadline import expect_time
 from solver.numerics.factor import SMALL, factorise, row_sizes
 from solver.numerics.system import Point, System
 
@@ -26,6 +27,7 @@ def descend(system: System, start: Point, limit: int) -> tuple[Point, int]:
         return start, 0
     point, damping, growth = start, 1e-3, 2.0
     for used in range(min(limit, 60)):
+        expect_time()
         normal, gradient = _normal_equations(point, rows, start.weight)
         if max(map(abs, gradient), default=0.0) <= GRADIENT * lowest**0.5:
             return point, used

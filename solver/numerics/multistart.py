@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from rulesheets.deadline import expect_time
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
 from solver.numerics.outcome import Outcome
 from solver.numerics.system import Jacobian, Residual
@@ -60,6 +61,7 @@ def multistart(
     best: NewtonResult | None = None
     starts = 0
     for start in starting_points(guess, within, size, count, offset):
+        expect_time()
         here = guess_limits if starts == 0 and offset == 0 else limits
         result = newton(residual, jacobian, start, size, here)
         starts += 1

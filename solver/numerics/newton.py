@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from rulesheets.deadline import expect_time
 from solver.numerics.factor import row_products, row_sizes
 from solver.numerics.levenberg import descend
 from solver.numerics.outcome import Outcome
@@ -93,6 +94,7 @@ class _Search:
 
     def run(self) -> NewtonResult:
         while self.iterations < self.limits.iterations:
+            expect_time()
             if self._vanishes():
                 return self._polished()
             contraction = self._damped_step()

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rulesheets.deadline import expect_time
 from solver.numerics.system import Jacobian, Residual, System
 from solver.numerics.termination import scaled_norm
 
@@ -35,6 +36,7 @@ def plain_newton(
     system = System(residual, jacobian, [abs(s) or 1.0 for s in scale])
     point = system.point([float(v) for v in start])
     for used in range(1, MOST + 1):
+        expect_time()
         if point is None:
             return PlainEnd(False, tuple(start), used)
         step = point.correction(point.residual)

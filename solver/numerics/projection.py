@@ -15,6 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.deadline import expect_time
+
 Array: TypeAlias = NDArray[np.float64]
 BatchFunction: TypeAlias = Callable[[Array], Array]
 
@@ -60,6 +62,7 @@ def project(
         best, idle = np.full(len(x), np.inf), np.zeros(len(x), dtype=int)
         arrived: list[Array] = []
         for _ in range(limits.iterations):
+            expect_time()
             if not len(x):
                 break
             x, norm, length = _step(residual, jacobian, x, scale, low, high, limits)

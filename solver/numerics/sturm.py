@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from rulesheets.deadline import expect_time
 from solver.numerics.bracket import MAX, TINY, bracketed_root, split_point
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def simple_part(coefficients: Sequence[Fraction]) -> list[Fraction]:
     common = _sturm_chain(whole)[-1]
     rest, quotient = [Fraction(c) for c in whole], []
     while len(rest) >= len(common):
+        expect_time()
         quotient.append(rest[-1] / common[-1])
         for k, c in enumerate(common):
             rest[len(rest) - len(common) + k] -= quotient[-1] * c
@@ -84,6 +86,7 @@ def _sturm_chain(polynomial: Whole) -> list[Whole]:
     chain = [polynomial]
     following = _primitive([k * c for k, c in enumerate(polynomial)][1:])
     while following:
+        expect_time()
         chain.append(following)
         following = _primitive([-c for c in _remainder(chain[-2], chain[-1])])
     return chain
@@ -93,6 +96,7 @@ def _remainder(dividend: Whole, divisor: Whole) -> Whole:
     """A positive multiple of the remainder."""
     rest, leading, n = list(dividend), divisor[-1], len(divisor)
     while len(rest) >= n:
+        expect_time()
         factor, shift = rest[-1], len(rest) - n
         if leading < 0:
             factor = -factor
@@ -118,6 +122,7 @@ def _isolated(chain: list[Whole], low: float, high: float) -> list[tuple[float, 
     found: list[tuple[float, float]] = []
     open_ = [(low, _variations(chain, low), high, _variations(chain, high))]
     for _ in range(SPLITS):
+        expect_time()
         if not open_:
             return sorted(found)
         a, at_a, b, at_b = open_.pop()

@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from rulesheets.deadline import expect_time
 from solver.numerics.bracket import split_point
 from solver.numerics.interval_newton import Array, BoxFunction, Mask, NewtonImage, interval_newton
 
@@ -93,6 +94,7 @@ class _Search:
     def run(self) -> Subdivision:
         lo, hi = self.low, self.high
         while len(lo) and len(lo) <= self.limits.alive and self.boxes <= self.limits.boxes:
+            expect_time()
             next_lo, next_hi = self._level(lo[-self.limits.front :], hi[-self.limits.front :])
             lo = np.concatenate([lo[: -self.limits.front], next_lo])
             hi = np.concatenate([hi[: -self.limits.front], next_hi])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from rulesheets.deadline import expect_time
 from rulesheets.nodes import Comparison, Name, Number, Symbol
 from solver.path.activity import activity
 from solver.path.graph import ModelGraph
@@ -78,7 +79,7 @@ class _Building:
 
     def run(self) -> Path:
         while self._advance():
-            pass
+            expect_time()
         if not (self.steps and isinstance(self.steps[-1], Decide)):
             self._assume()
         names = self.graph.names

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
+from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
 from solver.facts import AsksNothing, Fact, RankLoss
@@ -18,7 +19,7 @@ from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework
 from solver.solution.findings import Findings
-from solver.solution.leaves import Branch, Exploration, Leaf, infinite, without_value
+from solver.solution.leaves import Branch, CutOff, Exploration, Leaf, infinite, without_value
 from solver.solution.requirements import unmet
 from solver.solution.turns import settled
 
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 MAX_ASSUMPTIONS = 16
 MAX_CASES = 100
+GRACE = 1.0
+"""Seconds to gather what was found when the time is up."""
 
 Rest: TypeAlias = Callable[[Branch], bool]
 """The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
@@ -52,7 +55,7 @@ def explore(
 
     ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
     of a block are left out, and so are curves of answers where it has none. ``enough``: the search ends at
-    the first such answer.
+    the first such answer. Raises CutOff where a limit in time is met.
     """
     explorer = Explorer(model, inputs, want, guesses, judged, enough)
     explorer.budget.thorough = thorough
@@ -85,7 +88,14 @@ class Explorer:
     def run(self) -> Exploration:
         start = Branch(dict(self.inputs), {})
         start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
-        self._explore(start)
+        try:
+            self._explore(start)
+        except TimeIsUp:
+            with grace(GRACE):
+                raise CutOff(self._found(), start.values) from None
+        return self._found()
+
+    def _found(self) -> Exploration:
         return self.findings.exploration(self.outcomes, self.budget.used, self._refused)
 
     def _refused(self, leaf: Leaf) -> bool:
@@ -112,6 +122,7 @@ class Explorer:
     def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
         for place in range(start, len(steps)):
+            expect_time()
             if self._broken(branch):
                 self._finish(branch)
                 return False

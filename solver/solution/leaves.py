@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rulesheets import nodes
+from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
 from solver.facts import Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
 from solver.path.activity import activity
@@ -172,3 +174,11 @@ class Exploration:
     outcomes: Outcomes = field(default_factory=dict, repr=False, compare=False)
     work: int = 0
     gaps: tuple[Gap, ...] = ()
+
+
+class CutOff(TimeIsUp):
+    """The limit in time was met: what was ``found`` until then, and the values ``known`` before any fork."""
+
+    def __init__(self, found: Exploration, known: Mapping[str, Value]) -> None:
+        super().__init__()
+        self.found, self.known = replace(found, complete=False), dict(known)

@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Model, Value, Variable
 from rulesheets.nodes import Comparison, Name, names
-from solver.solution.leaves import Exploration
-from solver.solution.refinement import explore_refined
+from solver.solution.leaves import CutOff, Exploration
+from solver.solution.refinement import certain, explore_refined
 
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
@@ -33,7 +34,10 @@ def explore_required(
     within = narrowed(model, inputs)
     if within is None:
         return found
-    inside = explore_refined(within, inputs, want, guesses, judged, always)
+    try:
+        inside = explore_refined(within, inputs, want, guesses, judged, always)
+    except TimeIsUp:
+        raise CutOff(certain(model, found, judged), inputs) from None
     better = _solved(inside) >= _solved(found) if inside.complete else _solved(inside) > 0 == _solved(found)
     return replace(inside, dead=inside.dead or found.dead) if better else found
 

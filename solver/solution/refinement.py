@@ -9,7 +9,10 @@ nearest to the exact one. Where they never do, what floats found stands, with it
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 
+from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, derivatives, holds
 from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Model, Requirement, Value
@@ -18,7 +21,7 @@ from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
 from solver.path.cases import comparisons
 from solver.solution.explore import explore
-from solver.solution.leaves import Exploration, Leaf, leaf_errors
+from solver.solution.leaves import CutOff, Exploration, Leaf, leaf_errors
 
 VAGUE = 1e-13
 """Relative error from which on an answer is solved again."""
@@ -26,6 +29,8 @@ LOST = 1e-9
 """Relative error of a value from which on a contradiction further on may come of it."""
 SAFETY = 4.0
 """How far the error bars of values may be too short where a contradiction is weighed against them."""
+GRACE = 1.0
+"""Seconds to weigh the answers of a search that was cut off."""
 NOTHING = 0.5
 """Relative error of a number of which no digit is known: it may well be 0."""
 MAX_STEPS = 2_000
@@ -43,14 +48,30 @@ def explore_refined(
     """As ``explore``, with every judged value that has a number right to the last digit of a float.
 
     Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
-    needed or not.
+    needed or not. Raises CutOff where a limit in time is met.
     """
-    found = explore(model, inputs, want, guesses, judged, thorough=always)
-    if not always and not _delicate(model, found, judged):
-        return found
-    from solver.solution.precise_explorer import explore_precisely
+    try:
+        found = explore(model, inputs, want, guesses, judged, thorough=always)
+    except CutOff as reached:
+        known = inputs if reached.found.delicate else reached.known
+        raise CutOff(certain(model, reached.found, judged), known) from None
+    try:
+        if not always and not _delicate(model, found, judged):
+            return found
+        from solver.solution.precise_explorer import explore_precisely
 
-    return explore_precisely(model, inputs, want, guesses, judged, found) or found
+        return explore_precisely(model, inputs, want, guesses, judged, found) or found
+    except TimeIsUp:
+        raise CutOff(certain(model, found, judged), inputs) from None
+
+
+def certain(model: Model, found: Exploration, judged: Sequence[str]) -> Exploration:
+    """The answers that floats are sure of: the only part of a search that was cut off that tells anything."""
+    leaves: tuple[Leaf, ...] = ()
+    with grace(GRACE), suppress(TimeIsUp):
+        if not found.delicate:
+            leaves = tuple(one for one in found.leaves if one.solved and not _vague(model, one, judged))
+    return replace(found, leaves=leaves, dead=(), adrift=(), complete=False)
 
 
 def _delicate(model: Model, found: Exploration, judged: Sequence[str]) -> bool:

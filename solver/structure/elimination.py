@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from heapq import heappop, heappush
 from typing import NamedTuple, TypeAlias
 
+from rulesheets.deadline import expect_time
 from solver.structure.incidence import Incidence
 
 EFFORT = 20_000
@@ -54,6 +55,7 @@ def _searched(incidence: Incidence, known: frozenset[int]) -> Order | None:
     closed: set[frozenset[int]] = set()
     pushed = 0
     while queue:
+        expect_time()
         order, _, state = heappop(queue)
         if not state.offers:
             return order
@@ -88,6 +90,7 @@ def _peel(incidence: Incidence, known: frozenset[int], ceiling: int | None) -> _
     for equation in incidence.block.equations:
         offer(equation)
     while offers and (ceiling is None or offers[0][0] <= ceiling):
+        expect_time()
         cost, equation, unknown = heappop(offers)
         if unknown in reached:
             continue

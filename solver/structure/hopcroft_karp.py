@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
+from rulesheets.deadline import expect_time
+
 Edges: TypeAlias = Sequence[Sequence[int]] | Mapping[int, Sequence[int]]
 
 
@@ -18,6 +20,7 @@ def hopcroft_karp(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
     owner_of: dict[int, int] = {}
     free = [node for node in nodes if not _taken_at_once(node, edges, owner_of)]
     while free:
+        expect_time()
         levels = _levels(free, edges, owner_of)
         if levels is None:
             break

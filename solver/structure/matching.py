@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from rulesheets.deadline import expect_time
 from solver.structure.hopcroft_karp import Edges, hopcroft_karp
 from solver.structure.incidence import Incidence
 
@@ -101,6 +102,7 @@ def _augment(root: int, edges: Edges, owner_of: dict[int, int], spent: set[int])
     seen: set[int] = set()
     path, through, branches = [root], list[int](), [iter(edges[root])]
     while True:
+        expect_time()
         free = next((partner for partner in edges[path[-1]] if partner not in owner_of), None)
         if free is not None:
             owner_of.update(zip([*through, free], path, strict=True))

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from math import comb
 
+from rulesheets.deadline import expect_time
 from solver.structure.incidence import Incidence
 from solver.structure.reach import Reach
 
@@ -62,6 +63,7 @@ def _complete(unknowns: tuple[int, ...], reach: Reach, size: int, start: int) ->
     if min((missing for missing in reach.missing.values() if missing > 1), default=0) > size + 1:
         return  # too few tears for any further step
     for i in range(start, len(unknowns) if size else 0):
+        expect_time()
         if unknowns[i] not in reach.known:
             learnt = reach.learn(unknowns[i])
             for rest in _complete(unknowns, reach, size - 1, i + 1):
@@ -75,6 +77,7 @@ def _greedy(incidence: Incidence, weights: Mapping[int, int]) -> list[int]:
     heapify(shortest)
     tears: list[int] = []
     while not reach.complete:
+        expect_time()
         promising = _promising(incidence, reach, shortest)
         best = max(promising, key=lambda u: (reach.gain(u), -weights.get(u, 0), -u))
         tears.append(best)

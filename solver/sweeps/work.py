@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from time import time
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rulesheets.deadline import time_limit
 from rulesheets.model import Model, Value
 from solver.files.columns import Array, Columns, free_name
 from solver.files.csv_table import csv_rows
@@ -40,7 +43,8 @@ class Work:
 
     ``lessons`` are rows (a column an input) from which compiled ways are learned beforehand. ``every``
     asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
-    lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code.
+    lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code. ``until``
+    is the end of its time by the clock of the system: rows that are solved later fail.
     """
 
     model: Model
@@ -53,6 +57,11 @@ class Work:
     tabled: bool = True
     texted: bool = False
     jit: bool = False
+    until: float | None = None
+
+    def limit(self) -> AbstractContextManager[None]:
+        """What is left of the time."""
+        return time_limit(None if self.until is None else max(self.until - time(), 1e-9))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,7 +90,8 @@ class Solver:
         self._inputs = [work.model.variables[name] for name in work.inputs]
         asked = refusals(work.lessons, self._inputs) == 0 if work.lessons else ()
         pattern = Pattern(work.model, work.inputs, work.want, work.given, work.guesses, work.jit)
-        self._plans = SteadyPlans(pattern, [column[asked] for column in work.lessons])
+        with work.limit():
+            self._plans = SteadyPlans(pattern, [column[asked] for column in work.lessons])
 
     def __call__(self, columns: Sequence[Array]) -> Solved:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
@@ -95,9 +105,9 @@ class Solver:
     def table(self, columns: Sequence[Array]) -> Table:
         """The rows as arrays."""
         refused = refusals(columns, self._inputs)
-        if not self.work.every:
-            return one_answer(self._plans, columns, refused, self.work.names)
-        return every_answer(self._plans, columns, refused, self.work.names)
+        answers = every_answer if self.work.every else one_answer
+        with self.work.limit():
+            return answers(self._plans, columns, refused, self.work.names)
 
     def _first_answers(self, table: Table) -> NDArray[np.int8]:
         if not self.work.every:

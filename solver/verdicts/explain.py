@@ -10,6 +10,7 @@ from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Model, Value
 from rulesheets.nodes import Name
+from rulesheets.spelling import plural
 from solver.facts import (
     AsksNothing,
     BeyondFloats,
@@ -19,6 +20,7 @@ from solver.facts import (
     NoRoot,
     NoValue,
     OutOfRange,
+    OutOfTime,
     RankLoss,
     RestsOnRounding,
     Truncated,
@@ -35,10 +37,17 @@ MAX_INPUTS = 10
 
 
 def explain(
-    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
+    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str], hasty: bool = False
 ) -> tuple[Diagnosis, ...]:
-    """One diagnosis for each thing that keeps a solve from being plainly solved."""
-    return tuple(_Explanation(model, verdict, inputs, judged).diagnoses())
+    """One diagnosis for each thing that keeps a solve from being plainly solved.
+
+    ``hasty``: without remedies, for the time is up.
+    """
+    explanation = _Explanation(model, verdict, inputs, judged)
+    if hasty:
+        explanation.patience = Patience(0)
+    found = tuple(explanation.diagnoses())
+    return (*found, explanation.in_haste()) if hasty else found
 
 
 def listed(names: Sequence[str], last: str = "and") -> str:
@@ -58,6 +67,10 @@ class _Explanation:
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
+        cut_off = [fact for fact in verdict.facts if isinstance(fact, OutOfTime)]
+        if cut_off:
+            yield self._said(cut_off[0])
+            return
         if verdict.status is Status.INCONSISTENT:
             yield self._clash()
             return
@@ -171,6 +184,8 @@ class _Explanation:
                 return self._error("S551", message, (equation,), (unknown,), notes)
             case Unmet():
                 return self._unmet(fact)
+            case OutOfTime(known):
+                return self._out_of_time(known)
             case Truncated(what):
                 return self._note("S590", f"there are too many {what} to list them all", ())
             case _:
@@ -188,6 +203,20 @@ class _Explanation:
         mine = self._bounds((), requirement.names, requirement.names)
         labels = (Label(requirement.rule),)
         return Diagnosis("S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names)
+
+    def in_haste(self) -> Diagnosis:
+        return self._note("S553", "the time was up before every remedy was tried", ())
+
+    def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
+        """An error where there is no answer, a note beside those that were found."""
+        count = len(self.verdict.leaves)
+        if self.verdict.status is Status.SOLVED:
+            message = f"the time was up: {plural(count, 'answer')} found, and there may be others"
+            return self._note("S553", message, ())
+        message = "the time was up before an answer was found"
+        shown = f"until then {listed(known)} had a value" if known else "until then nothing was determined"
+        notes = ("give more time, or a guess or a range for one of the unknowns", shown)
+        return self._error("S553", message, (), tuple(n for n in self.judged if n not in known), notes)
 
     def _rank(self, fact: RankLoss) -> Diagnosis:
         if fact.everywhere:

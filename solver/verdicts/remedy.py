@@ -34,8 +34,8 @@ class Patience:
     One for all that is said of a solve.
     """
 
-    def __init__(self) -> None:
-        self._left = PATIENCE
+    def __init__(self, work: int = PATIENCE) -> None:
+        self._left = work
 
     @property
     def lost(self) -> bool:

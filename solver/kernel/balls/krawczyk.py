@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.enclosing_ball import enclosing_ball
 from rulesheets.evaluate.jumps import jumps, steady
@@ -62,6 +63,7 @@ class _Proof:
         least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
         radii = least
         for _ in range(INFLATIONS):
+            expect_time()
             box, image = self._tried(middle, radii)
             if image is None:
                 return None
@@ -73,6 +75,7 @@ class _Proof:
 
     def only(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
         for _ in range(WIDENINGS):
+            expect_time()
             box, image = self._tried(middle, radii)
             if image is None:
                 return None
@@ -100,6 +103,7 @@ class _Proof:
     def _tightened(self, box: list[Ball]) -> list[Ball]:
         """The image of the image, and so on: each holds the root."""
         for _ in range(TIGHTENINGS):
+            expect_time()
             if all(float(x.rad()) <= TIGHT * float(x.abs_upper()) for x in box):
                 break
             image = self._image([x.mid() for x in box], box)

@@ -8,6 +8,7 @@ from fractions import Fraction
 from itertools import zip_longest
 from typing import TypeAlias
 
+from rulesheets.deadline import expect_time
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -91,6 +92,7 @@ def closing(
     if quarters is None:
         values[block.tears[0]] = [Fraction(0), Fraction(1)], [0.0, 1.0], 0
     for name, form in forms:
+        expect_time()
         values[name] = _value(form, values, quarters)
     equation = question.graph.model.equations[block.residuals[0]]
     polynomial, gross, power = _value(smooth(equation.left, equation.right), values, quarters)
@@ -113,6 +115,7 @@ def residuals_in(
     values |= {name: ([x], [abs(float(x))], 0) for name, x in fixed.items()}
     values[tear] = [Fraction(0), Fraction(1)], [0.0, 1.0], 0
     for name, form in forms:
+        expect_time()
         values[name] = _value(form, values, None)
     equations = (question.graph.model.equations[index] for index in block.residuals)
     return tuple(_value(smooth(e.left, e.right), values, None)[0] for e in equations)
@@ -131,6 +134,7 @@ def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | No
         case Sum(terms):
             total = _value(terms[0], known, quarters)
             for term in terms[1:]:
+                expect_time()
                 total = _plus(total, _value(term, known, quarters))
             return total
         case Product(left, right):
@@ -190,6 +194,7 @@ def _sum(a: Polynomial, b: Polynomial) -> Polynomial:
 def _size_of_product(a: Sizes, b: Sizes) -> Sizes:
     product = [0.0] * (len(a) + len(b) - 1)
     for i, x in enumerate(a):
+        expect_time()
         for j, y in enumerate(b):
             product[i + j] += x * y
     return product
@@ -200,6 +205,7 @@ def _product(a: Polynomial, b: Polynomial) -> Polynomial:
         raise NotPolynomial
     product = [Fraction(0)] * (len(a) + len(b) - 1)
     for i, x in enumerate(a):
+        expect_time()
         for j, y in enumerate(b):
             product[i + j] += x * y
     return _trimmed(product)

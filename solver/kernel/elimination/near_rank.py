@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from rulesheets.deadline import expect_time
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.elimination.perturbed import Perturbed
@@ -54,6 +55,7 @@ def nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
         if abs(top[k]) <= SUSPECT:
             return True
         for row in rows[k + 1 :]:
+            expect_time()
             if factor := row[k] / top[k]:
                 for place in range(k + 1, len(rows)):
                     row[place] -= factor * top[place]

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 
+from rulesheets.deadline import expect_time
 from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
 from solver.kernel.elimination.exact import NotPolynomial, Polynomial, residuals_in
@@ -58,6 +59,7 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         return False
     trial = Candidates(question)
     for x in roots:
+        expect_time()
         try:
             here = _residuals(question, forms, Fraction(x))
             beside = _residuals(question, forms, Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE))
@@ -112,6 +114,7 @@ def _sylvester(p: Polynomial, q: Polynomial, m: int, n: int) -> list[list[Fracti
 def _determinant(rows: list[list[Fraction]]) -> Fraction:
     total = Fraction(1)
     for k in range(len(rows)):
+        expect_time()
         chosen = next((i for i in range(k, len(rows)) if rows[i][k]), None)
         if chosen is None:
             return Fraction(0)
@@ -120,6 +123,7 @@ def _determinant(rows: list[list[Fraction]]) -> Fraction:
         top = rows[k]
         total *= top[k]
         for i in range(k + 1, len(rows)):
+            expect_time()
             if factor := rows[i][k] / top[k]:
                 rows[i] = [a - factor * b for a, b in zip(rows[i], top, strict=True)]
     return total
@@ -129,6 +133,7 @@ def _interpolated(at: Sequence[Fraction], values: Sequence[Fraction]) -> Polynom
     """The coefficients of the polynomial through these points, by Newton's divided differences."""
     n, differences = len(at), list(values)
     for order in range(1, n):
+        expect_time()
         for k in range(n - 1, order - 1, -1):
             differences[k] = (differences[k] - differences[k - 1]) / (at[k] - at[k - order])
     found = [Fraction(0)] * n

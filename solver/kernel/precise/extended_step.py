@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rulesheets.construct import subtract
+from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
@@ -109,6 +110,7 @@ class _ExtendedStep(StepSolver):
             return number
         miss = self._miss(number)
         for _ in range(MAX_POLISH):
+            expect_time()
             slope = self._float_slope(number)
             if not miss or not slope or not math.isfinite(slope) or abs(miss) > 1e-9 * abs(slope * number):
                 return number

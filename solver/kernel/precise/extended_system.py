@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from solver.accuracy.effort import effort
@@ -96,6 +97,7 @@ class ExtendedSystem:
         x = [self.mp.mpf(v) for v in start]
         try:
             for _ in range(MAX_ITERATIONS):
+                expect_time()
                 step = eliminate(*self.linearised(x), self.tiny)
                 if step is None:
                     return None

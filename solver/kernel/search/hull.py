@@ -16,6 +16,7 @@ from itertools import accumulate
 import numpy as np
 
 from rulesheets import nodes
+from rulesheets.deadline import expect_time
 from rulesheets.functions.intervals import INTERVALS, power
 from rulesheets.functions.intervals.bounds import Array, Interval, Mask
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
@@ -73,6 +74,7 @@ class Hull:
         empty = np.zeros(len(low), bool)
         live, values = np.arange(len(low)), None
         for _ in range(PASSES):
+            expect_time()
             before = low[live], high[live]
             after, values = self._narrowed(*before, values)
             void = ~(after[0] <= after[1]).all(axis=1)

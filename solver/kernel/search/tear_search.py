@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
+from rulesheets.deadline import expect_time
 from rulesheets.evaluate import value
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Answer, Candidates
@@ -58,6 +59,7 @@ class TearSearch:
         turn = self.question.turn(self.tear)
         complete, known = True, self.question.known
         for place, chain in enumerate(every):
+            expect_time()
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
