@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from solver.derivatives.one_sided import Near
     from solver.facts import Gap
-    from solver.repeats import Repeats
 
 
 def solve(
@@ -76,9 +75,6 @@ def _solved(
     hints: Mapping[str, float],
     prove: bool,
 ) -> Result:
-    repeats = None if prove else _repeats(model)
-    if repeats is not None and (known := repeats.answer(given, wanted, hints)) is not None:
-        return known
     judged = wanted if wanted is not None else posted(model)
     found = explore_required(model, given, wanted, hints, judged, always=prove)
     verdict, by = judge(model, found, given, hints), model
@@ -92,8 +88,6 @@ def _solved(
     result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
         result = _with_gaps(result, found.gaps)
-    if repeats is not None and not verdict.reread:
-        repeats.meet(given, wanted, hints, result, verdict.leaves)
     return result
 
 
@@ -126,19 +120,6 @@ def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
     gaps = gap_notes(result.model, found)
     cut = tuple(note for note in gaps if note.code == CUT)
     return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
-
-
-def _repeats(model: Model) -> Repeats | None:
-    """What earlier solves of the model taught; None at the first, which may well be the only one."""
-    known = model.__dict__
-    if "_repeats" not in known:
-        known["_repeats"] = None
-        return None
-    if known["_repeats"] is None:
-        from solver.repeats import Repeats
-
-        known["_repeats"] = Repeats(model, planner(model))
-    return known["_repeats"]  # type: ignore[no-any-return]
 
 
 def posted(model: Model) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ FLOORS = (
     ("solver.solution",),
     ("solver.compiled", "solver.proof"),
     ("solver.verdicts",),
-    ("solver.repeats", "solver.solving", "solver.arguments", "solver.plan", "solver.sweep_rows"),
+    ("solver.solving", "solver.arguments", "solver.plan", "solver.sweep_rows"),
     ("solver.sweeps", "solver.curves"),
     ("solver.sweeping", "solver.derivation", "solver.sampling", "solver.chart"),
     ("solver.report",),

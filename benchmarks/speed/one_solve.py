@@ -8,15 +8,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import solver
 from benchmarks.speed import closed_forms, solvers, symbols
 from benchmarks.speed.by_c import CCrank
 from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.rules_as_equations import system_of
 from benchmarks.speed.stopwatch import Contestant, Time, race
 from benchmarks.speed.task import ANGLE, DIRECTIONS, GUESS, NEARBY, POSITION, model, plan
-
-UNPREPARED = "solver.solve, a path seen before"
 
 
 def measure(rounds: int) -> Section:
@@ -47,7 +44,6 @@ FIVE = "scipy fsolve with Jacobian"
 RULES = "scipy fsolve with Jacobian, the rules of the sheet"
 KINDS = {
     OURS: "ours",
-    UNPREPARED: "ours",
     HAND: "hand",
     "closed form by hand, numba": "hand",
     "closed form by hand, C": "hand",
@@ -70,7 +66,6 @@ def contestants(direction: str, folder: Path) -> list[Contestant]:
     closed = closed_forms.forward if ahead else closed_forms.backward
     runs: dict[str, Any] = {
         OURS: prepared if ahead else prepared.all,
-        UNPREPARED: _unprepared(ahead),
         HAND: closed,
         "sympy.lambdify with cse": symbols.function(direction, "math", every=True),
         FIVE: solvers.fsolve(direction, True),
@@ -91,13 +86,6 @@ def contestants(direction: str, folder: Path) -> list[Contestant]:
     with suppress(OSError):  # no compiler
         runs["closed form by hand, C"] = CCrank(folder).one()[0 if ahead else 1]
     return [Contestant(name, runs[name], number) for name in KINDS if name in runs]
-
-
-def _unprepared(ahead: bool) -> Any:
-    sheet = model()
-    if ahead:
-        return lambda angle: solver.solve(sheet, {"thetaAO": angle})
-    return lambda place: solver.solve(sheet, {"xB": place, "thetaAO": None})
 
 
 def _rules(direction: str, with_jacobian: bool) -> Any:
@@ -123,7 +111,6 @@ def claims(found: dict[str, dict[str, Time]]) -> list[Claim]:
     def ratio(direction: str, one: str, other: str) -> float:
         return found[direction][one].cpu / found[direction][other].cpu
 
-    unprepared = found["forward"][UNPREPARED].cpu * 1e6
     return [
         Claim("forward, of the closed form by hand in Python", 4, ratio("forward", OURS, HAND)),
         Claim(
@@ -146,5 +133,4 @@ def claims(found: dict[str, dict[str, Time]]) -> list[Claim]:
             more=True,
         ),
         Claim("the same, five equations by hand", 30, ratio("backward", FIVE, OURS), more=True),
-        Claim("unprepared, a path seen before", 100, unprepared, "µs"),
     ]
