@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.deadline import TimeIsUp, time_limit
@@ -18,6 +19,7 @@ from solver.compiled.way import Pattern
 from solver.facts import OutOfTime
 from solver.path.activity import activity
 from solver.path.planner import planner
+from solver.ranking.ranking import Ranking
 from solver.result import Status
 from solver.solution.leaves import Exploration
 from solver.solution.narrowing import explore_required
@@ -30,7 +32,6 @@ if TYPE_CHECKING:
 
     from solver.compiled.answer_rows import Answers, AnswerSweeper
     from solver.compiled.program import Program
-    from solver.compiled.rows import Sweeper
     from solver.table import Column, Table
 
 
@@ -62,8 +63,8 @@ class Plan:
         self.model, self.inputs, self.want = model, inputs, want
         self.given, self.guesses, self.timeout = given, guesses, timeout
         self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
-        self._sweeper: Sweeper | None = None
-        self._answer_sweeper: AnswerSweeper | None = None
+        self.ranking = Ranking(model, (*inputs, *given), want, guesses)
+        self._sweeper: AnswerSweeper | None = None
         self._bound: Program | None = None
         self._call(self._primary, self._every)
 
@@ -90,32 +91,58 @@ class Plan:
             object.__setattr__(self, name, function)
 
     def _bind(self) -> None:
-        """Let calls begin with the first way that there is."""
-        if self.paths.programs and self._bound is not self.paths.programs[0]:
-            self._bound = self.paths.programs[0]
-            ways = (self.paths.primary[0], self._primary), (self.paths.every[0], self._every)
+        """Let calls begin with the first way that there is, where answers need no order."""
+        paths = self.paths
+        if paths.programs and not self.wide and self._bound is not paths.programs[0]:
+            self._bound = paths.programs[0]
+            ways = (paths.primary(), self._primary), (paths.every[0], self._every)
             self._call(*(with_resort(*pair) for pair in ways))
+
+    @property
+    def wide(self) -> bool:
+        """Whether more than the wanted names is computed: all that the order of answers depends on."""
+        return self.paths.pattern.want is not self.want
+
+    def _widen(self, answer: Mapping[str, Value]) -> None:
+        """Begin anew with ways that compute all that the order depends on, which ``answer`` has values of."""
+        among = (*self.want, *(name for name in answer if name not in self.want))
+        self.ranking = Ranking(self.model, (*self.inputs, *self.given), among, self.guesses)
+        names = (*self.want, *(name for name in self.ranking.read if name not in self.want))
+        pattern = replace(self.paths.pattern, want=names, pruned=self.want)
+        self.paths = CompiledPaths(self.model, planner(self.model), pattern)
+        self._bound = None
+        self._call(self._primary, self._every)
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         """What the first way does not settle, or all where there is none yet."""
-        numbers = self._numbers(given, named)
-        if named:
-            return self(*numbers)
-        for way in self._others(self.paths.primary):
-            found = way(*numbers)
-            if found is not None:
-                return found  # type: ignore[no-any-return]
-        return self._answers(numbers)[0]
+        return self._listed(self._numbers(given, named))[0]
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
-        numbers = self._numbers(given, named)
-        if named:
-            return self.all(*numbers)
-        for way in self._others(self.paths.every):
-            found = way(*numbers)
-            if found is not None:
-                return found  # type: ignore[no-any-return]
+        return self._listed(self._numbers(given, named))
+
+    def _listed(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
+        for way in self.paths.every:
+            if (found := way(*numbers)) is not None:
+                return self._wanted(self._in_order(numbers, found))
         return self._answers(numbers)
+
+    def _in_order(self, numbers: Sequence[Value], rows: list[tuple[Value, ...]]) -> list[tuple[Value, ...]]:
+        if len(rows) < 2:
+            return rows
+        places = {name: place for place, name in enumerate(self.paths.pattern.want)}
+        there = [places.get(name) for name in self.ranking.read]
+        read = [tuple(_float(row[at]) if at is not None else math.nan for at in there) for row in rows]
+        given = [_float(value) for value in self.known(numbers)]
+        return [rows[place] for place in self.ranking.order_of_rows(read, given)]
+
+    def _wanted(self, rows: Iterable[tuple[Value, ...]]) -> list[tuple[Value, ...]]:
+        """The wanted values of answers, none of them twice."""
+        return list(dict.fromkeys(row[: len(self.want)] for row in rows))
+
+    def known(self, inputs: Sequence[Any]) -> list[Any]:
+        """What the order of answers is told of the inputs: numbers or columns of them, and what is fixed."""
+        values = {**self.given, **dict(zip(self.inputs, inputs, strict=True))}
+        return [math.nan if isinstance(values[n], str) else values[n] for n in self.ranking.known]
 
     def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
         """The numbers of a call; places that a compiled way has filled up hold None."""
@@ -123,48 +150,53 @@ class Plan:
             given = given[:-1]
         return arguments(self.model, self.inputs, given, named)
 
-    def _others(self, ways: list[Callable[..., Any]]) -> list[Callable[..., Any]]:
-        bound = self.paths.programs and self._bound is self.paths.programs[0]
-        return ways[1:] if bound else ways
-
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
 
         With ``jit`` the ways are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
         Raises ValueError for columns of different lengths, ImportError where the extra is absent.
         """
-        from solver.compiled.rows import Sweeper
         from solver.sweep_rows import sweep_rows
 
-        if self._sweeper is None or self._sweeper.jit is not jit:
-            self._sweeper = Sweeper(self.paths, jit)
-        return sweep_rows(self, self._sweeper, columns)
+        return sweep_rows(self, columns, jit)
 
     def sweep_all(self, *columns: Column, jit: bool = False) -> tuple[NDArray[np.int8], Answers]:
         """Every answer of each row for one or more arrays (n,) of numbers, and the status codes (n,).
 
         Raises ValueError and ImportError as ``sweep`` does.
         """
-        from solver.compiled.answer_rows import AnswerSweeper
         from solver.sweep_rows import sweep_answers
 
-        if self._answer_sweeper is None or self._answer_sweeper.jit is not jit:
-            self._answer_sweeper = AnswerSweeper(self.paths, jit)
-        return sweep_answers(self, self._answer_sweeper, columns)
+        return sweep_answers(self, columns, jit)
+
+    def sweeper(self, jit: bool) -> AnswerSweeper:
+        """What solves rows by the ways that there are."""
+        from solver.compiled.answer_rows import AnswerSweeper
+
+        if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.paths is not self.paths:
+            self._sweeper = AnswerSweeper(self.paths, jit)
+        return self._sweeper
 
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of one row and, where it is solved, the wanted values of every answer."""
+        """The status of one row and, where it is solved, the wanted values of every answer in order."""
+        status, rows = self.states(numbers)
+        return status, self._wanted(self._in_order(numbers, rows))
+
+    def states(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
+        """The status of one row, and what the ways compute of every answer."""
         for way in self.paths.every:
             rows = way(*numbers)
             if rows is not None:
                 return Status.SOLVED, rows
         verdict, found = self.judged(numbers)
         self.learn(numbers, verdict, found)
-        return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
+        if verdict.status is not Status.SOLVED:
+            return verdict.status, []
+        return verdict.status, self._rows(verdict)
 
     def _rows(self, verdict: Verdict) -> list[tuple[Value, ...]]:
-        rows = (tuple(leaf.branch.values[n] for n in self.want) for leaf in verdict.leaves)
-        return list(dict.fromkeys(rows))
+        names = self.paths.pattern.want
+        return [tuple(leaf.branch.values.get(n, math.nan) for n in names) for leaf in verdict.leaves]
 
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
@@ -209,27 +241,34 @@ class Plan:
         row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
         return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
 
-    def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> Program | None:
+    def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> None:
         """A compiled way from a row that was judged step by step, where it has one.
 
         Of an infeasible row it is the way to its refusal, where nothing but that is known of it. A row that
         lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew for it.
         """
         if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
-            return None
+            return
         if verdict.status is Status.SOLVED:
-            learned = self.paths.learn(numbers, [leaf.branch.values for leaf in verdict.leaves])
-            self._bind()
-            return learned
+            self._learn([leaf.branch.values for leaf in verdict.leaves], numbers)
+            return
         ends = (*found.leaves, *found.dead, *found.adrift)
         if verdict.status is not Status.INFEASIBLE or len(ends) != 1 or found.dead:
-            return None
+            return
         branch = ends[0].branch
         known = [e for e in self.model.equations if all(name in branch.values for name in e.names)]
         active = [e.index for e in known if activity(e, branch.decided)]
-        if branch.assumed or not branch.settled.issuperset(active):
-            return None
-        return self.paths.refuse(numbers, branch.values)
+        if not branch.assumed and branch.settled.issuperset(active):
+            self.paths.refuse(numbers, branch.values)
+
+    def _learn(self, answers: Sequence[Mapping[str, Value]], numbers: tuple[Value, ...]) -> None:
+        if not self.wide and len(answers) == 1:
+            self.paths.learn(numbers, answers)
+        if not self.wide and (len(answers) > 1 or self.paths.forked):
+            self._widen(answers[0])
+        if self.wide:
+            self.paths.learn(numbers, answers)
+        self._bind()
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         verdict, found = self.judged(numbers)
@@ -241,7 +280,11 @@ class Plan:
         if verdict.status is not Status.SOLVED:
             raise Unsolved(verdict.status, explain(self.model, verdict, self._values(numbers), self.want))
         self.learn(numbers, verdict, found)
-        return self._rows(verdict)
+        return self._wanted(self._rows(verdict))
+
+
+def _float(value: Value) -> float:
+    return math.nan if isinstance(value, str) else float(value)
 
 
 def prepare(

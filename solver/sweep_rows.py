@@ -2,58 +2,142 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.model import Value
+from rulesheets.model import Model, Value
 from rulesheets.spelling import plural
 from solver.column import column_of
-from solver.compiled.answer_rows import Answers, AnswerSweeper
-from solver.compiled.rows import Sweeper
+from solver.compiled.answer_rows import Answers, written
+from solver.files.columns import free_name
+from solver.path.planner import planner
+from solver.ranking.branches import kept, points_of
 from solver.result import Status
 from solver.table import CODES, Column, Table
 
 if TYPE_CHECKING:
-    from solver.compiled.program import Program
     from solver.plan import Plan
 
 Array: TypeAlias = NDArray[Any]
 
 
-def sweep_rows(plan: Plan, sweeper: Sweeper, columns: Sequence[Column]) -> Table:
-    """Solve every row of the columns (n,), which stand in the order of the plan's inputs.
+class _Widened(Exception):
+    """The plan now computes more names than those that are wanted: the rows are solved anew."""
 
-    Raises ValueError for columns of different lengths.
+
+def sweep_answers(plan: Plan, columns: Sequence[Column], jit: bool) -> tuple[NDArray[np.int8], Answers]:
+    """The status codes (n,) of every row, and all its wanted values, the primary answer first.
+
+    The columns (n,) stand in the order of the plan's inputs; without any there is one row. Raises ValueError
+    for columns of different lengths.
     """
     arrays = _columns(plan.inputs, columns)
-    count = len(arrays[0]) if arrays else 1
-    status = np.zeros(count, dtype=np.int8)
-    if arrays and all(array.dtype == float for array in arrays):
-        answers = _numbers(plan, sweeper, arrays, status)
-    else:
-        answers = _one_by_one(plan, arrays, status)
-    table = dict(zip(plan.inputs, arrays, strict=True))
-    table.update(zip(plan.want, answers, strict=True))
-    return Table(table, status)
+    if not arrays or any(array.dtype != float for array in arrays):
+        return _one_by_one(plan, arrays)
+    try:
+        return _numbers(plan, arrays, jit)
+    except _Widened:
+        return _numbers(plan, arrays, jit)
 
 
-def sweep_answers(
-    plan: Plan, sweeper: AnswerSweeper, columns: Sequence[Column]
-) -> tuple[NDArray[np.int8], Answers]:
-    """The status codes (n,) of every row of numbers, and all their answers; there are one or more columns."""
+def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
+    """The primary answer of every row: the one that continues a branch, else the one that the rule says."""
     arrays = _columns(plan.inputs, columns)
-    status = np.zeros(len(arrays[0]), dtype=np.int8)
+    status, answers = sweep_answers(plan, arrays, jit)
+    inputs = dict(zip(plan.inputs, arrays, strict=True))
+    return one_answer(
+        inputs, plan.want, status, answers, first_answers(plan.model, plan.want, arrays, answers)
+    )
 
-    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
-        return plan.outcome(tuple(float(column[row]) for column in arrays))
 
-    def keep(rows: Array, outcome: Status) -> None:
-        status[rows] = CODES[outcome]
+def one_answer(
+    inputs: Mapping[str, Array], want: Sequence[str], status: Array, answers: Answers, first: Array
+) -> Table:
+    """A row for each row of inputs, with the answers at the places ``first`` (n,), -1 for none."""
+    found = {name: _picked(values, first) for name, values in zip(want, answers.values, strict=True)}
+    columns = {**inputs, **{name: values for name, values in found.items() if name not in inputs}}
+    columns[free_name("answers", columns)] = answers.counts
+    return Table(columns, status, answers=answers.counts)
 
-    return status, sweeper.run(arrays, len(plan.want), outcome, keep)
+
+def first_answers(
+    model: Model,
+    want: Sequence[str],
+    columns: Sequence[Array],
+    answers: Answers,
+    place: tuple[int, int, int] | None = None,
+) -> Array:
+    """The places (n,) of the primary answers of all rows among all answers, -1 where there is none.
+
+    ``place``: rows come in lines of so many, the first one is this row of the sweep, and the first answers of
+    so many rows are known to be the primary ones.
+    """
+    counts = answers.counts
+    places = np.where(counts > 0, np.cumsum(counts) - counts, -1)
+    if columns and (counts > 1).any():
+        points = points_of(answers.values, int(counts.sum()))
+        turn = planner(model).graph.turn
+        turns = np.array([turn(name) or np.inf for name in want])
+        places += kept(columns, counts, points, turns, *(place or (len(counts), 0, 0)))
+    return places
+
+
+def _picked(values: Array, places: Array) -> Array:
+    if not (places < 0).any():
+        return values if len(values) == len(places) else values[places]
+    nothing = None if values.dtype == object else np.nan
+    column = np.full(len(places), nothing, dtype=values.dtype)
+    column[places >= 0] = values[places[places >= 0]]
+    return column
+
+
+def _in_order(plan: Plan, columns: Sequence[Array], found: Answers) -> Answers:
+    """The wanted values of answers, those of each row in their order, none of them twice."""
+    wanted = len(plan.want)
+    several = np.flatnonzero(found.counts > 1)
+    if not len(several):
+        return Answers(found.counts, found.values[:wanted])
+    starts, most = np.cumsum(found.counts) - found.counts, int(found.counts[several].max())
+    places = starts[several] + np.arange(most)[:, None]
+    places[np.arange(most)[:, None] >= found.counts[several]] = -1
+    numbers = {
+        name: np.append(_numbers_of(v), np.nan)
+        for name, v in zip(plan.paths.pattern.want, found.values, strict=True)
+    }
+    nothing = np.full(places.shape, np.nan)
+    read = [numbers[name][places] if name in numbers else nothing for name in plan.ranking.read]
+    given = plan.known([column[several] for column in columns])
+    order = plan.ranking.order_of_columns([[c[k] for c in read] for k in range(most)], given)
+    places = np.take_along_axis(places, order, axis=0)
+    places[1:][_twice(places, [points_of([v], len(v))[0] for v in found.values[:wanted]])] = -1
+    counts = found.counts.copy()
+    counts[several] = (places >= 0).sum(axis=0)
+    kept_places = np.repeat(np.where(found.counts == 1, starts, 0), counts)
+    kept_places[np.repeat(found.counts > 1, counts)] = places.T[places.T >= 0]
+    return Answers(counts, [values[kept_places] for values in found.values[:wanted]])
+
+
+def _twice(places: Array, values: Sequence[Array]) -> Array:
+    """Which answers (answers, rows) but the first have the values of one before them."""
+    same = np.zeros((len(places) - 1, places.shape[1]), dtype=bool)
+    for later in range(1, len(places)):
+        for sooner in range(later):
+            one, other = places[sooner], places[later]
+            alike = (one >= 0) & (other >= 0)
+            for column in values:
+                alike &= column[one] == column[other]
+            same[later - 1] |= alike
+    return same
+
+
+def _numbers_of(values: Array) -> Array:
+    """A column as numbers, nan for a symbol."""
+    if values.dtype != object:
+        return values
+    return np.array([v if isinstance(v, float) else np.nan for v in values.tolist()], dtype=float)
 
 
 def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
@@ -66,32 +150,29 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
     return arrays
 
 
-def _numbers(plan: Plan, sweeper: Sweeper, columns: list[Array], status: Array) -> list[Array]:
+def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.int8], Answers]:
     """Rows of numbers: by compiled ways first."""
+    status = np.zeros(len(columns[0]), dtype=np.int8)
+    paths, sweeper = plan.paths, plan.sweeper(jit)
 
-    def solve(row: int) -> tuple[Status, tuple[Value, ...], Program | None]:
-        numbers = tuple(float(column[row]) for column in columns)
-        verdict, found = plan.judged(numbers)
-        values: tuple[Value, ...] = ()
-        if verdict.status is Status.SOLVED:
-            values = tuple(verdict.leaves[0].branch.values[name] for name in plan.want)
-        return verdict.status, values, plan.learn(numbers, verdict, found)
+    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+        found = plan.states(tuple(float(column[row]) for column in columns))
+        if plan.paths is not paths:
+            raise _Widened
+        return found
 
     def keep(rows: Array, outcome: Status) -> None:
         status[rows] = CODES[outcome]
 
-    return sweeper.run(columns, len(plan.want), solve, keep)
+    found = sweeper.run(columns, len(paths.pattern.want), outcome, keep)
+    return status, _in_order(plan, columns, found)
 
 
-def _one_by_one(plan: Plan, columns: list[Array], status: Array) -> list[Array]:
-    found: list[list[Value | None]] = [[None] * len(status) for _ in plan.want]
-    for row, numbers in enumerate(_rows(columns)):
-        verdict, _ = plan.judged(numbers)
-        status[row] = CODES[verdict.status]
-        if verdict.status is Status.SOLVED:
-            for column, name in zip(found, plan.want, strict=True):
-                column[row] = verdict.leaves[0].branch.values[name]
-    return [_column(values) for values in found]
+def _one_by_one(plan: Plan, columns: list[Array]) -> tuple[NDArray[np.int8], Answers]:
+    found = [plan.outcome(numbers) for numbers in _rows(columns)]
+    status = np.array([CODES[status] for status, _ in found], dtype=np.int8)
+    counts = np.array([len(rows) for _, rows in found], dtype=np.int64)
+    return status, Answers(counts, written([row for _, rows in found for row in rows], len(plan.want)))
 
 
 def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:
@@ -99,9 +180,3 @@ def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:
         yield ()
     for row in zip(*columns, strict=True):
         yield tuple(v if isinstance(v, str) else np.nan if v is None else float(v) for v in row)
-
-
-def _column(values: Sequence[Value | None]) -> Array:
-    if any(isinstance(value, str) for value in values):
-        return np.array(values, dtype=object)
-    return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -8,6 +8,8 @@ from importlib.util import find_spec
 from math import inf
 from time import time
 
+import numpy as np
+
 from rulesheets.deadline import time_limit
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Model, Value, expect_model
@@ -15,6 +17,7 @@ from solver.files.columns import joined
 from solver.files.messages import missing_extra
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
+from solver.sweeps.branches import Branches
 from solver.sweeps.chunks import Chunk, grid_chunks, grid_lessons
 from solver.sweeps.following import Follower
 from solver.sweeps.grid import Grid, Zipped, listed, one_length
@@ -72,9 +75,11 @@ def sweep(
     rows = Grid(axes) if grid else Zipped(axes)
     work = work_of(plan, grid_lessons(rows), every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.columns(0, 0)])
-    pieces = followed(work, solved_pieces(work, chunks, len(rows), jobs, scheduler), rows.shape[-1])
+    solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
+    pieces = list(followed(work, solved, rows.shape[-1]))
     table = joined([piece.table for piece in pieces if piece.table is not None])
-    return Table(table.values, table.status, model.files)
+    answers = np.concatenate([piece.answers for piece in pieces])
+    return Table(table.values, table.status, model.files, answers)
 
 
 def work_of(
@@ -110,9 +115,9 @@ def work_of(
 
 
 def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved]:
-    """The pieces with their answers numbered by branches, where every answer is asked for."""
+    """The pieces with branches kept: in the numbers of answers where all are asked for, else in the first."""
     if not work.every:
-        yield from pieces
+        yield from map(Branches(work, line), pieces)
         return
     turn = planner(work.model).graph.turn
     answer, *wanted = work.names[len(work.inputs) :]

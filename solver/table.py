@@ -20,17 +20,23 @@ class Table(Mapping[str, NDArray[Any]]):
     """Columns (n,) by name: the inputs that were swept, then the wanted variables.
 
     A wanted value is NaN where its row is not solved (None in a column of symbols). ``status``
-    (n,) holds codes, 0 for solved; ``Table.STATUSES[code]`` is the status.
+    (n,) holds codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) tells how many
+    answers of each row are known.
     """
 
     STATUSES = tuple(Status)
 
     def __init__(
-        self, columns: Mapping[str, NDArray[Any]], status: NDArray[np.int8], files: tuple[str, ...] = ()
+        self,
+        columns: Mapping[str, NDArray[Any]],
+        status: NDArray[np.int8],
+        files: tuple[str, ...] = (),
+        answers: NDArray[np.int64] | None = None,
     ) -> None:
         self._columns = dict(columns)
         self.status = status
         self._files = files
+        self.answers = self.solved.astype(np.int64) if answers is None else answers
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self._columns[name]

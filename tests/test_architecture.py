@@ -26,7 +26,7 @@ FLOORS = (
         "solver.column",
     ),
     ("solver.path",),
-    ("solver.accuracy",),
+    ("solver.ranking", "solver.accuracy"),
     ("solver.kernel", "solver.derivatives"),
     ("solver.result", "solver.table"),
     ("solver.solution",),

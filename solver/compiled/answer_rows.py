@@ -14,7 +14,7 @@ from solver.compiled.answers import every
 from solver.compiled.flow import NotCompilable
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.program import Program
-from solver.compiled.rows import WORTH, Keep, Sweeper, columns_of, kernel_of
+from solver.compiled.rows import WORTH, Keep, Refusals, columns_of, kernel_of
 from solver.result import Status
 
 Array: TypeAlias = NDArray[Any]
@@ -74,7 +74,7 @@ class AnswerSweeper:
 
     def __init__(self, paths: CompiledPaths, jit: bool = False) -> None:
         self.paths, self.jit = paths, jit
-        self._primary = Sweeper(paths, jit)
+        self._refusals = Refusals(jit)
         self._kernels: dict[int, tuple[Program, AnswerKernel | None]] = {}
 
     def run(self, columns: Sequence[Array], wanted: int, outcome: Outcome, keep: Keep) -> Answers:
@@ -83,7 +83,7 @@ class AnswerSweeper:
         ``outcome`` has the word on a row that no way settles (and learns from it); ``keep`` is told the
         status of rows that are not solved.
         """
-        known = set(map(id, self.paths.forks))
+        known = set(map(id, self.paths.programs))
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
@@ -92,17 +92,17 @@ class AnswerSweeper:
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
-                for program in self.paths.forks[ways:]:
+                for program in self.paths.programs[ways:]:
                     left = self._settled(program, columns, left, parts)
                 for program in self.paths.refusals[refusals:]:
-                    left = self._primary.refused(program, columns, left, keep)
-            ways, refusals = len(self.paths.forks), len(self.paths.refusals)
+                    left = self._refusals.left(program, columns, left, keep)
+            ways, refusals = len(self.paths.programs), len(self.paths.refusals)
             for row in left.tolist():
                 left = left[1:]
                 status, alone[row] = outcome(row)
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
-                if (ways, refusals) != (len(self.paths.forks), len(self.paths.refusals)):
+                if (ways, refusals) != (len(self.paths.programs), len(self.paths.refusals)):
                     break  # what was learned may settle the others
         if alone:
             parts.append(_one_by_one(alone, wanted))

@@ -33,27 +33,33 @@ AGREEMENT = 1e-6
 
 
 class CompiledPaths:
-    """Ways to answer one pattern. ``primary`` gives the first answer of a row, ``every`` all of them.
-
-    ``programs`` are what the first ones follow, ``forks`` what the others do.
+    """Ways to answer one pattern. ``every`` gives all answers of a row, in no order that tells; ``primary``
+    the only one, of the ways that have no more.
     """
 
     def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.programs: list[Program] = []
-        self.forks: list[Program] = []
-        self.primary: list[Callable[..., Any]] = []
         self.every: list[Callable[..., Any]] = []
         self.refusals: list[Program] = []
         self.failures = 0
 
-    def learn(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> Program | None:
+    @property
+    def forked(self) -> bool:
+        """Whether some way may have several answers."""
+        return any(len(program.endings) > 1 for program in self.programs)
+
+    def primary(self) -> Callable[..., Any]:
+        """The first way, for its only answer."""
+        return compile_scalar(self.programs[0])
+
+    def learn(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
         """A new way from a row that was solved step by step, where there is one and it says the same.
 
         ``answers`` are the values of every variable in each answer.
         """
         if len(self.programs) >= MAX_WAYS or self.failures >= MAX_FAILURES:
-            return None
+            return False
         for plain in (True,) if self.pattern.as_written else (False, True):
             try:
                 program = translate(self.model, self.planner, self.pattern, answers[0], plain)
@@ -61,42 +67,28 @@ class CompiledPaths:
             except NotCompilable:
                 break
             if self._agrees(every(*numbers), answers):
-                first = self._first(program, numbers, answers, plain)
-                self._take(program, first, every)
-                return first
+                self._take(program, every)
+                return True
         self.failures += 1
-        return None
+        return False
 
-    def take(self, fork: Program, first: Program) -> None:
-        """Add a way that was learned before: ``first`` follows the primary answer, ``fork`` all of them."""
-        self._take(fork, first, compile_scalar(fork, all_answers=True))
+    def take(self, program: Program) -> None:
+        """Add a way that was learned before."""
+        self._take(program, compile_scalar(program, all_answers=True))
 
-    def _take(self, fork: Program, first: Program, every: Callable[..., Any]) -> None:
-        self.forks.append(fork)
-        self.programs.append(first)
-        self.primary.append(compile_scalar(first))
+    def _take(self, program: Program, every: Callable[..., Any]) -> None:
+        self.programs.append(program)
         self.every.append(every)
 
-    def refuse(self, numbers: Sequence[Value], sample: Mapping[str, Value]) -> Program | None:
-        """A program that tells the rows that are refused as this one, of which ``sample`` was computed."""
+    def refuse(self, numbers: Sequence[Value], sample: Mapping[str, Value]) -> None:
+        """Learn to tell the rows that are refused as this one, of which ``sample`` was computed."""
         if len(self.refusals) >= MAX_WAYS or self.failures >= MAX_FAILURES:
-            return None
+            return
         for program in refusals(self.model, self.planner, self.pattern, sample):
             if compile_scalar(program)(*numbers) is not None:
                 self.refusals.append(program)
-                return program
+                return
         self.failures += 1
-        return None
-
-    def _first(
-        self, program: Program, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]], plain: bool
-    ) -> Program:
-        """The program that follows the primary answer only, where that can be told early."""
-        if len(program.endings) == 1:
-            return program
-        first = translate(self.model, self.planner, self.pattern, answers[0], plain, first=True)
-        found = compile_scalar(first, all_answers=True)(*numbers)
-        return first if self._agrees(found, answers[:1]) else program
 
     def mark(self) -> tuple[int, int, int]:
         """What has been learned so far, for ``forget``."""
@@ -105,8 +97,8 @@ class CompiledPaths:
     def forget(self, mark: tuple[int, int, int]) -> None:
         """Go back to what was known at a mark."""
         ways, refusals, self.failures = mark
-        for learned in (self.programs, self.forks, self.primary, self.every):
-            del learned[ways:]
+        del self.programs[ways:]
+        del self.every[ways:]
         del self.refusals[refusals:]
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
@@ -114,10 +106,11 @@ class CompiledPaths:
             return False
         wanted = list(dict.fromkeys(tuple(answer[n] for n in self.pattern.want) for answer in answers))
         found = list(dict.fromkeys(rows))
-        if len(found) != len(wanted):
-            return False
-        pairs = (zip(one, other, strict=True) for one, other in zip(found, wanted, strict=True))
-        return all(_near(a, b) for pair in pairs for a, b in pair)
+        return len(found) == len(wanted) and all(any(_same(one, row) for row in found) for one in wanted)
+
+
+def _same(one: Sequence[Value], other: Sequence[Value]) -> bool:
+    return all(_near(a, b) for a, b in zip(one, other, strict=True))
 
 
 def _near(a: Value, b: Value) -> bool:

@@ -234,7 +234,8 @@ def follow(flow: Flow, chain: Chain, values: dict[str, int]) -> None:
 
 
 def _nodes(program: Program, ending: Ending) -> tuple[int, ...]:
-    from solver.compiled.merge import primary
+    from solver.compiled.merge import states
 
-    merged = primary(program)
-    return (*(node for node in ending.results if isinstance(node, int)), merged.holds)
+    holds, known = states(program.flow, program.endings[0])
+    told = program.flow.add("and", holds, known)
+    return (*(node for node in ending.results if isinstance(node, int)), told)

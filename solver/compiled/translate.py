@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from solver.compiled.finish import Finish
 from solver.compiled.flow import NotCompilable
-from solver.compiled.merge import less
 from solver.compiled.program import Ending, Program
 from solver.compiled.simultaneous import Simultaneous
 from solver.compiled.single import Single
@@ -35,14 +34,12 @@ def translate(
     pattern: Pattern,
     sample: Mapping[str, Value],
     plain: bool = False,
-    first: bool = False,
 ) -> Program:
     """The program for all rows that decide as ``sample`` does: values of every variable that has one there.
 
-    ``first``: follow the primary one of several values only, chosen as soon as they are there.
     Raises NotCompilable where a step has no straight-line form.
     """
-    return Translation(model, planner, pattern, sample, plain, first).run()
+    return Translation(model, planner, pattern, sample, plain).run()
 
 
 class Translation(Single, Simultaneous, Finish):
@@ -55,10 +52,8 @@ class Translation(Single, Simultaneous, Finish):
         pattern: Pattern,
         sample: Mapping[str, Value],
         plain: bool = False,
-        first: bool = False,
     ) -> None:
         super().__init__(model, planner, pattern, sample, plain)
-        self.first = first and not pattern.guesses  # the nearest to them is known at the end
         pruned = pattern.want if pattern.pruned == () else pattern.pruned
         self.want = None if pruned is None else frozenset(pruned)
         self.endings: list[Ending] = []
@@ -107,8 +102,6 @@ class Translation(Single, Simultaneous, Finish):
                 self._plan(way)
                 return
             found = self._taken(way, step)
-            if self.first and len(found) > 1:
-                found = [self._merged(found)]
             if len(found) != 1:
                 for fork in found:
                     self._follow(fork, steps[place + 1 :])
@@ -131,25 +124,3 @@ class Translation(Single, Simultaneous, Finish):
                 return [way]
             case _:
                 raise NotCompilable
-
-    def _merged(self, ways: list[Way]) -> Way:
-        """The first of several ways that is not gone, as one; all that tells which it is must hold."""
-        flow = self.flow
-        best, *others = ways
-        for other in others:
-            sooner = less(flow, tuple(other.order), tuple(best.order))
-            instead = flow.add("and", flow.add("not", other.gone), flow.add("or", best.gone, sooner))
-            for name, node in best.values.items():
-                best.values[name] = flow.add("where", instead, other.values[name], node)
-            pairs = zip(other.order, best.order, strict=True)
-            best.order = [flow.add("where", instead, *pair) for pair in pairs]
-            best.gone = flow.add("and", best.gone, other.gone)
-            best.apart |= other.apart
-            best.checks += [check for check in other.checks if check not in best.checks]
-            best.finite += [node for node in other.finite if node not in best.finite]
-            best.undone += [node for node in other.undone if node not in best.undone]
-        best.order = []
-        flow.checks = best.checks
-        flow.require(flow.add("not", best.gone))
-        best.gone = flow.false
-        return best

@@ -2,48 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.compiled.answer_rows import Answers, together, written
-from solver.files.columns import Array, objects
+from solver.files.columns import Array
 from solver.sweeps.ways import SteadyPlan, SteadyPlans
 from solver.table import CODES, Table
 
 
-def one_answer(
-    plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8], names: Sequence[str]
-) -> Table:
-    """A row for each row of inputs. ``refused`` (n,) has the status code of a row that is not asked, or 0."""
-    groups = plans.groups(_asked(columns, refused))
-    inputs, wanted = dict(zip(names, columns, strict=False)), names[len(columns) :]
-    if len(groups) == 1 and not refused.any():
-        plan, _, numbers = groups[0]
-        if numbers:
-            table = plan.primary(numbers)
-            return Table({**inputs, **{name: table[name] for name in wanted}}, table.status)
-    status = refused.copy()
-    found: dict[str, Array] = {name: np.full(len(status), np.nan) for name in wanted}
-    places = np.flatnonzero(refused == 0)
-    for plan, rows, numbers in groups:
-        here = places[rows]
-        table = plan.primary(numbers)
-        status[here] = table.status
-        for name in wanted:
-            if table[name].dtype == object and found[name].dtype != object:
-                found[name] = objects(found[name])
-            found[name][here] = table[name]
-    return Table({**inputs, **found}, status)
+def solved_answers(
+    plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8]
+) -> tuple[NDArray[np.int8], Answers]:
+    """The status codes (n,) of rows, and all their answers, the primary ones of each row first.
 
-
-def every_answer(
-    plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8], names: Sequence[str]
-) -> Table:
-    """A row for each answer, numbered 1, 2, … in its column after the inputs, the primary answer first.
-
-    A row of inputs without an answer keeps one row, numbered 0. ``names`` are those of the columns.
+    ``refused`` (n,) has the status code of a row that is not asked, or 0.
     """
     codes = refused.copy()
     asked = np.flatnonzero(refused == 0)
@@ -54,17 +29,26 @@ def every_answer(
             plan.every(numbers) if numbers else _alike(plan, len(places), len(plans.want))
         )
         parts.append((places, answers))
-    answers = together(parts, len(codes), len(plans.want))
+    return codes, together(parts, len(codes), len(plans.want))
+
+
+def every_answer(
+    inputs: Mapping[str, Array], want: Sequence[str], codes: Array, answers: Answers, number: str
+) -> Table:
+    """A row for each answer, numbered 1, 2, … in the column ``number``, the primary answer first.
+
+    A row of inputs without an answer keeps one row, numbered 0.
+    """
     some = answers.counts > 0
     each = np.where(some, answers.counts, 1)
     starts = np.cumsum(each) - each
-    table: dict[str, Array] = {n: np.repeat(c, each) for n, c in zip(names, columns, strict=False)}
+    table: dict[str, Array] = {name: np.repeat(column, each) for name, column in inputs.items()}
     ranks = np.arange(1, each.sum() + 1) - np.repeat(starts, each)
     ranks[starts[~some]] = 0
-    table[names[len(columns)]] = ranks.astype(np.int32)
-    for name, values in zip(plans.want, answers.values, strict=True):
+    table[number] = ranks.astype(np.int32)
+    for name, values in zip(want, answers.values, strict=True):
         table.setdefault(name, values if some.all() else _spread(values, ranks > 0))
-    return Table(table, np.repeat(codes, each))
+    return Table(table, np.repeat(codes, each), answers=np.repeat(answers.counts, each))
 
 
 def _alike(plan: SteadyPlan, count: int, wanted: int) -> tuple[Array, Answers]:

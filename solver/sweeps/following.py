@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.files.columns import Columns
+from solver.ranking.branches import points_of
 
 Points: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = NDArray[np.int32]
@@ -46,7 +47,7 @@ class Follower:
     def __call__(self, table: Columns) -> Columns:
         """The next piece of the table, renumbered."""
         ranks = table.values[self._column]
-        points = _points([table.values[name] for name in self._wanted], len(table))
+        points = points_of([table.values[name] for name in self._wanted], len(table))
         starts = np.append(np.flatnonzero(ranks < 2), len(ranks))
         counts = np.where(ranks[starts[:-1]] == 0, 0, np.diff(starts))
         plain = self._plain_rows(points, starts, counts)
@@ -173,21 +174,3 @@ def _ends_of_runs(flags: NDArray[np.bool_]) -> NDArray[np.intp]:
     stops = np.append(np.flatnonzero(~flags), len(flags))
     ends: NDArray[np.intp] = stops[np.searchsorted(stops, np.arange(len(flags)))]
     return ends
-
-
-def _points(columns: Sequence[Points], rows: int) -> Points:
-    """The numbers of each variable (v, n); a symbol, near to nothing but itself, counts by its letters."""
-    points = np.zeros((len(columns), rows))
-    for place, column in enumerate(columns):
-        if column.dtype == object:
-            points[place] = [_coded(value) for value in column.tolist()]
-        else:
-            points[place] = np.nan_to_num(column)
-    return points
-
-
-def _coded(value: float | str | None) -> float:
-    """A number that is the same for the same symbol in every process."""
-    if isinstance(value, str):
-        return float(int.from_bytes(value.encode()[:4], "big"))
-    return value or 0.0

@@ -15,10 +15,13 @@ _STATUSES = tuple(Status)
 
 @dataclass(frozen=True)
 class Outcome:
-    """``counts`` are the rows by status code; ``interrupted`` says that there would have been more."""
+    """``counts`` are the rows by status code, ``several`` those of which one of several answers is shown;
+    ``interrupted`` says that there would have been more.
+    """
 
     counts: tuple[int, ...]
     interrupted: bool = False
+    several: int = 0
 
     @property
     def rows(self) -> int:
@@ -34,7 +37,13 @@ class Outcome:
             return "no rows"
         pairs = zip(self.counts, _STATUSES, strict=True)
         parts = ", ".join(f"{count:,} {status}" for count, status in pairs if count)
-        return f"{self.rows:,} {'row' if self.rows == 1 else 'rows'}: {parts}"
+        told = f"{self.rows:,} {'row' if self.rows == 1 else 'rows'}: {parts}"
+        if not self.several:
+            return told
+        have = "has" if self.several == 1 else "have"
+        rows = "row" if self.rows == 1 else "rows"
+        first = "several answers; the first of each is shown"
+        return f"{told}\n{self.several:,} of {self.rows:,} {rows} {have} {first}"
 
 
 def run(
@@ -45,13 +54,14 @@ def run(
     An interrupt ends the sweep and keeps what is done; anything else that ends it early discards the
     sinks and is raised. A second interrupt, while the files are finished, discards them too.
     """
-    counts = [0] * len(_STATUSES)
+    counts, several = [0] * len(_STATUSES), 0
     with Interrupts() as interrupts:
         try:
             while (piece := _next(pieces, interrupts)) is not None:
                 for sink in sinks:
                     sink.add(piece)
                 counts = [done + more for done, more in zip(counts, piece.counts, strict=True)]
+                several += piece.several
                 if progress is not None:
                     progress(sum(counts))
             for sink in sinks:
@@ -60,7 +70,7 @@ def run(
             for sink in sinks:
                 sink.discard()
             raise
-        return Outcome(tuple(counts), interrupts.asked)
+        return Outcome(tuple(counts), interrupts.asked, several)
 
 
 def _next(pieces: Iterator[Solved], interrupts: Interrupts) -> Solved | None:

@@ -19,7 +19,6 @@ from solver.compiled.answer_rows import Answers
 from solver.files.columns import Array
 from solver.plan import Plan
 from solver.result import Status
-from solver.table import Table
 
 
 @dataclass(frozen=True)
@@ -45,21 +44,21 @@ class SteadyPlan:
         self._jit = pattern.jit
         if lessons and len(lessons[0]):
             self._plan.sweep(*lessons, jit=pattern.jit)
-        self._known = self._plan.paths.mark()
+        self._known = self._plan.paths, self._plan.paths.mark()
 
-    def primary(self, columns: Sequence[Array]) -> Table:
-        """One answer a row, for columns (n,) of numbers; one row where there are none."""
-        self._plan.paths.forget(self._known)
-        return self._plan.sweep(*columns, jit=self._jit)
+    def _forget(self) -> None:
+        """Go back to what the lessons taught."""
+        self._plan.paths, mark = self._known
+        self._plan.paths.forget(mark)
 
     def every(self, columns: Sequence[Array]) -> tuple[NDArray[np.int8], Answers]:
         """The status codes of the rows and all their answers, for one or more columns (n,) of numbers."""
-        self._plan.paths.forget(self._known)
+        self._forget()
         return self._plan.sweep_all(*columns, jit=self._jit)
 
     def alone(self) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of the one row of a plan without inputs, and its answers, the primary first."""
-        self._plan.paths.forget(self._known)
+        self._forget()
         return self._plan.outcome(())
 
 

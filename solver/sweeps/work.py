@@ -5,36 +5,56 @@ from __future__ import annotations
 import pickle
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from time import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rulesheets.deadline import time_limit
 from rulesheets.model import Model, Value
+from solver.compiled.answer_rows import Answers
 from solver.files.columns import Array, Columns, free_name
 from solver.files.csv_table import csv_rows
 from solver.result import Status
-from solver.sweeps.answers import every_answer, one_answer
+from solver.sweep_rows import one_answer
+from solver.sweeps.answers import every_answer, solved_answers
 from solver.sweeps.refusals import refusals
 from solver.sweeps.ways import Pattern, SteadyPlans
 from solver.table import Table
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+
+@dataclass(frozen=True)
+class Rows:
+    """The inputs of rows, their status codes (n,), and all their answers."""
+
+    inputs: tuple[Array, ...]
+    codes: Array
+    answers: Answers
+
+    def last(self) -> Rows:
+        """The last two rows, which a branch goes on from."""
+        counts = self.answers.counts
+        few = int(counts[-2:].sum())
+        values = [column[len(column) - few :] for column in self.answers.values]
+        inputs = tuple(column[-2:] for column in self.inputs)
+        return Rows(inputs, self.codes[-2:], Answers(counts[-2:], values))
 
 
 @dataclass(frozen=True)
 class Solved:
     """A piece of the table in the order of its rows. ``table`` or ``text`` is there as the work asks.
 
-    ``counts`` are the rows by status code; of the answers of one row the first counts.
+    ``counts`` are the rows by status code, ``several`` those that have several answers and show one. ``rows``
+    are all of them where there are such, else the last ones: they tell which branch an answer belongs to.
+    ``answers`` (rows of the table,) are the numbers of answers that are known.
     """
 
     counts: tuple[int, ...]
     table: Columns | None = None
     text: bytes | None = None
+    rows: Rows | None = None
+    several: int = 0
+    answers: Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 @dataclass(frozen=True)
@@ -68,8 +88,21 @@ class Work:
         """The columns of the table, the status not among them."""
         own = (*self.inputs, *(name for name in self.want if name not in self.inputs))
         if not self.every:
-            return own
+            return (*own, free_name("answers", own))
         return (*self.inputs, free_name("answer", own), *own[len(self.inputs) :])
+
+    def columns(self, table: Table) -> Columns:
+        """A table in the order of ``names``."""
+        solved = not table.status.any()  # then inputs and answers are all there
+        return Columns({name: table[name] for name in self.names}, table.status, _WORDS, solved)
+
+    def solved(self, rows: Rows, first: Array) -> Solved:
+        """Rows with their primary answers, which stand at the places ``first`` among all."""
+        inputs = dict(zip(self.inputs, rows.inputs, strict=True))
+        parts = self.columns(one_answer(inputs, self.want, rows.codes, rows.answers, first))
+        text = csv_rows(parts) if self.texted else None
+        table = parts if self.tabled else None
+        return Solved(_counts(rows.codes), table, text, answers=rows.answers.counts)
 
     def packed(self) -> bytes:
         """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
@@ -95,31 +128,25 @@ class Solver:
 
     def __call__(self, columns: Sequence[Array]) -> Solved:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
-        table = self.table(columns)
-        solved = not table.status.any()  # then inputs and answers are all there
-        parts = Columns({name: table[name] for name in self.work.names}, table.status, _WORDS, solved)
-        counts = _counts(self._first_answers(table))
-        text = csv_rows(parts) if self.work.texted else None
-        return Solved(counts, parts if self.work.tabled else None, text)
-
-    def table(self, columns: Sequence[Array]) -> Table:
-        """The rows as arrays."""
-        refused = refusals(columns, self._inputs)
-        answers = every_answer if self.work.every else one_answer
         with self.work.limit():
-            return answers(self._plans, columns, refused, self.work.names)
-
-    def _first_answers(self, table: Table) -> NDArray[np.int8]:
-        if not self.work.every:
-            return table.status
-        first: NDArray[np.int8] = table.status[table[self.work.names[len(self.work.inputs)]] < 2]
-        return first
+            codes, answers = solved_answers(self._plans, columns, refusals(columns, self._inputs))
+        several = int((answers.counts > 1).sum())
+        if self.work.every:
+            inputs = dict(zip(self.work.inputs, columns, strict=True))
+            number = self.work.names[len(self.work.inputs)]
+            table = every_answer(inputs, self.work.want, codes, answers, number)
+            parts = self.work.columns(table)
+            return Solved(_counts(codes), parts, answers=table.answers)
+        starts = np.cumsum(answers.counts) - answers.counts
+        rows = Rows(tuple(columns), codes, answers)
+        solved = self.work.solved(rows, np.where(answers.counts > 0, starts, -1))
+        return replace(solved, rows=rows if several else rows.last(), several=several)
 
 
 _WORDS = tuple(map(str, Status))
 
 
-def _counts(codes: NDArray[np.int8]) -> tuple[int, ...]:
+def _counts(codes: Array) -> tuple[int, ...]:
     if not codes.any():  # most pieces: nothing to be told apart
         return (len(codes), *[0] * (len(_WORDS) - 1))
     return tuple(np.bincount(codes, minlength=len(_WORDS)).tolist())

@@ -24,6 +24,7 @@ from solver.facts import (
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
+from solver.ranking.ranking import Ranking
 from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf, leaf_errors
 from solver.solution.turns import within_one_turn
@@ -63,7 +64,7 @@ def judge(
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
-    solved = _ordered(model, near or solved, guesses)
+    solved = _ordered(model, near or solved, inputs, guesses)
     solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
     if solved:
         if not _unsettled(solved[0]):
@@ -75,7 +76,7 @@ def judge(
         leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)
         leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
-        verdict = _unfinished(model, _ordered(model, leaves, guesses), inputs)
+        verdict = _unfinished(model, _ordered(model, leaves, inputs, guesses), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
         if verdict.status is Status.INFEASIBLE and found.dead:
@@ -300,23 +301,12 @@ def _equal(a: Value, b: Value, tolerance: float) -> bool:
     return abs(a - b) <= tolerance * max(abs(a), abs(b))
 
 
-def _ordered(model: Model, leaves: list[Leaf], guesses: Mapping[str, float]) -> list[Leaf]:
-    """Nearest to the guesses first; without guesses in the order of the branches, principal first."""
-    if not guesses:
+def _ordered(
+    model: Model, leaves: list[Leaf], inputs: Mapping[str, Value], guesses: Mapping[str, float]
+) -> list[Leaf]:
+    """Leaves by the rule of ``solver.ranking``."""
+    if len(leaves) < 2:
         return leaves
-    graph = planner(model).graph
-
-    def distance(leaf: Leaf) -> float:
-        total = 0.0
-        for name, guess in guesses.items():
-            value = leaf.branch.values.get(name)
-            if isinstance(value, float):
-                apart = abs(value - guess)
-                turn = graph.turn(name)
-                if turn:
-                    apart = min(apart % turn, turn - apart % turn)
-                share = apart / max(abs(guess), 1.0)
-                total += share * share  # a power would raise where it overflows
-        return total
-
-    return sorted(leaves, key=distance)
+    among = {name for leaf in leaves for name in leaf.branch.values}
+    order = Ranking(model, inputs, among, guesses).order([leaf.branch.values for leaf in leaves], inputs)
+    return [leaves[place] for place in order]

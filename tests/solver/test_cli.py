@@ -290,10 +290,10 @@ def test_sweep_prints_a_row_a_value(run: Run, sheet: str, tmp_path: Path) -> Non
     words = ("sweep", sheet, "--over", "a=0:1:0.25", "--set", "b=0", "--want", "c")
     code, out, err = run(*words)
     rows = [line.split(",") for line in out.splitlines()]
-    assert rows[0] == ["a", "c", "status"]
+    assert rows[0] == ["a", "c", "answers", "status"]
     assert [row[0] for row in rows[1:]] == ["0", "0.25", "0.5", "0.75", "1"]
-    assert rows[-1] == ["1", "1", "solved"]
-    assert rows[1][2] != "solved"  # c > 0
+    assert rows[-1] == ["1", "1", "1", "solved"]
+    assert rows[1][2:] == ["0", "infeasible"]  # c > 0
     assert code == 1
     assert err.startswith("5 rows: 4 solved")
     file = tmp_path / "table.csv"

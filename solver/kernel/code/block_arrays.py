@@ -13,10 +13,10 @@ from rulesheets.evaluate import differentiate
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.nodes import Expression
 from solver.kernel.code.chain import Chain
-from solver.kernel.code.homogeneity import Scalings
 from solver.kernel.code.scalar import Emitter
 from solver.numerics.batch_newton import Array
 from solver.path.smooth import smooth
+from solver.ranking.homogeneity import Scalings
 
 if TYPE_CHECKING:
     from solver.kernel.code.block import BlockKernel

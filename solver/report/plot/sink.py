@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.model import Model
@@ -56,12 +57,17 @@ class PlotSink:
             raise RuleSheetError(too_many())
         if not self._pieces:
             return
-        table = joined(self._pieces)
+        table = self._drawn(joined(self._pieces))
         lattice = Lattice(self._inputs, self._shape or (self._rows,), self._answer)
         shown = arranged(table, lattice)
         turn = planner(self._model).graph.turn
         picture = plotted(shown, self._model, {name: turn(name) for name in table.values}, self._form[1:])
         write_file(self._path, picture)
+
+    def _drawn(self, table: Columns) -> Columns:
+        """The columns of variables, and the numbers of answers where every one is drawn."""
+        drawn = (*self._model.variables, self._answer)
+        return replace(table, values={n: column for n, column in table.values.items() if n in drawn})
 
     def discard(self) -> None:
         self._pieces = []

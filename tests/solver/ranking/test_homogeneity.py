@@ -7,7 +7,7 @@ import math
 import pytest
 
 import rulesheets
-from solver.kernel.code.homogeneity import Scalings
+from solver.ranking.homogeneity import Scalings
 
 
 def scalings(*rules: str) -> Scalings:

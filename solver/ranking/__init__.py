@@ -1,0 +1,1 @@
+"""Which of several answers comes first, told from their numbers alone."""

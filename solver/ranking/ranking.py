@@ -1,0 +1,221 @@
+"""Which of several answers comes first: a rule on their numbers, the same wherever answers are listed.
+
+In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
+range reaches below 0; an absolute temperature counts double), a trivial zero counting as one; fewest trivial
+zeros; sizes near to those that the rules and the inputs suggest, within half a decade of the nearest; angles
+nearest to 0; the nearest sizes; and for what is still alike, the variables one by one, in the order of their
+names. Answers with a number of unlikely size come after all others. Nothing depends on the order of rules or
+variables.
+
+It is written once, over numbers or arrays of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.model import Model, Value
+from solver.path.planner import planner
+from solver.ranking.arithmetic import ARRAYS, FLOATS, LEAST, Arithmetic
+from solver.ranking.signs import signs_of
+from solver.ranking.sizes import Suggestions
+
+UNLIKELY = 9.0
+"""Decades from the suggested size beyond which a number is of unlikely size."""
+ZERO = 1e-12
+"""A share of the largest value among the answers that counts as 0."""
+GRAIN = 1e6
+"""Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
+
+SLACK = 0.5
+"""Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
+SIZE = 4
+"""The place of the size in a key."""
+
+Number = Any
+"""A float, or an array (rows,) of floats."""
+Key = list[Any]
+_Suggested = tuple[Sequence[Any], Sequence[Any]]
+
+
+class Ranking:
+    """The rule for one model and one set of ``known`` names; it holds at any values of these.
+
+    ``read`` are the names that an answer is given by: unknowns ``among`` those it has (None: all).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        known: Collection[str],
+        among: Collection[str] | None = None,
+        guesses: Mapping[str, float] | None = None,
+    ) -> None:
+        self.model, self.signs = model, signs_of(model)
+        self.known = tuple(sorted(name for name in known if name in model.variables))
+        there = model.variables if among is None else among
+        self.read = tuple(sorted((name for name in there if name not in known), key=_own_first))
+        self.names = tuple(name for name in self.read if "." not in name)
+        self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
+        self._suggestions = Suggestions(model, self.known, self.names)
+        self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
+        self._aside = [name in self.signs.aside for name in self.names]
+        self._angles = [name in self.signs.angles for name in self.names]
+        self._cold = [self.signs.cold(name) for name in self.names]
+
+    def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
+        """The places of the answers, the first one first. ``given`` are the values of the known names."""
+        return self.order_of_rows([self._row(answer) for answer in answers], self._given(given))
+
+    def order_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[int]:
+        """The same for tuples of the numbers of ``read``, and a tuple of those of ``known``.
+
+        nan stands for a symbol, and for a number that is not there.
+        """
+        if len(rows) < 2:
+            return list(range(len(rows)))
+        keys = self._keys(rows, given, self._suggested(given), FLOATS)
+        return sorted(range(len(rows)), key=keys.__getitem__)
+
+    def order_of_columns(self, answers: Sequence[Sequence[Any]], given: Sequence[Any]) -> NDArray[np.intp]:
+        """Of each row the places of its answers (answers, rows), the first one first.
+
+        ``answers`` are columns (rows,) for each name of ``read``, all nan where an answer is not there: it
+        then comes last. ``given`` are the columns of ``known``.
+        """
+        rows = len(answers[0][0])
+        gone = [np.isnan(np.stack(answer)).all(axis=0) for answer in answers]
+        keys = self._keys(answers, given, self._suggested(given, rows), ARRAYS)
+        whole = [(absent, *key) for absent, key in zip(gone, keys, strict=True)]
+        parts = [np.stack([np.broadcast_to(k, rows) for k in part]) for part in zip(*whole, strict=True)]
+        return np.lexsort(parts[::-1], axis=0)
+
+    def unlikely(
+        self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
+    ) -> list[tuple[str, ...]]:
+        """Of each answer the names whose numbers are of unlikely size.
+
+        A single answer, or where they all are, has such a name only if its size follows from the inputs and
+        is exceeded: a small number may be a difference of large ones.
+        """
+        sizes = self._suggested(self._given(given))
+        rows = [self._row(answer) for answer in answers]
+        apart = [self._apart([FLOATS.there(number, 0.0) for number in row], sizes, FLOATS) for row in rows]
+        far = [[abs(away) > UNLIKELY for away in one] for one in apart]
+        if all(map(any, far)):
+            far = [[fixed and d > UNLIKELY for d, fixed in zip(one, sizes[1], strict=True)] for one in apart]
+        return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
+
+    def _row(self, answer: Mapping[str, Value]) -> tuple[float, ...]:
+        return tuple(_number(answer.get(name)) for name in self.read)
+
+    def _given(self, given: Mapping[str, Value]) -> tuple[float, ...]:
+        return tuple(_number(given.get(name)) for name in self.known)
+
+    # --- keys ---
+
+    def _keys(
+        self,
+        answers: Sequence[Sequence[Number]],
+        given: Sequence[Number],
+        sizes: _Suggested,
+        on: Arithmetic,
+    ) -> list[Key]:
+        """The key that each answer is sorted by, numbers or arrays."""
+        tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
+        rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
+        most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
+        weights = self._weights(tops, given)
+        keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
+        least = -on.largest([-key[SIZE] for key in keys])
+        for key in keys:  # what is within half a decade of the best is of the same size
+            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
+        return keys
+
+    def _weights(self, tops: Sequence[Number], given: Sequence[Number]) -> list[Number]:
+        """What a negative value of each name counts: nothing where its kind has negative values anyhow.
+
+        ``tops`` are the largest values among the answers.
+        """
+        positive = dict[int | None, Number]()
+        below = [(top < 0.0) & (top > -np.inf) for top in tops] + [number < 0.0 for number in given]
+        for kind, negative in zip(self._kinds, below, strict=True):
+            if kind is not None:
+                positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
+        return [
+            0.0 if aside else positive.get(kind, 1.0)
+            for kind, aside in zip(self._kinds, self._aside, strict=False)
+        ]
+
+    def _key(
+        self,
+        row: Sequence[Number],
+        most: Sequence[Number],
+        tops: Sequence[Number],
+        weights: Sequence[Number],
+        sizes: _Suggested,
+        on: Arithmetic,
+    ) -> Key:
+        negatives, zeros, turned, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0
+        signs: list[Number] = []
+        apart = self._apart(row, sizes, on)
+        for place, (angle, cold) in enumerate(zip(self._angles, self._cold, strict=True)):
+            number, least = row[place], ZERO * most[place]
+            share = on.rounded(GRAIN * (number / most[place]))
+            signs += [1.0 * (share < 0.0), abs(share)]
+            if angle:
+                turned = turned + abs(number)
+                continue
+            there = abs(number) > least
+            below = 1.0 * (number < -least) + (number < cold - least)
+            negatives = negatives + weights[place] * below
+            zeros = zeros + (abs(number) <= least) * (tops[place] > 0.0)
+            far = on.largest([far, 1.0 * (abs(apart[place]) > UNLIKELY) * there])
+            distance = distance + abs(apart[place]) * there * sizes[1][place]
+        size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
+        return [far, self._guessed(row, on), negatives + zeros, zeros, distance, angle, size, *signs]
+
+    def _apart(self, row: Sequence[Number], sizes: _Suggested, on: Arithmetic) -> list[Number]:
+        """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
+        return [
+            0.0 if angle else (on.decade(number) - decade) * (number != 0.0)
+            for angle, number, decade in zip(self._angles, row, sizes[0], strict=False)
+        ]
+
+    def _guessed(self, row: Sequence[Number], on: Arithmetic) -> Number:
+        """How far an answer is from the guesses, on a scale on which what is all but as far is as far."""
+        if not self.guesses:
+            return 0.0
+        graph, total = planner(self.model).graph, 0.0
+        for name, guess in self.guesses.items():
+            apart = abs(row[self.read.index(name)] - guess)
+            if (turn := graph.turn(name)) is not None:
+                apart = abs(apart - turn * on.rounded(apart / turn))
+            share = apart / max(abs(guess), 1.0)
+            total = total + share * share
+        return on.rounded(GRAIN * on.decade(total))
+
+    def _suggested(self, given: Sequence[Number], rows: int | None = None) -> _Suggested:
+        """The decade that is suggested for each name, and whether it follows from the inputs."""
+        decades: Sequence[Number]
+        determined: Sequence[Number]
+        if rows is None:
+            decades, determined = self._suggestions.at(given)
+        else:
+            columns = np.array([np.broadcast_to(number, rows) for number in given]).reshape(-1, rows)
+            decades, determined = self._suggestions.at_rows(columns)
+        guessed = [self.guesses.get(name) for name in self.names]
+        return [FLOATS.decade(g) if g else d for g, d in zip(guessed, decades, strict=True)], determined
+
+
+def _own_first(name: str) -> tuple[bool, str]:
+    """Names of the sheet before those of its subsheets."""
+    return "." in name, name
+
+
+def _number(value: Value | None) -> float:
+    return value if isinstance(value, float) else np.nan

@@ -1,0 +1,77 @@
+"""What the signs of variables say: of angles, and of what follows from angles alone, nothing.
+
+Nor do those of a kind of quantity that has negative values anyhow: where a crank turns clockwise, its pin has
+a negative velocity, and that of the slider may have either sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from rulesheets.model import Model, Variable
+from solver.ranking.angles import angles
+from solver.ranking.homogeneity import Scalings
+from solver.ranking.sizes import MANY
+
+ABSOLUTE_ZERO = {
+    **dict.fromkeys(("K", "kelvin", "degR", "°R"), 0.0),
+    **dict.fromkeys(("degC", "°C", "celsius"), -273.15),
+    **dict.fromkeys(("degF", "°F", "fahrenheit"), -459.67),
+}
+"""Units of temperature with their absolute zero: a negative value that is below it counts double."""
+DIGITS = 6
+
+
+class Signs:
+    """``angles``, the ``aside`` ones whose signs do not count, and the ``kinds`` of the others by number."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.angles = angles(model)
+        self.aside = self._following() | {n for n, v in model.variables.items() if _reaches_below(v)}
+
+    def _following(self) -> frozenset[str]:
+        """The angles, and what rules tell from them alone."""
+        found = set(self.angles)
+        rules = [frozenset(equation.names) for equation in self.model.equations]
+        before = -1
+        while len(found) > before:
+            before = len(found)
+            for names in rules:
+                if len(names) > 1 and len(names - found) == 1:
+                    found |= names
+        return frozenset(found)
+
+    @cached_property
+    def kinds(self) -> Mapping[str, int]:
+        """Quantities that the rules scale alike have one number; dimensionless ones have none."""
+        names = list(self.model.variables)
+        if len(names) > MANY:
+            return {}
+        exponents = np.round(Scalings(self.model.equations, names).exponents, DIGITS) + 0.0
+        number: dict[bytes, int] = {}
+        return {
+            name: number.setdefault(row.tobytes(), len(number))
+            for name, row in zip(names, exponents, strict=True)
+            if row.any()
+        }
+
+    def cold(self, name: str) -> float:
+        """Absolute zero in the unit of a variable; minus infinity where it is no temperature."""
+        return ABSOLUTE_ZERO.get(self.model.variables[name].unit or "", -np.inf)
+
+
+def signs_of(model: Model) -> Signs:
+    """The signs of a model, found out once."""
+    if "_signs" not in model.__dict__:
+        model.__dict__["_signs"] = Signs(model)
+    found: Signs = model.__dict__["_signs"]
+    return found
+
+
+def _reaches_below(variable: Variable) -> bool:
+    ranged = variable.low > -np.inf or variable.high < np.inf
+    return ranged and variable.low < 0.0

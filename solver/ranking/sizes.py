@@ -1,0 +1,228 @@
+"""The sizes of unknowns that the rules and the known numbers suggest.
+
+Terms of a sum balance, factors multiply, arguments of sines and exponentials are of size 1: read so, every
+rule is a linear equation between logarithms. Where these equations disagree, their squared residuals are
+least (dimensional analysis, done with the numbers of the sheet; see ``homogeneity.py``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from math import log10
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.model import Equation, Model
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from solver.ranking.arithmetic import ARRAYS, FLOATS
+
+EXACT = 10.0
+"""Weight of a rule without sums, beside one whose terms only balance."""
+MANY = 400
+"""Unknowns of a model beyond which no sizes are suggested."""
+RANK = 1e-9
+FREE = 1e-6
+"""Share of an unknown that may move without any rule, below which it is determined."""
+
+_ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod", "hypot"})
+_DIRECTIONS = frozenset({"atan2", "atan2d"})
+_UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
+
+Vector = NDArray[np.float64]
+
+
+class Suggestions:
+    """Decades of unknowns of a model, by ``names``, at values of the ``known`` ones."""
+
+    def __init__(self, model: Model, known: Sequence[str], names: Sequence[str]) -> None:
+        self.model, self.known, self.names = model, known, names
+        self._found: dict[tuple[bool, ...], _Sizes] = {}
+
+    def at(self, given: Sequence[float]) -> tuple[list[float], list[bool]]:
+        """The decades, and which of them follow from the numbers ``given``; nan is one that has no size."""
+        rule = self._where(tuple([number == 0.0 for number in given]))
+        sizes = [FLOATS.decade(number) if number == number else 0.0 for number in given]
+        return (rule.slopes @ np.array(sizes) + rule.constants).tolist(), rule.determined.tolist()
+
+    def at_rows(self, given: Vector) -> tuple[list[Vector], list[NDArray[np.bool_]]]:
+        """The same for rows of numbers (k, rows): a row of decades for each name."""
+        shape = len(self.names), given.shape[1]
+        found, determined = np.zeros(shape), np.zeros(shape, dtype=bool)
+        zero = given == 0.0
+        sizes = ARRAYS.decade(np.where(np.isnan(given), 1.0, given))
+        patterns, which = (zero[:, :1], 0) if (zero == zero[:, :1]).all() else _distinct(zero)
+        for place, pattern in enumerate(patterns.T):
+            here = np.broadcast_to(which == place, shape[1])
+            rule = self._where(tuple(pattern.tolist()))
+            found[:, here] = rule.slopes @ sizes[:, here] + rule.constants[:, None]
+            determined[:, here] = rule.determined[:, None]
+        return list(found), list(determined)
+
+    def _where(self, zero: tuple[bool, ...]) -> _Sizes:
+        if zero not in self._found:
+            vanishing = {name for name, none in zip(self.known, zero, strict=True) if none}
+            self._found[zero] = _Sizes(self.model, self.names, self.known, vanishing)
+        return self._found[zero]
+
+
+def _distinct(columns: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    patterns, which = np.unique(columns, axis=1, return_inverse=True)
+    return patterns, np.ravel(which)
+
+
+class _Sizes:
+    """Decades of ``names``: ``slopes`` times those of ``known`` numbers, plus ``constants``.
+
+    ``vanishing`` known numbers are 0, and with them the terms that they are factors of. ``determined`` (n,)
+    tells the names whose size follows; that of others is the nearest to 1 which the rules admit. Where a
+    model is too large nothing is suggested.
+    """
+
+    def __init__(
+        self, model: Model, names: Sequence[str], known: Sequence[str], vanishing: Collection[str]
+    ) -> None:
+        unknowns = sorted(set(model.variables).difference(known))
+        self.slopes: Vector = np.zeros((len(names), len(known)))
+        self.constants: Vector = np.zeros(len(names))
+        self.determined: NDArray[np.bool_] = np.zeros(len(names), dtype=bool)
+        if len(unknowns) > MANY or not names:
+            return
+        rows = _Rows((*unknowns, *known), vanishing)
+        for equation in model.equations:
+            rows.read(equation)
+        a, k, c = rows.parts(len(unknowns), len(known))
+        inverse = np.linalg.pinv(a, rcond=RANK)
+        places = [unknowns.index(name) for name in names]
+        self.slopes, self.constants = -(inverse[places] @ k), -(inverse[places] @ c)
+        self.determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
+
+
+class _Term:
+    """The decade of an expression: a linear function of those of its variables."""
+
+    def __init__(self, factors: Mapping[str | int, float], constant: float = 0.0, exact: bool = True) -> None:
+        self.factors, self.constant, self.exact = factors, constant, exact
+
+    def plus(self, other: _Term, share: float) -> _Term:
+        factors = dict(self.factors)
+        for name, factor in other.factors.items():
+            factors[name] = factors.get(name, 0.0) + share * factor
+        return _Term(factors, self.constant + share * other.constant, self.exact and other.exact)
+
+    def times(self, share: float) -> _Term:
+        return _Term({}, 0.0).plus(self, share)
+
+
+_ONE = _Term({})
+
+
+class _Rows:
+    """Linear equations between decades; variables by name, numbers of free size by an integer."""
+
+    def __init__(self, names: Sequence[str], vanishing: Collection[str]) -> None:
+        self.vanishing = vanishing
+        self.places = {name: i for i, name in enumerate(names)}
+        self.rows: list[tuple[_Term, float]] = []
+        self.free = 0
+
+    def read(self, equation: Equation) -> None:
+        sides = [*_added(equation.left), *_added(equation.right)]
+        terms = [term for side in sides if (term := self._term(side)) is not None]
+        exact = len(terms) == 2 and all(term.exact for term in terms)
+        self._balance(terms, EXACT if exact else 1.0)
+
+    def parts(self, unknowns: int, known: int) -> tuple[Vector, Vector, Vector]:
+        """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""
+        width = len(self.places)
+        matrix = np.zeros((len(self.rows), width + self.free))
+        constants = np.zeros(len(self.rows))
+        for row, (term, weight) in enumerate(self.rows):
+            constants[row] = weight * term.constant
+            for name, factor in term.factors.items():
+                place = self.places[name] if isinstance(name, str) else width + name
+                matrix[row, place] += weight * factor
+        own = np.concatenate([matrix[:, :unknowns], matrix[:, width:]], axis=1)
+        return own, matrix[:, unknowns:width], constants
+
+    def _balance(self, terms: Sequence[_Term], weight: float = 1.0) -> _Term | None:
+        """The mean of terms, which are asked to be of one size."""
+        if not terms:
+            return None
+        mean = _Term({}, exact=False)
+        for term in terms:
+            mean = mean.plus(term, 1.0 / len(terms))
+        if len(terms) > 1:
+            self.rows += [(term.plus(mean, -1.0), weight) for term in terms]
+            return mean
+        return terms[0]
+
+    def _size_one(self, node: Expression) -> None:
+        """Ask an expression to be of size 1."""
+        term = self._term(node)
+        if term is not None:
+            self.rows.append((term, 1.0))
+
+    def _any(self) -> _Term:
+        """A number whose size nothing tells."""
+        self.free += 1
+        return _Term({self.free - 1: 1.0}, exact=False)
+
+    def _term(self, node: Expression) -> _Term | None:
+        """None is 0."""
+        match node:
+            case Number(value):
+                return _Term({}, log10(abs(value))) if value else None
+            case Name(name):
+                if name in self.vanishing:
+                    return None
+                return _Term({name: 1.0}) if name in self.places else _ONE
+            case Negative(operand):
+                return self._term(operand)
+            case Sum():
+                return self._balance([t for n in _added(node) if (t := self._term(n)) is not None])
+            case Product(left, right):
+                return self._product(left, right, 1.0)
+            case Quotient(left, right):
+                return self._product(left, right, -1.0)
+            case Power(base, Number(exponent)):
+                inner = self._term(base)
+                return None if inner is None else inner.times(exponent)
+            case Power(base, exponent):
+                return self._power(base, exponent)
+            case Call(function, arguments):
+                return self._call(function, arguments)
+            case _:
+                return _ONE
+
+    def _product(self, left: Expression, right: Expression, sign: float) -> _Term | None:
+        one, other = self._term(left), self._term(right)
+        if other is None and sign < 0.0:
+            return self._any()
+        return None if one is None or other is None else one.plus(other, sign)
+
+    def _power(self, base: Expression, exponent: Expression) -> _Term:
+        self._term(base)
+        self._size_one(exponent)
+        return self._any()
+
+    def _call(self, function: str, arguments: Sequence[Expression]) -> _Term | None:
+        terms = [self._term(argument) for argument in arguments]
+        there = [term for term in terms if term is not None]
+        if function == "sqrt":
+            return there[0].times(0.5) if there else None
+        if function in _ALIKE:
+            return self._balance(there)
+        if function in _DIRECTIONS:
+            self._balance(there)
+            return _ONE
+        if not arguments:
+            return _ONE
+        self.rows += [(term, 1.0) for term in there]
+        return self._any() if function in _UNBOUNDED else _ONE
+
+
+def _added(node: Expression) -> list[Expression]:
+    if isinstance(node, Sum):
+        return [inner for term in node.terms for inner in _added(term)]
+    return _added(node.operand) if isinstance(node, Negative) else [node]

@@ -1,0 +1,171 @@
+"""Which answer comes first: sheets of which an engineer knows it, from closed forms and by scipy."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import rulesheets
+import solver
+from solver.ranking.ranking import Ranking
+
+SHIELD = """variables
+  T1 = 800 [K]
+  T2 = 293 [K]
+  T3 [K]
+rules
+  0.1*5.67e-8*(T1^4 - T3^4) = 5.67e-8*(T3^4 - T2^4) + 25*(T3 - T2)
+"""
+FLASH = """variables
+  z1 = 0.3
+  z2 = 0.4
+  z3 = 0.3
+  K1 = 1.9
+  K2 = 1.1
+  K3 = 0.2
+rules
+  L + V = 1
+  z1 = x1*L + y1*V
+  z2 = x2*L + y2*V
+  z3 = x3*L + y3*V
+  y1 = K1*x1
+  y2 = K2*x2
+  y3 = K3*x3
+  x1 + x2 + x3 = y1 + y2 + y3
+"""
+FLIGHT = """variables
+  v0 = 30 [m/s]
+  theta = 60 [deg]
+  y = 0 [m]
+rules
+  x = v0*cosd(theta)*tf
+  y = v0*sind(theta)*tf - 9.81*tf^2/2
+  vy = v0*sind(theta) - 9.81*tf
+"""
+ORBIT = """variables
+  mu = 398600
+  R = 6371
+  v = 7.0
+  ra = 8000
+rules
+  h = rp - R
+  a = (ra + rp)/2
+  v^2 = mu*(2/rp - 1/a)
+"""
+SPRING = """variables
+  F = 300 [N]
+  D = 20 [mm]
+  tau = 700
+rules
+  C = D/d
+  Kw = (4*C - 1)/(4*C - 4) + 0.615/C
+  tau = Kw*8*F*D/(pi*d^3)
+"""
+
+
+def first(sheet: str, name: str) -> float:
+    value = solver.solve(rulesheets.loads(sheet))[name]
+    assert isinstance(value, float)
+    return value
+
+
+def test_a_temperature_above_absolute_zero_comes_first() -> None:
+    def balance(t: float) -> float:
+        return 0.1 * 5.67e-8 * (800**4 - t**4) - 5.67e-8 * (t**4 - 293**4) - 25 * (t - 293)
+
+    assert first(SHIELD, "T3") == pytest.approx(brentq(balance, 293, 800), rel=1e-12)
+
+
+def test_a_flash_has_fractions_between_0_and_1() -> None:
+    def balance(v: float) -> float:
+        pairs = ((0.3, 1.9), (0.4, 1.1), (0.3, 0.2))
+        return sum(z * (k - 1) / (1 + v * (k - 1)) for z, k in pairs)
+
+    assert first(FLASH, "V") == pytest.approx(brentq(balance, 0, 1), rel=1e-10)
+
+
+def test_a_flight_that_moves_comes_before_one_of_no_time() -> None:
+    time = 2 * 30 * math.sin(math.radians(60)) / 9.81
+    assert first(FLIGHT, "tf") == pytest.approx(time, rel=1e-12)
+    result = solver.solve(rulesheets.loads(FLIGHT))
+    assert [solution["tf"] for solution in result.solutions[1:]] == [0.0]
+
+
+def test_an_orbit_is_above_the_ground() -> None:
+    # v² = mu (2/r - 2/(ra + r)) is v² r (ra + r) = 2 mu ra
+    radius = (-8000 + math.sqrt(8000**2 + 8 * 398600 * 8000 / 49)) / 2
+    assert first(ORBIT, "h") == pytest.approx(radius - 6371, rel=1e-10)
+
+
+def test_a_spring_has_a_wire_thinner_than_its_coil() -> None:
+    def excess(d: float) -> float:
+        c = 20 / d
+        return ((4 * c - 1) / (4 * c - 4) + 0.615 / c) * 8 * 300 * 20 / (math.pi * d**3) - 700
+
+    assert first(SPRING, "d") == pytest.approx(brentq(excess, 2, 5), rel=1e-10)
+
+
+def test_a_positive_root_comes_before_a_smaller_negative_one() -> None:
+    assert first("D^2 + 0.013*D - 0.053 = 0", "D") > 0
+    assert first("D^2 - 0.013*D - 0.053 = 0", "D") > 0
+
+
+def test_a_range_that_reaches_below_0_takes_its_sign_out_of_the_count() -> None:
+    """With x aside, y alone counts; without the range the answers are as negative as one another."""
+    rules = "rules\n  x + y = 1\n  x*y = -6\n  z = y^3\n"
+    with_range = solver.solve(rulesheets.loads(f"variables\n  x in [-100, 100]\n{rules}"))
+    assert with_range["y"] == 3.0
+    assert {s["y"] for s in with_range.solutions} == {3.0, -2.0}
+
+
+def test_the_crank_driven_by_its_slider_turns_on_as_in_the_paper() -> None:
+    model = rulesheets.load("offset_slider_crank")
+    driven = {"xB": 9.79, "thetaAO": None}
+    for want in (None, ["thetaAO"], ["thetaAO", "omegaAB"]):
+        result = solver.solve(model, driven, want=want)
+        assert result["thetaAO"] == pytest.approx(-30, abs=0.1)
+        plan = solver.prepare(model, ["xB"], want or ["thetaAO", "vB"], given={"thetaAO": None})
+        assert plan(9.79)[0] == pytest.approx(float(result["thetaAO"]), rel=1e-12)
+        assert plan(9.79) == pytest.approx(plan.all(9.79)[0], rel=1e-12)
+
+
+def test_guesses_come_before_all_else() -> None:
+    model = rulesheets.loads(SHIELD)
+    assert solver.solve(model, guesses={"T3": -800.0})["T3"] < 0  # type: ignore[operator]
+    plan = solver.prepare(model, ["T1"], ["T3"], guesses={"T3": -800.0})
+    assert [plan(t)[0] < 0 for t in (800.0, 810.0, 820.0)] == [True] * 3
+
+
+@pytest.mark.parametrize("sheet", [SHIELD, FLASH, FLIGHT, ORBIT, SPRING])
+def test_the_order_of_rules_and_variables_makes_no_difference(sheet: str) -> None:
+    before, rules = sheet.split("rules\n")
+    named = before.split("\n")[1:-1]
+    lines = rules.strip("\n").split("\n")
+    answers = [dict(s) for s in solver.solve(rulesheets.loads(sheet)).solutions]
+    for seed in range(4):
+        draw = random.Random(seed)
+        draw.shuffle(named)
+        draw.shuffle(lines)
+        text = "\n".join(["variables", *named, "rules", *lines])
+        others = [dict(s) for s in solver.solve(rulesheets.loads(text)).solutions]
+        assert len(others) == len(answers)
+        for one, other in zip(answers, others, strict=True):
+            assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
+
+
+def test_rows_and_columns_are_ordered_alike() -> None:
+    """One rule, on tuples of floats and on arrays of many rows."""
+    model = rulesheets.loads(FLIGHT)
+    rule = Ranking(model, ["v0", "theta", "y"])
+    rng = np.random.default_rng(5)
+    rows = rng.choice([-30.0, -1.0, 0.0, 1e-9, 2.0, 40.0, 1e15, np.nan], (200, 3, len(rule.read)))
+    given = rng.choice([0.0, 1.0, -20.0, 300.0], (200, len(rule.known)))
+    order = rule.order_of_columns([list(rows[:, k].T) for k in range(3)], list(given.T))
+    for place, (answers, inputs) in enumerate(zip(rows.tolist(), given.tolist(), strict=True)):
+        if np.isnan(answers).all(axis=1).any():
+            continue
+        assert order[:, place].tolist() == rule.order_of_rows(answers, inputs)
