@@ -82,7 +82,7 @@ def find_sheet(path: str) -> str:
         return os.path.join(path, MAIN_SHEET)
     bare = path.rstrip("/")
     if bare in shipped_models():
-        return os.path.join(_models_folder(), bare, MAIN_SHEET)
+        return shipped_model(bare)
     if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
         return path
     from rulesheets.diagnosis import RuleSheetError, error
@@ -127,6 +127,11 @@ def shipped_models() -> tuple[str, ...]:
     return tuple(
         name for name in sorted(os.listdir(folder)) if os.path.isfile(os.path.join(folder, name, MAIN_SHEET))
     )
+
+
+def shipped_model(name: str) -> str:
+    """The file of a shipped model."""
+    return os.path.join(_models_folder(), name, MAIN_SHEET)
 
 
 def _models_folder() -> str:

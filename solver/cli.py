@@ -31,6 +31,7 @@ COMMANDS = {
     "why": "show the chain of rules behind one number",
     "check": "read a sheet and say what is wrong with it",
     "format": "print a sheet in its canonical form",
+    "open": "open a sheet as a page in the browser",
     "models": "list the sheets that come with Backsolve",
     "codes": "say what the code of a message means",
     "cache": "show what is kept between runs, or clear it",

@@ -1,0 +1,1 @@
+"""A sheet as a page in the browser, served on this machine alone: ``backsolve open``."""

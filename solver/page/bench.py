@@ -1,0 +1,243 @@
+"""What a page asks of one sheet, answered in values that JSON can carry. It runs in a process of its own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from rulesheets.diagnosis import RuleSheetError
+from rulesheets.inputs import parse_value
+from rulesheets.loading import loads
+from rulesheets.model import Model, Value
+from solver.derivation import why
+from solver.page.answers import answered, finite
+from solver.page.derivations import derived
+from solver.page.description import complaint, described, typeset
+from solver.page.figures import geometry, needed
+from solver.page.handles import handles
+from solver.page.rail import Rail, apart, extents, rail, turn
+from solver.plan import Plan, Unsolved, prepare
+from solver.result import Result, Status
+from solver.solving import solve
+from solver.sweeping import sweep
+
+Json = dict[str, Any]
+
+ROWS = 2000
+"""Rows of a sweep that a page draws at most."""
+
+RAILS = 3
+"""Inputs whose motion is followed."""
+
+PLANS = 8
+"""Prepared plans that are kept."""
+
+
+class Bench:
+    """One sheet at a time: ``load`` it, then ask."""
+
+    def __init__(self) -> None:
+        self.model: Model | None = None
+        self.plans: dict[str, Plan] = {}
+        self.last: tuple[str, Result] | None = None
+        self.answers: dict[str, Callable[[Json], Json]] = {
+            "load": self.load,
+            "check": self.check,
+            "value": self.value,
+            "solve": self.solve,
+            "frame": self.frame,
+            "warm": self.warm,
+            "typeset": self.typeset,
+            "motion": self.motion,
+            "swap": self.swap,
+            "sweep": self.sweep,
+            "sensitivity": self.sensitivity,
+            "why": self.why,
+        }
+
+    def answer(self, question: Json) -> Json:
+        """The reply to one message; what is wrong with the sheet or its inputs comes as diagnoses."""
+        try:
+            return self.answers[question["do"]](question)
+        except RuleSheetError as wrong:
+            return {"wrong": [complaint(diagnosis) for diagnosis in wrong.diagnoses]}
+
+    # --- the sheet ---
+
+    def load(self, question: Json) -> Json:
+        self.model, self.last = _read(question), None
+        self.plans.clear()
+        return described(self.model)
+
+    def check(self, question: Json) -> Json:
+        """Whether a text is a sheet, which changes nothing."""
+        return {"rules": len(_read(question).equations)}
+
+    def typeset(self, question: Json) -> Json:
+        return {"rules": typeset(self._model())}
+
+    def value(self, question: Json) -> Json:
+        """The value that a text stands for: ``pi/6``, ``'open``."""
+        return {"value": parse_value(str(question["text"]))}
+
+    def _model(self) -> Model:
+        if self.model is None:
+            raise LookupError("there is no sheet")
+        return self.model
+
+    # --- answers ---
+
+    def _result(self, question: Json) -> Result:
+        """The result for the inputs of a question; the last one is kept."""
+        key = json.dumps([question.get("inputs"), question.get("guesses")], sort_keys=True)
+        if self.last is None or self.last[0] != key:
+            known = self._model().variables
+            inputs = {n: v for n, v in _values(question, "inputs").items() if n in known}
+            guesses = {n: v for n, v in _guesses(question).items() if n in known}
+            self.last = key, solve(self._model(), inputs, guesses=guesses)
+        return self.last[1]
+
+    def solve(self, question: Json) -> Json:
+        return answered(self._result(question))
+
+    def why(self, question: Json) -> Json:
+        return derived(why(self._result(question), str(question["name"])))
+
+    def sensitivity(self, question: Json) -> Json:
+        result = self._result(question)
+        if not result.solutions:
+            return {"outputs": [], "inputs": [], "slopes": []}
+        table = result.sensitivity(answer=_answer(question, result))
+        slopes = [[_number(table[output, given]) for given in table.inputs] for output in table.outputs]
+        return {"outputs": list(table.outputs), "inputs": list(table.inputs), "slopes": slopes}
+
+    def swap(self, question: Json) -> Json:
+        """Inputs that an output depends on, the best to take back first, once it becomes an input itself."""
+        result, name = self._result(question), str(question["name"])
+        if not result.solutions or name in result.undetermined:
+            return {"choices": []}
+        number = _answer(question, result)
+        table = result.sensitivity([name], answer=number)
+        drivers = {handle.driver for handle in handles(result, number)}
+        share = {
+            given: abs(slope * float(result.inputs[given]))
+            for given in table.inputs
+            if (slope := table[name, given])
+        }
+        return {"choices": sorted(share, key=lambda n: (n not in drivers, -share[n]))}
+
+    def sweep(self, question: Json) -> Json:
+        """Columns over a range of one input; null where there is no answer."""
+        name, model = str(question["name"]), self._model()
+        start, stop, step = (float(question[key]) for key in ("start", "stop", "step"))
+        if not all(map(isfinite, (start, stop, step))) or step == 0.0 or (stop - start) / step < 0.0:
+            raise ValueError("this step never leads from the start to the stop")
+        count = int((stop - start) / step * (1 + 1e-12)) + 1
+        if count > ROWS:
+            raise ValueError(f"{count} rows are more than the {ROWS} that a page draws")
+        at = start + step * np.arange(count)
+        given = {n: v for n, v in _values(question, "inputs").items() if n != name}
+        wanted = [
+            n for n, v in model.variables.items() if v.posted and n != name and given.get(n, v.value) is None
+        ]
+        table = sweep(model, {name: at}, want=wanted, given=given, guesses=_guesses(question))
+        columns = {n: [None if isinstance(v, str) else _number(v) for v in table[n].tolist()] for n in table}
+        return {"name": name, "columns": columns, "solved": int(table.solved.sum()), "rows": count}
+
+    # --- dragging ---
+
+    def motion(self, question: Json) -> Json:
+        """The handles of the figures, and of every driver the curve that its points are dragged along."""
+        result, model = self._result(question), self._model()
+        if not result.solutions:
+            return {"handles": []}
+        number = _answer(question, result)
+        values, found = result.solutions[number], handles(result, number)
+        rails = {}
+        for driver in list(dict.fromkeys(handle.driver for handle in found))[:RAILS]:
+            group = [handle for handle in found if handle.driver == driver]
+            if (curve := rail(model, result.inputs, values, group)) is not None:
+                rails[driver] = curve
+        return {
+            "handles": [vars(handle) for handle in found],
+            "rails": {driver: _rail(model, curve) for driver, curve in rails.items()},
+            "extents": extents(model, list(rails.values())),
+        }
+
+    def frame(self, question: Json) -> Json:
+        """All values and figures for one value of the dragged variable, on the branch of ``near``."""
+        name, value = str(question["name"]), float(question["value"])
+        plan = self._plan(question, name)
+        status = plan.sweep([value]).status[0]
+        if tuple(Status)[status] is not Status.SOLVED:
+            return {"status": str(tuple(Status)[status]), "value": value}
+        try:
+            answers = plan.all(value)
+        except Unsolved as unsolved:
+            return {"status": str(unsolved.status), "value": value}
+        rows = [dict(zip(plan.want, answer, strict=True)) for answer in answers]
+        near = question.get("near") or {}
+        row = min(rows, key=lambda one: apart(plan.model, one, near)) if near else rows[0]
+        values = {**plan.given, name: value, **row}
+        drawn = geometry(plan.model, values)
+        return {"status": "solved", "value": value, "values": finite(values), "figures": drawn}
+
+    def warm(self, question: Json) -> Json:
+        """Prepare for frames at such values, so that the first of them does not wait for it."""
+        plan = self._plan(question, str(question["name"]))
+        values = [float(value) for value in question["values"]]
+        for value, status in zip(values, plan.sweep(values).status, strict=True):
+            if tuple(Status)[status] is Status.SOLVED:
+                plan.all(value)
+        return {}
+
+    def _plan(self, question: Json, name: str) -> Plan:
+        model = self._model()
+        given = {n: v for n, v in _values(question, "inputs").items() if n != name}
+        key = json.dumps([name, given], sort_keys=True)
+        if key not in self.plans:
+            inputs = {n: given.get(n, v.value) for n, v in model.variables.items()}
+            posted = [n for n, v in model.variables.items() if v.posted]
+            names = dict.fromkeys((*(posted or model.variables), *needed(model)))
+            want = [n for n in names if n != name and inputs[n] is None]
+            if len(self.plans) >= PLANS:
+                del self.plans[next(iter(self.plans))]
+            self.plans[key] = prepare(model, [name], want=want, given=given)
+        return self.plans[key]
+
+
+def _read(question: Json) -> Model:
+    return loads(question["text"], question["name"], question["base"], within=question["within"])
+
+
+def _values(question: Json, key: str) -> dict[str, Value | None]:
+    given: Mapping[str, Any] = question.get(key) or {}
+    return {n: float(v) if isinstance(v, int | float) else v for n, v in given.items()}
+
+
+def _guesses(question: Json) -> dict[str, float]:
+    return {n: float(v) for n, v in (question.get("guesses") or {}).items() if v is not None}
+
+
+def _answer(question: Json, result: Result) -> int:
+    return min(max(int(question.get("answer") or 0), 0), len(result.solutions) - 1)
+
+
+def _rail(model: Model, curve: Rail) -> Json:
+    return {
+        "parameter": curve.parameter,
+        "closed": curve.closed,
+        "limits": {name: list(pair) for name, pair in curve.limits.items()},
+        "turns": {name: turn(model, name) for name in curve.followed},
+        "from": list(curve.rests_on),
+        "rows": [{n: row[n] for n in curve.followed} for row in curve.rows],
+        "figures": [geometry(model, row) for row in curve.rows],
+    }
+
+
+def _number(value: float | None) -> float | None:
+    return value if value is not None and isfinite(value) else None

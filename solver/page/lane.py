@@ -1,0 +1,141 @@
+"""A worker process that answers one question after the other, each within a time; then it is replaced."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import sys
+import time
+from contextlib import suppress
+from typing import Any
+
+Json = dict[str, Any]
+
+LARGEST = 64 * 2**20
+"""Bytes of one answer."""
+
+PATIENCE = 0.5
+"""Seconds after which a question that has become pointless is given up for its successor."""
+
+_log = logging.getLogger("backsolve.page")
+
+
+class Lane:
+    """Questions in a row. The worker knows the sheet that was loaded last, also after it was replaced."""
+
+    def __init__(self, workers: Workers, timeout: float) -> None:
+        self.workers, self.timeout = workers, timeout
+        self._process: asyncio.subprocess.Process | None = None
+        self._sheet: Json | None = None
+        self._loaded = False
+        self._turn = asyncio.Lock()
+        self._since = 0.0
+        self._doing = ""
+        self._superseded = False
+
+    def know(self, sheet: Json) -> None:
+        """Load a sheet that is known to be right when the first question about it comes."""
+        self._sheet, self._loaded = {**sheet, "do": "load"}, False
+
+    async def load(self, sheet: Json) -> Json:
+        """Load a sheet; it stays loaded unless there is something wrong with it."""
+        reply = await self.ask({**sheet, "do": "load"})
+        if "variables" in reply:
+            self._sheet, self._loaded = {**sheet, "do": "load"}, True
+        return reply
+
+    async def ask(self, question: Json) -> Json:
+        """The worker's answer, or ``gave_up`` with the seconds that it was given."""
+        if self._turn.locked() and question["do"] == self._doing == "solve":
+            self._give_way()
+        async with self._turn:
+            if self._process is None:
+                self._process, self._loaded = await self.workers.take(), False
+            self._since, self._doing, self._superseded = time.monotonic(), question["do"], False
+            try:
+                return await asyncio.wait_for(self._answer(question), self.timeout)
+            except TimeoutError:
+                _log.warning("gave up %s after %g s", question["do"], self.timeout)
+                await self.stop()
+                return {"gave_up": self.timeout}
+            finally:
+                self._doing = ""
+
+    async def stop(self) -> None:
+        """Kill the worker; the next question starts another."""
+        process, self._process = self._process, None
+        if process is not None:
+            with suppress(ProcessLookupError):
+                process.kill()
+            await process.communicate()
+
+    def _give_way(self) -> None:
+        if time.monotonic() - self._since > PATIENCE:
+            self._superseded = True
+            if self._process is not None:
+                self._process.kill()
+
+    async def _answer(self, question: Json) -> Json:
+        assert self._process is not None
+        if self._sheet is not None and not self._loaded and question["do"] not in ("load", "check"):
+            await _exchange(self._process, self._sheet)
+            self._loaded = True
+        reply = await _exchange(self._process, question)
+        if reply is not None:
+            return reply
+        await self.stop()
+        if self._superseded:
+            return {"superseded": True}
+        _log.warning("a worker ended at %s", question["do"])
+        return {"failed": "the solver ended without an answer; it is started anew"}
+
+
+class Workers:
+    """Starts workers; one more than there are tabs for, because to start one takes a second."""
+
+    def __init__(self) -> None:
+        self._spare: asyncio.Task[asyncio.subprocess.Process] | None = None
+
+    def ready(self) -> None:
+        """Start the worker that is taken next."""
+        self._spare = self._spare or asyncio.create_task(_started())
+
+    async def take(self) -> asyncio.subprocess.Process:
+        spare, self._spare = self._spare, None
+        process = await (spare or _started())
+        self.ready()
+        return process
+
+    async def close(self) -> None:
+        if self._spare is not None:
+            process = await self._spare
+            process.kill()
+            await process.communicate()
+
+
+async def _started() -> asyncio.subprocess.Process:
+    """A worker that has imported what it needs."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "solver.page.worker",
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        limit=LARGEST,
+    )
+    assert process.stdout is not None
+    await process.stdout.readline()
+    return process
+
+
+async def _exchange(process: asyncio.subprocess.Process, question: Json) -> Json | None:
+    """One question and its answer; None where the worker has ended."""
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        process.stdin.write(json.dumps(question).encode() + b"\n")
+        await process.stdin.drain()
+        line = await process.stdout.readline()
+    except (ConnectionError, ValueError):
+        return None
+    return json.loads(line) if line else None

@@ -1,0 +1,52 @@
+// Builds src into ../static, or into the folder that is named: the same input gives the same bytes.
+import { build } from "esbuild";
+import { copyFile, mkdir, readFile, rm } from "node:fs/promises";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const out = process.argv[2] ?? join(here, "..", "static");
+const shared = {
+  absWorkingDir: here,
+  bundle: true,
+  minify: true,
+  target: "es2022",
+  charset: "utf8",
+  legalComments: "none",
+  jsx: "automatic",
+  jsxImportSource: "preact",
+};
+
+// Of KaTeX's twenty fonts the page uses these; the others are left out with their rules.
+const fonts = /KaTeX_(Main-Regular|Main-Italic|Math-Italic|Size[1-4]-Regular)\.woff2/;
+const fewFonts = {
+  name: "few-fonts",
+  setup(bundler) {
+    bundler.onLoad({ filter: /katex\.min\.css$/ }, async ({ path }) => {
+      const text = await readFile(path, "utf8");
+      const faces = (face) => (fonts.test(face) ? face.replace(/,url\([^)]*\.(woff|ttf)\) format\("\w+"\)/g, "") : "");
+      return { contents: text.replace(/@font-face\{[^}]*\}/g, faces), loader: "css" };
+    });
+  },
+};
+
+await rm(out, { recursive: true, force: true });
+await mkdir(out, { recursive: true });
+await build({
+  ...shared,
+  entryPoints: ["src/page.tsx"],
+  format: "esm",
+  splitting: true,
+  outdir: out,
+  chunkNames: "[name]-[hash]",
+  assetNames: "[name]",
+  loader: { ".woff2": "file" },
+  plugins: [fewFonts],
+});
+await build({
+  ...shared,
+  entryPoints: ["src/export.tsx"],
+  format: "iife",
+  outdir: out,
+});
+for (const name of ["index.html", "icon.svg"]) await copyFile(join(here, "src", name), join(out, name));

@@ -1,0 +1,88 @@
+// Small plots of a sweep, one above the other, with a cursor that follows the sheet.
+import { niceStep, readable } from "./format";
+
+export interface Series {
+  name: string;
+  unit: string;
+  values: (number | null)[];
+}
+
+interface Props {
+  x: number[];
+  name: string;
+  series: Series;
+  cursor: number | null;
+  here: number | null;
+  pick: (x: number) => void;
+}
+
+const [W, H, L, R, T, B] = [420, 150, 62, 12, 10, 24];
+
+export function Plot({ x, name, series, cursor, here, pick }: Props) {
+  const known = series.values.filter((one): one is number => one !== null);
+  if (!known.length) return null;
+  const [x0, x1] = [Math.min(...x), Math.max(...x)];
+  let [y0, y1] = [Math.min(...known), Math.max(...known)];
+  if (y1 - y0 < 1e-12 * Math.max(Math.abs(y0), 1e-300)) [y0, y1] = [y0 - 1, y1 + 1];
+  const px = (at: number) => L + ((at - x0) / (x1 - x0 || 1)) * (W - L - R);
+  const py = (at: number) => H - B - ((at - y0) / (y1 - y0)) * (H - T - B);
+  const choose = (event: MouseEvent) => {
+    const box = (event.currentTarget as SVGElement).getBoundingClientRect();
+    const at = x0 + ((((event.clientX - box.left) / box.width) * W - L) / (W - L - R)) * (x1 - x0);
+    pick(x.reduce((best, one) => (Math.abs(one - at) < Math.abs(best - at) ? one : best)));
+  };
+  return (
+    <figure class="plot">
+      <figcaption>
+        {series.name}
+        {series.unit && <small> {series.unit}</small>}
+      </figcaption>
+      <svg viewBox={`0 0 ${W} ${H}`} role="img" aria-label={`${series.name} over ${name}`} onClick={choose}>
+        {ticks(y0, y1, 4).map((at) => (
+          <g key={at} class="grid">
+            <line x1={L} x2={W - R} y1={py(at)} y2={py(at)} />
+            <text x={L - 6} y={py(at) + 3.5} text-anchor="end">
+              {readable(at, 6)}
+            </text>
+          </g>
+        ))}
+        {ticks(x0, x1, 6).map((at) => (
+          <g key={at} class="grid">
+            <line x1={px(at)} x2={px(at)} y1={T} y2={H - B} />
+            <text x={px(at)} y={H - B + 14} text-anchor="middle">
+              {readable(at, 6)}
+            </text>
+          </g>
+        ))}
+        <path class="curve" d={curve(x, series.values, px, py)} />
+        {cursor !== null && cursor >= x0 && cursor <= x1 && (
+          <line class="cursor" data-x={cursor} x1={px(cursor)} x2={px(cursor)} y1={T} y2={H - B} />
+        )}
+        {cursor !== null && here !== null && cursor >= x0 && cursor <= x1 && here >= y0 && here <= y1 && (
+          <circle class="cursor" cx={px(cursor)} cy={py(here)} r={3.5} />
+        )}
+      </svg>
+    </figure>
+  );
+}
+
+function curve(x: number[], values: (number | null)[], px: (at: number) => number, py: (at: number) => number): string {
+  let text = "";
+  let drawing = false;
+  values.forEach((value, k) => {
+    if (value === null) drawing = false;
+    else {
+      text += `${drawing ? "L" : "M"}${px(x[k]).toFixed(2)},${py(value).toFixed(2)}`;
+      drawing = true;
+    }
+  });
+  return text;
+}
+
+function ticks(low: number, high: number, count: number): number[] {
+  let step = niceStep((high - low) / count);
+  while ((high - low) / step > count + 1) step = niceStep(step * 2.01);
+  const found: number[] = [];
+  for (let at = Math.ceil(low / step) * step; at <= high + 1e-9 * step; at += step) found.push(Number(at.toPrecision(10)) + 0);
+  return found;
+}
