@@ -58,6 +58,8 @@ class Draft:
     unknown: list[str] = field(default_factory=list)
     rules: list[str] = field(default_factory=list)
 
+    angles: set[str] = field(default_factory=set)
+
     def __post_init__(self) -> None:
         self.reuse = self.draw.uniform(0.3, 0.9)
 
@@ -66,9 +68,15 @@ class Draft:
         middle = math.log10(low) + self.draw.betavariate(2, 2) * math.log10(high / low)
         return self._named(float(f"{10**middle:.3g}"))
 
+    def angle(self, low: float, high: float) -> str:
+        """A given angle in degrees, which is nothing else as well."""
+        name = self.new(low, high)
+        self.angles.add(name)
+        return name
+
     def some(self, low: float = SIZES[0], high: float = SIZES[1]) -> str:
         """A quantity of the sheet between the two, or a new one."""
-        fit = [name for name, value in self.state.items() if low <= value <= high]
+        fit = [n for n, value in self.state.items() if low <= value <= high and n not in self.angles]
         return self.draw.choice(fit) if fit and self.draw.random() < self.reuse else self.new(low, high)
 
     def others(self, count: int, low: float = SIZES[0], high: float = SIZES[1]) -> list[str]:
@@ -187,7 +195,7 @@ def decay(d: Draft) -> None:
 
 @kind
 def component(d: Draft) -> None:
-    x, angle = d.some(), d.new(10, 80)
+    x, angle = d.some(), d.angle(10, 80)
     turn = math.radians(d[angle])
     name, value = d.draw.choice(
         (("sind", math.sin(turn)), ("cosd", math.cos(turn)), ("tand", math.tan(turn)))
@@ -213,7 +221,7 @@ def hypotenuse(d: Draft) -> None:
 @kind
 def law_of_cosines(d: Draft) -> None:
     a = d.some()
-    b, C = d.near(a, 0.4, 2.5), d.new(20, 150)
+    b, C = d.near(a, 0.4, 2.5), d.angle(20, 150)
     c = math.sqrt(d[a] ** 2 + d[b] ** 2 - 2 * d[a] * d[b] * math.cos(math.radians(d[C])))
     d.rules.append(f"{d.plant(c)}^2 = {a}^2 + {b}^2 - 2*{a}*{b}*cosd({C})")
 
@@ -314,7 +322,7 @@ def friction(d: Draft) -> None:
 
 @kind
 def flight(d: Draft) -> None:
-    v, angle, t = d.some(1, 500), d.new(20, 80), d.new(0.2, 60)
+    v, angle, t = d.some(1, 500), d.angle(20, 80), d.new(0.2, 60)
     turn = math.radians(d[angle])
     h = d.plant(d[v] * math.sin(turn) * d[t] - 4.905 * d[t] ** 2)
     x = d.plant(d[v] * math.cos(turn) * d[t])
@@ -373,8 +381,9 @@ def plate(d: Draft) -> None:
 @kind
 def triangle(d: Draft) -> None:
     a = d.some()
-    A, B = d.new(20, 80), d.new(20, 80)
+    A, B = d.angle(20, 80), d.angle(20, 80)
     C = d.plant(180 - d[A] - d[B])
+    d.angles.add(C)
     sines = [math.sin(math.radians(d[name])) for name in (A, B, C)]
     b, c = d.plant(d[a] * sines[1] / sines[0]), d.plant(d[a] * sines[2] / sines[0])
     d.rules += [f"{A} + {B} + {C} = 180", f"{a}/sind({A}) = {b}/sind({B})", f"{a}/sind({A}) = {c}/sind({C})"]

@@ -1,0 +1,106 @@
+"""What is asked for the golden record, by source."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import rulesheets
+import solver
+from benchmarks import hostile_kinds, standard
+from rulesheets.model import Model, Value
+from tests.everyday.corpus import sheets
+from tests.oracles import random_sheets, redistribution
+
+MODELS = Path(__file__).parent.parent.parent / "models"
+CORPUS, CHOICES, HOSTILE = 7, 10, 300
+"""Seeds of a family of the random corpus, of a pool of a redistribution, of hostile sheets."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A solve under a name that stays: ``read`` gives the model, which may be refused."""
+
+    source: str
+    name: str
+    read: Callable[[], Model]
+    inputs: Mapping[str, Value | None] = field(default_factory=dict)
+    guesses: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def id(self) -> str:
+        return f"{self.source}/{self.name}"
+
+    def asked(self) -> solver.Result:
+        return solver.solve(self.read(), dict(self.inputs), guesses=dict(self.guesses))
+
+
+@cache
+def _loaded(name: str) -> Model:
+    return rulesheets.load(MODELS / name / "model.tk")
+
+
+def _models() -> Iterator[Question]:
+    """Every model as it stands, and every single swap of a number that is given and one that is computed."""
+    for path in sorted(MODELS.glob("*/model.tk")):
+        name = path.parent.name
+        model, read = _loaded(name), lambda name=name: _loaded(name)
+        yield Question("models", name, read)
+        first = solver.solve(model).solutions[:1]
+        numbers = {n: v for answer in first for n, v in answer.items() if not isinstance(v, str)}
+        given = [n for n, variable in model.variables.items() if n in numbers and variable.value is not None]
+        asked = [n for n in numbers if n not in given and model.variables[n].posted]
+        for out in asked:
+            for into in given:
+                yield Question("models", f"{name}: {out} > {into}", read, {out: numbers[out], into: None})
+
+
+def _corpus() -> Iterator[Question]:
+    for family in random_sheets.FAMILIES:
+        for seed in range(CORPUS):
+            made = random_sheets.random_sheet(random.Random(f"{family}{seed}"), family)
+            yield Question("corpus", f"{family} {seed}", lambda text=made.text: rulesheets.loads(text))
+
+
+def _redistributions() -> Iterator[Question]:
+    for name in redistribution.SHEETS:
+        of = redistribution.sheet(name)
+        for pool in ("posted", "numbers"):
+            for seed in range(CHOICES):
+                choice = redistribution.well_posed_choice(of, getattr(of, pool), seed)
+                label = f"{name}: {pool} {seed}"
+                yield Question("redistributions", label, lambda of=of: of.model, of.inputs_of(choice))
+
+
+def _standard() -> Iterator[Question]:
+    for problem in standard.PROBLEMS:
+        read = cache(lambda text=problem.sheet: rulesheets.loads(text))
+        for factor in (1.0, 10.0):
+            label = f"{problem.number} {problem.title} from {factor:g}"
+            yield Question("standard", label, read, guesses=problem.guesses(factor))
+
+
+def _everyday() -> Iterator[Question]:
+    for sheet in sheets():
+        for asked in sheet.questions():
+            name = asked.id
+            yield Question("everyday", name, lambda sheet=sheet: sheet.model, asked.changes)
+
+
+def _hostile() -> Iterator[Question]:
+    for seed in range(HOSTILE):
+        made = hostile_kinds.sheet(seed)
+        yield Question("hostile", f"{made.kind} {seed}", lambda text=made.text: rulesheets.loads(text))
+
+
+SOURCES: dict[str, Callable[[], Iterator[Question]]] = {
+    "models": _models,
+    "corpus": _corpus,
+    "redistributions": _redistributions,
+    "standard": _standard,
+    "everyday": _everyday,
+    "hostile": _hostile,
+}
