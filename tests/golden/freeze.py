@@ -1,6 +1,6 @@
 """Record what every golden question is answered today.
 
-    python -m tests.golden.freeze [--source NAME] [--limit SECONDS]
+python -m tests.golden.freeze [--source NAME] [--limit SECONDS]
 """
 
 from __future__ import annotations
