@@ -140,9 +140,6 @@ class Candidates:
         found = uncertainty(self.question, point)
         blur = found.errors
         vague = self._open(point, blur, VAGUE)
-        if vague and self._leads_away(point):
-            self.strays += 1
-            return
         multiple = vague or (singular and self._open(point, blur, SIMPLE))
         if self.stands(point, found):
             self._add(Answer(point, self._double(point) if multiple else None), blur)
@@ -183,20 +180,21 @@ class Candidates:
         sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale(), strict=True))
         return any(error > share * size for error, size in zip(blur, sizes, strict=True))
 
-    def _leads_away(self, point: Mapping[str, float]) -> bool:
-        from solver.kernel.root_check import leads_away
-
-        return leads_away(self.question, point)
-
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,
         however far they miss (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A root of the
-        rules multiplied out may be none of the rules as written: there Newton's step leads away."""
+        rules multiplied out may be none of the rules as written: there Newton's method leads elsewhere."""
         self.refine(list(point.values()))
-        if any(self._covers(answer, point) for answer in self.answers):
+        if self._is_known(point) or self.question.outside(point) is not None:
             return
-        if self.question.outside(point) is None and not self._leads_away(point):
+        from solver.kernel.root_check import root_beside
+
+        root, leads_away = root_beside(self.question, point)
+        if not (leads_away or (root is not None and self._is_known(root))):
             self._refuse(point)
+
+    def _is_known(self, root: Mapping[str, float]) -> bool:
+        return any(self._covers(answer, root) for answer in self.answers)
 
     def part(self, roots: Sequence[Mapping[str, float]]) -> None:
         """Remember which of these roots, proven to be different, rounding has merged with another one: points
@@ -223,7 +221,7 @@ class Candidates:
         be beyond floats."""
         from solver.kernel.root_check import root_beside
 
-        root = root_beside(self.question, point)
+        root, _ = root_beside(self.question, point)
         if root is not None:
             self.proven(root)
         elif self.nearly(point):

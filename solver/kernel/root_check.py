@@ -67,25 +67,23 @@ def check_root(
     return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
 
 
-def leads_away(question: Question, point: Mapping[str, float]) -> bool:
-    """Whether there is no root of the block anywhere near a point, although its rules, or others made of
-    them, seem to hold there."""
-    start = list(point.values())
-    try:
-        return _root(question, start, [NEAR * size for size in _sizes(question, start)]) is None
-    except (Undefined, ValueError, OverflowError):
-        return False  # nothing speaks against it
-
-
-def root_beside(question: Question, point: Mapping[str, float]) -> dict[str, float] | None:
-    """The root near a point, where Newton's method from there settles at one."""
+def root_beside(question: Question, point: Mapping[str, float]) -> tuple[dict[str, float] | None, bool]:
+    """The root near a point at which Newton's method settles, and whether it leads away from there: then no
+    root is near, although other rules that are made of the block's hold there. At 0/0 it starts beside."""
     start = list(point.values())
     bars = [NEAR * size for size in _sizes(question, start)]
-    try:
-        root, settled = _solved_on(question, start, bars)
-    except (Undefined, ValueError, OverflowError):
-        return None
-    return question.named(root) if root is not None and settled else None
+    for nudge in (0.0, NUDGE):
+        try:
+            root, settled = _solved_on(question, start, bars, nudge)
+        except Undefined as error:
+            if error.hole:
+                continue
+            return None, False
+        except (ValueError, OverflowError):
+            return None, False
+        if root is not None:
+            return (question.named(root) if settled else None), False
+    return None, True
 
 
 def _root(question: Question, start: Sequence[float], bars: Sequence[float]) -> list[float] | None:
