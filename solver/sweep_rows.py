@@ -13,6 +13,7 @@ from rulesheets.spelling import plural
 from solver.column import column_of
 from solver.compiled.answer_rows import Answers, written
 from solver.files.columns import free_name
+from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
 from solver.ranking.branches import kept, points_of
 from solver.result import Status
@@ -151,11 +152,14 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
 
 
 def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.int8], Answers]:
-    """Rows of numbers: by compiled ways first."""
+    """Rows of numbers: by compiled ways first. Raises Interrupted with the same for an interrupt at a row."""
     status = np.zeros(len(columns[0]), dtype=np.int8)
     paths, sweeper = plan.paths, plan.sweeper(jit)
 
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+        watch = WATCH.get()
+        if watch is not None:
+            watch(row)
         found = plan.states(tuple(float(column[row]) for column in columns))
         if plan.paths is not paths:
             raise _Widened
@@ -164,7 +168,10 @@ def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.in
     def keep(rows: Array, outcome: Status) -> None:
         status[rows] = CODES[outcome]
 
-    found = sweeper.run(columns, len(paths.pattern.want), outcome, keep)
+    try:
+        found = sweeper.run(columns, len(paths.pattern.want), outcome, keep)
+    except Interrupted as reached:
+        raise Interrupted(reached.rows, (status, _in_order(plan, columns, reached.kept))) from None
     return status, _in_order(plan, columns, found)
 
 

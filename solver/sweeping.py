@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from math import inf
@@ -15,6 +15,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Model, Value, expect_model
 from solver.files.columns import joined
 from solver.files.messages import missing_extra
+from solver.interruption import Interrupted
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
 from solver.sweeps.branches import Branches
@@ -116,12 +117,20 @@ def work_of(
 
 def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved]:
     """The pieces with branches kept: in the numbers of answers where all are asked for, else in the first."""
-    if not work.every:
-        yield from map(Branches(work, line), pieces)
-        return
+    follow = _numbering(work, line) if work.every else Branches(work, line)
+    try:
+        yield from map(follow, pieces)
+    except Interrupted as reached:
+        raise Interrupted(reached.rows, follow(reached.kept)) from None
+
+
+def _numbering(work: Work, line: int) -> Callable[[Solved], Solved]:
     turn = planner(work.model).graph.turn
     answer, *wanted = work.names[len(work.inputs) :]
     follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, line)
-    for piece in pieces:
+
+    def numbered(piece: Solved) -> Solved:
         assert piece.table is not None
-        yield replace(piece, table=follow(piece.table))
+        return replace(piece, table=follow(piece.table))
+
+    return numbered

@@ -24,6 +24,7 @@ FLOORS = (
         "solver.attempts",
         "solver.files",
         "solver.column",
+        "solver.interruption",
     ),
     ("solver.path",),
     ("solver.ranking", "solver.accuracy"),

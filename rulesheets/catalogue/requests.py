@@ -75,6 +75,11 @@ REQUESTS: dict[str, Entry] = {
         "--follow goes along a curve: over one range, in this process, without pictures.",
         "Give one --over and leave the other options out.",
     ),
+    "E448": Entry(
+        "a sweep that cannot go on",
+        "--resume continues the file of a sweep that was cut off: the same rows, columns and order.",
+        "Give the options that the file was written with, or leave --resume out.",
+    ),
     "E449": Entry(
         "proof needs python-flint",
         "Rigorous enclosures are an extra, which is not installed.",

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from solver.curves.table import Branch, CurveTable
 
-ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler")
+ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 """Options of a sweep row by row, which say nothing of a curve."""
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.source import escaped
 from solver.commands.inputs import Request, add_input_options, read_request
 
@@ -14,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from solver.commands.rows import Swept
+    from solver.sweeps.chunks import Chunk
     from solver.sweeps.sinks import Sink
     from solver.sweeps.stream import Outcome
     from solver.sweeps.work import Solved, Work
@@ -37,6 +41,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--all", action="store_true", help="every answer of a row, each in a row of its own")
     add("--follow", action="store_true", help="follow every branch of answers through its turning points")
     add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
+    add("--resume", action="store_true", help="go on with the rows that the file of -o does not have yet")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
     add("--jobs", metavar="N", type=_jobs, help="processes that share the work (else as many as pay)")
     add("--jit", action="store_true", help="machine code: pays from about 100,000 rows")
@@ -69,10 +74,11 @@ def run(arguments: Namespace) -> int:
     request.expect_output(arguments.plot)
     swept = read_swept(arguments, request.model)
     work = _work(arguments, request, swept)
+    before, chunks = _before(arguments, work, swept)
     sinks = _sinks(arguments, work, swept)
-    pieces = solved_pieces(work, swept.chunks, swept.total, arguments.jobs, arguments.scheduler)
+    pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     outcome = _streamed(
-        followed(work, pieces, swept.line),
+        chain(before, followed(work, pieces, swept.line)),
         sinks,
         swept.total,
         printing=not (arguments.output or arguments.plot),
@@ -123,8 +129,26 @@ def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
     return sinks
 
 
+def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved], Iterator[Chunk]]:
+    """What an earlier run has left, and the rows that are left to solve."""
+    from solver.sweeps.resuming import earlier
+
+    if not arguments.resume:
+        return [], swept.chunks
+    if not arguments.output or arguments.all:
+        raise RuleSheetError(_not_resumable())
+    if not os.path.exists(arguments.output):
+        return [], swept.chunks
+    there = earlier(arguments.output, work.names)
+    return [there.solved()], there.after(swept.chunks, work.inputs)
+
+
+def _not_resumable() -> Diagnosis:
+    notes = ("add -o FILE, the file of the sweep that was cut off", "--all and --follow start anew")
+    return error("E448", "--resume needs a file to go on with, of one answer a row", notes=notes)
+
+
 def _plot(path: str, work: Work, swept: Swept) -> Sink:
-    from rulesheets.diagnosis import RuleSheetError
     from solver.report.plot.sink import LIMIT, PlotSink, too_many
 
     if swept.total is not None and swept.total > LIMIT:
@@ -134,16 +158,19 @@ def _plot(path: str, work: Work, swept: Swept) -> Sink:
 
 
 def _streamed(pieces: Iterator[Solved], sinks: list[Sink], total: int | None, *, printing: bool) -> Outcome:
-    """Run the sweep; a terminal shows how far it is, unless the rows themselves scroll by there."""
-    from solver.report.progress import Progress
+    """Run the sweep; a terminal shows how far it is."""
+    from solver.interruption import WATCH
+    from solver.report.progress import Progress, Quietly
     from solver.sweeps.stream import run
 
-    if (printing and sys.stdout.isatty()) or not sys.stderr.isatty():
+    if not sys.stderr.isatty():
         return run(pieces, sinks)
     progress = Progress(sys.stderr, total)
+    watching = WATCH.set(progress.within)
     try:
-        return run(pieces, sinks, progress)
+        return run(pieces, [Quietly(sink, progress) for sink in sinks] if printing else sinks, progress)
     finally:
+        WATCH.reset(watching)
         progress.end()
 
 

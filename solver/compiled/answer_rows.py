@@ -15,6 +15,7 @@ from solver.compiled.flow import NotCompilable
 from solver.compiled.paths import CompiledPaths
 from solver.compiled.program import Program
 from solver.compiled.rows import WORTH, Keep, Refusals, columns_of, kernel_of
+from solver.interruption import Interrupted
 from solver.result import Status
 
 Array: TypeAlias = NDArray[Any]
@@ -28,6 +29,11 @@ class Answers:
 
     counts: Array
     values: list[Array]
+
+    def first(self, rows: int) -> Answers:
+        """Those of the first rows."""
+        counts = self.counts[:rows]
+        return Answers(counts, [column[: int(counts.sum())] for column in self.values])
 
 
 class AnswerKernel:
@@ -98,8 +104,12 @@ class AnswerSweeper:
                     left = self._refusals.left(program, columns, left, keep)
             ways, refusals = len(self.paths.programs), len(self.paths.refusals)
             for row in left.tolist():
+                try:
+                    status, alone[row] = outcome(row)
+                except KeyboardInterrupt:
+                    parts += [_one_by_one(alone, wanted)] if alone else []
+                    raise Interrupted(row, together(parts, count, wanted)) from None
                 left = left[1:]
-                status, alone[row] = outcome(row)
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
                 if (ways, refusals) != (len(self.paths.programs), len(self.paths.refusals)):

@@ -56,3 +56,14 @@ def output_is_input(path: str, read: str) -> Diagnosis:
         f"{path} is an input of this command, and would be overwritten: {what}",
         notes=("write to another file",),
     )
+
+
+def other_sweep(path: str, reason: str) -> Diagnosis:
+    return error(
+        "E448",
+        f"{path} is not the beginning of this sweep: {reason}",
+        notes=(
+            "give the options that it was written with, or another file",
+            "without --resume it is replaced",
+        ),
+    )

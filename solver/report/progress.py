@@ -1,32 +1,64 @@
-"""One line on a terminal that tells how far a long sweep is."""
+"""One line on a terminal that tells how far a long sweep is, from the first second on."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event, RLock, Thread
 from time import monotonic
 from typing import TextIO
 
-PATIENCE = 1.0
+from solver.sweeps.sinks import Sink
+from solver.sweeps.work import Solved
+
+PATIENCE = 0.5
 """Seconds before anything is shown."""
 PAUSE = 0.2
 """Seconds between two pictures of the line."""
 
 
 class Progress:
-    """Called with the number of rows done; ``end`` leaves the line as if nothing had been."""
+    """Drawn by a thread of its own, so that it moves while a row takes long.
+
+    Called with the number of rows done; ``within`` hears of rows of the piece at hand; ``end`` leaves
+    the line as if nothing had been.
+    """
 
     def __init__(self, stream: TextIO, total: int | None) -> None:
         self._stream, self._total = stream, total
         self._began = monotonic()
-        self._next = self._began + PATIENCE
-        self._width = 0
+        self._done = self._piece = self._width = 0
+        self._lock, self._ended = RLock(), Event()
+        self._thread = Thread(target=self._run, daemon=True, name="progress")
+        self._thread.start()
 
     def __call__(self, done: int) -> None:
-        now = monotonic()
-        if now >= self._next:
-            self._next = now + PAUSE
-            self._show(progress_line(done, self._total, now - self._began))
+        self._done, self._piece = done, 0
+
+    def within(self, rows: int) -> None:
+        self._piece = max(rows, self._piece)
+
+    @contextmanager
+    def quiet(self) -> Iterator[None]:
+        """Without the line, for whoever writes to the same terminal."""
+        with self._lock:
+            self._clear()
+            yield
 
     def end(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._clear()
+
+    def _run(self) -> None:
+        pause = PATIENCE
+        while not self._ended.wait(pause):
+            pause = PAUSE
+            with self._lock:
+                seconds = monotonic() - self._began
+                self._show(progress_line(self._done + self._piece, self._total, seconds))
+
+    def _clear(self) -> None:
         if self._width:
             self._show("")
             self._stream.write("\r")
@@ -38,10 +70,30 @@ class Progress:
         self._width = len(line)
 
 
+class Quietly:
+    """A sink that writes where the line stands, which makes way for its rows."""
+
+    def __init__(self, sink: Sink, progress: Progress) -> None:
+        self._sink, self._quiet = sink, progress.quiet
+
+    def add(self, piece: Solved) -> None:
+        with self._quiet():
+            self._sink.add(piece)
+
+    def close(self) -> None:
+        with self._quiet():
+            self._sink.close()
+
+    def discard(self) -> None:
+        self._sink.discard()
+
+
 def progress_line(done: int, total: int | None, seconds: float) -> str:
     """``1,200,000 of 4,000,000 rows  30 %  600,000 rows/s  0:05 left``."""
     rate = done / seconds if seconds > 0 else 0.0
     speed = f"{rate:,.0f} rows/s" if rate >= 10 else f"{rate:.2g} rows/s"
+    if not done:
+        speed = clock(seconds)
     if total is None:
         return f"{done:,} rows  {speed}"
     line = f"{done:,} of {total:,} rows  {100 * done // max(total, 1)} %  {speed}"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solver.compiled.answer_rows import Answers, together, written
 from solver.files.columns import Array
+from solver.interruption import Interrupted
 from solver.sweeps.ways import SteadyPlan, SteadyPlans
 from solver.table import CODES, Table
 
@@ -18,18 +19,29 @@ def solved_answers(
 ) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of rows, and all their answers, the primary ones of each row first.
 
-    ``refused`` (n,) has the status code of a row that is not asked, or 0.
+    ``refused`` (n,) has the status code of a row that is not asked, or 0. Raises Interrupted with the same
+    for an interrupt while a row is solved.
     """
     codes = refused.copy()
     asked = np.flatnonzero(refused == 0)
     parts: list[tuple[Array, Answers]] = []
+    left = refused == 0
     for plan, rows, numbers in plans.groups(_asked(columns, refused)):
         places = asked[rows]
-        codes[places], answers = (
-            plan.every(numbers) if numbers else _alike(plan, len(places), len(plans.want))
-        )
+        done = len(places)
+        try:
+            status, answers = plan.every(numbers) if numbers else _alike(plan, done, len(plans.want))
+        except Interrupted as reached:
+            done, (status, answers) = reached.rows, reached.kept
+        codes[places] = status
+        left[places[:done]] = False
         parts.append((places, answers))
-    return codes, together(parts, len(codes), len(plans.want))
+        if done < len(places):
+            break
+    found = codes, together(parts, len(codes), len(plans.want))
+    if left.any():
+        raise Interrupted(int(np.argmax(left)), found)
+    return found
 
 
 def every_answer(

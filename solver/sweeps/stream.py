@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from solver.interruption import Interrupted
 from solver.result import Status
 from solver.sweeps.interrupts import Interrupts
 from solver.sweeps.sinks import Sink
@@ -74,11 +75,13 @@ def run(
 
 
 def _next(pieces: Iterator[Solved], interrupts: Interrupts) -> Solved | None:
-    """The next piece; None where there is none, or where no more are wanted."""
+    """The next piece, or what an interrupt leaves of it; None where no more are there, or wanted."""
     if interrupts.asked:
         return None
     try:
         with interrupts.open():
             return next(pieces, None)
+    except Interrupted as reached:
+        return reached.kept  # type: ignore[no-any-return]
     except KeyboardInterrupt:
         return None

@@ -15,6 +15,7 @@ from rulesheets.model import Model, Value
 from solver.compiled.answer_rows import Answers
 from solver.files.columns import Array, Columns, free_name
 from solver.files.csv_table import csv_rows
+from solver.interruption import Interrupted
 from solver.result import Status
 from solver.sweep_rows import one_answer
 from solver.sweeps.answers import every_answer, solved_answers
@@ -127,9 +128,20 @@ class Solver:
             self._plans = SteadyPlans(pattern, [column[asked] for column in work.lessons])
 
     def __call__(self, columns: Sequence[Array]) -> Solved:
-        """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
-        with self.work.limit():
-            codes, answers = solved_answers(self._plans, columns, refusals(columns, self._inputs))
+        """Rows whose inputs are missing or out of range get their status, and only the others are solved.
+
+        Raises Interrupted with the rows before the one that an interrupt met, solved.
+        """
+        try:
+            with self.work.limit():
+                found = solved_answers(self._plans, columns, refusals(columns, self._inputs))
+        except Interrupted as reached:
+            count, (codes, answers) = reached.rows, reached.kept
+            inputs = [column[:count] for column in columns]
+            raise Interrupted(count, self._solved(inputs, codes[:count], answers.first(count))) from None
+        return self._solved(columns, *found)
+
+    def _solved(self, columns: Sequence[Array], codes: Array, answers: Answers) -> Solved:
         several = int((answers.counts > 1).sum())
         if self.work.every:
             inputs = dict(zip(self.work.inputs, columns, strict=True))

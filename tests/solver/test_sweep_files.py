@@ -28,7 +28,9 @@ from solver.files import parquet
 from solver.files.columns import Columns, stacked
 from solver.files.csv_table import csv_head, csv_rows
 from solver.files.replacing import Replacement
+from solver.files.rows import heading, pieces
 from solver.files.tables import write_table
+from solver.plan import Plan
 from solver.report import progress
 from solver.report.progress import clock, progress_line
 from solver.result import Status
@@ -236,12 +238,12 @@ def test_an_interrupt_leaves_what_is_done(
     assert sorted(tmp_path.iterdir()) == [sheet, file]
 
 
-def _rows_of(file: Path) -> list[float]:
+def _rows_of(file: Path, name: str = "u") -> list[float]:
     if file.suffix == ".csv":
         with file.open() as text:
-            return [float(row["u"]) for row in csv.DictReader(text)]
+            return [float(row[name]) for row in csv.DictReader(text)]
     read = pytest.importorskip("pyarrow.parquet").read_table
-    values: list[float] = read(file).column("u").to_pylist()
+    values: list[float] = read(file).column(name).to_pylist()
     return values
 
 
@@ -407,22 +409,125 @@ def test_the_line_of_progress() -> None:
     line = progress_line(1_200_000, 4_000_000, 2.0)
     assert line == "1,200,000 of 4,000,000 rows  30 %  600,000 rows/s  0:05 left"
     assert progress_line(3, None, 2.0) == "3 rows  1.5 rows/s"
-    assert progress_line(0, 10, 1.0) == "0 of 10 rows  0 %  0 rows/s"
+    assert progress_line(0, 10, 1.0) == "0 of 10 rows  0 %  0:01"
     assert [clock(s) for s in (0, 59.6, 3599, 7380)] == ["0:00", "1:00", "59:59", "2:03:00"]
 
 
-def test_progress_shows_on_long_work_and_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = iter([0.0, 0.5, 1.5, 1.6, 2.0])
-    monkeypatch.setattr(progress, "monotonic", lambda: next(clock))
+def test_progress_moves_within_a_piece_and_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "PATIENCE", 0.01)
+    monkeypatch.setattr(progress, "PAUSE", 0.01)
     stream = io.StringIO()
     shown = progress.Progress(stream, 100)
-    for done in (10, 30, 40, 80):
+    for done, within, text in ((0, 0, "0 of 100 rows"), (0, 3, "3 of 100"), (30, 0, "30 of 100")):
         shown(done)
+        shown.within(within)
+        while text not in stream.getvalue():
+            time.sleep(0.01)
+    with shown.quiet():
+        assert stream.getvalue().endswith("\r")
     shown.end()
-    line, again, *rest = stream.getvalue().split("\r")[1:]
-    assert line == "30 of 100 rows  30 %  20 rows/s  0:04 left"
-    assert again.rstrip() == "80 of 100 rows  80 %  40 rows/s  0:01 left"
-    assert "".join(rest).strip() == ""
+    assert stream.getvalue().rpartition("\r")[0].rpartition("\r")[2].strip() == ""
+
+
+SLOW = "x^2 - 5*x*y + exp(y/7) = c\nsin(x) + x*y^2 = 2\n"
+
+
+@pytest.mark.parametrize("every", [False, True])
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_an_interrupt_keeps_the_rows_of_a_piece(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, every: bool
+) -> None:
+    """The rows go one by one; the interrupt comes while the sixth is solved."""
+    pytest.importorskip("pyarrow")
+    (tmp_path / "slow.tk").write_text(SLOW)
+    monkeypatch.chdir(tmp_path)
+    words = ["sweep", "slow.tk", "--over", "c=1:2:0.1", "--want", "x,y", "--jobs", "1", "-o", f"out.{ending}"]
+    words += ["--all"] if every else []
+    main((*words, "-o", f"whole.{ending}"))
+    monkeypatch.setattr(Plan, "learn", lambda *given: None)
+    before, asked = Plan.judged, []
+
+    def judged(plan: Plan, numbers: tuple[float, ...]) -> object:
+        asked.append(numbers)
+        if len(asked) == 6:
+            os.kill(os.getpid(), signal.SIGINT)
+        return before(plan, numbers)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Plan, "judged", judged)
+        assert main(words) == INTERRUPTED
+    read, whole = ({*_rows_of(Path(f"{name}.{ending}"), "c")} for name in ("out", "whole"))
+    assert len(read) == 5
+    assert read == set(sorted(whole)[:5])
+    assert sorted(item.name for item in tmp_path.iterdir()) == [f"out.{ending}", "slow.tk", f"whole.{ending}"]
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_sweep_goes_on_where_it_was_cut_off(sheet: Path, tmp_path: Path, ending: str) -> None:
+    pytest.importorskip("pyarrow")
+    over = ("sweep", str(sheet), "--over", "u=20:200:1", "--want", "v,kind", "-o")
+    whole, cut = (str(tmp_path / f"{name}.{ending}") for name in ("whole", "cut"))
+    code = main((*over, whole))
+    lines = tmp_path / "rows.csv"
+    lines.write_text("u\n" + "".join(f"{u}\n" for u in range(20, 120)))
+    main(("sweep", str(sheet), "--rows", str(lines), "--want", "v,kind", "-o", cut))
+    for _ in range(2):  # the second time nothing is left
+        assert main((*over, cut, "--resume")) == code
+        assert _table_of(cut) == _table_of(whole)
+
+
+def test_rows_that_are_there_are_not_solved_again(sheet: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    out.write_text("u,v,answers,status\n100,12345,1,solved\n101,,0,infeasible\n")
+    assert (
+        main(("sweep", str(sheet), "--over", "u=100:102:1", "--want", "v", "-o", str(out), "--resume")) == 1
+    )
+    lines = out.read_text().splitlines()
+    assert lines[:3] == ["u,v,answers,status", "100,12345,1,solved", "101,,0,infeasible"]
+    assert lines[3].startswith("102,98.07")
+
+
+def test_only_the_same_sweep_goes_on(sheet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(tmp_path / "out.csv")
+    main(("sweep", str(sheet), "--over", "u=100:110:1", "--want", "v", "-o", out))
+    text = Path(out).read_text()
+    for over, options in (
+        ("u=100:105:1", ("--want", "v", "-o", out)),
+        ("u=101:120:1", ("--want", "v", "-o", out)),
+        ("u=100:120:1", ("--want", "v,f", "-o", out)),
+        ("f=100:120:1", ("--want", "v", "-o", out)),
+        ("u=100:120:1", ("--want", "v", "-o", out, "--all")),
+        ("u=100:120:1", ("--want", "v")),
+    ):
+        capsys.readouterr()
+        assert main(("sweep", str(sheet), "--over", over, *options, "--resume")) == 2
+        assert capsys.readouterr().err.startswith("error[E448]")
+        assert Path(out).read_text() == text
+    new = str(tmp_path / "new.csv")
+    assert main(("sweep", str(sheet), "--over", "u=100:110:1", "--want", "v", "-o", new, "--resume")) == 0
+    assert Path(new).read_text() == text
+
+
+def test_rows_that_failed_at_the_end_are_solved_again(sheet: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    words = ("sweep", str(sheet), "--over", "u=100:105:1", "--want", "v", "-o", str(out))
+    main(words)
+    text = out.read_text().splitlines()
+    out.write_text("\n".join([*text[:4], *(f"{line.split(',')[0]},,0,failed" for line in text[4:])]) + "\n")
+    assert main((*words, "--resume")) == 0
+    assert out.read_text().splitlines() == text
+
+
+def _table_of(path: str) -> list[tuple[object, ...]]:
+    found = [tuple(column) for column in read_all(path)]
+    return list(zip(*found, strict=True))
+
+
+def read_all(path: str) -> list[list[object]]:
+    names, _ = heading(path)
+    pieces_ = list(pieces(path, names))
+    columns = (stacked(column).tolist() for column in zip(*pieces_, strict=True))
+    return [[None if value != value else value for value in column] for column in columns]
 
 
 def test_an_outcome_counts_its_rows() -> None:

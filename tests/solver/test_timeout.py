@@ -203,7 +203,7 @@ def test_rows_that_take_too_long_fail(tmp_path: Path, capsys: pytest.CaptureFixt
     words = ("sweep", str(tmp_path / "endless.tk"), "--over", "c=1:3:1", "--want", "x1", "--jobs", jobs)
     assert main((*words, "--timeout", "1")) == 1
     said = capsys.readouterr()
-    assert said.out == "c,x1,status\n1,,failed\n2,,failed\n3,,failed\n"
+    assert said.out == "c,x1,answers,status\n1,,0,failed\n2,,0,failed\n3,,0,failed\n"
     assert said.err.splitlines()[0] == "the time was up: rows that were not solved by then are failed"
 
 
