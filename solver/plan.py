@@ -13,7 +13,6 @@ from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.arguments import arguments
-from solver.compiled.paths import CompiledPaths
 from solver.compiled.scalar import with_resort
 from solver.compiled.way import Pattern
 from solver.facts import OutOfTime
@@ -21,8 +20,9 @@ from solver.path.activity import activity
 from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
 from solver.result import Status
-from solver.solution.leaves import Exploration
+from solver.solution.leaves import Exploration, Leaf
 from solver.solution.narrowing import explore_required
+from solver.trace.paths import CompiledPaths
 from solver.verdicts.explain import explain
 from solver.verdicts.verdict import Verdict, judge
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from solver.compiled.answer_rows import Answers, AnswerSweeper
     from solver.compiled.program import Program
     from solver.table import Column, Table
+    from solver.trace.answer_rows import Answers, AnswerSweeper
 
 
 class Unsolved(Exception):
@@ -171,7 +171,7 @@ class Plan:
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
         """What solves rows by the ways that there are."""
-        from solver.compiled.answer_rows import AnswerSweeper
+        from solver.trace.answer_rows import AnswerSweeper
 
         if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.paths is not self.paths:
             self._sweeper = AnswerSweeper(self.paths, jit)
@@ -250,7 +250,7 @@ class Plan:
         if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
             return
         if verdict.status is Status.SOLVED:
-            self._learn([leaf.branch.values for leaf in verdict.leaves], numbers)
+            self._learn(verdict.leaves, numbers)
             return
         ends = (*found.leaves, *found.dead, *found.adrift)
         if verdict.status is not Status.INFEASIBLE or len(ends) != 1 or found.dead:
@@ -261,13 +261,13 @@ class Plan:
         if not branch.assumed and branch.settled.issuperset(active):
             self.paths.refuse(numbers, branch.values)
 
-    def _learn(self, answers: Sequence[Mapping[str, Value]], numbers: tuple[Value, ...]) -> None:
-        if not self.wide and len(answers) == 1:
-            self.paths.learn(numbers, answers)
-        if not self.wide and (len(answers) > 1 or self.paths.forked):
-            self._widen(answers[0])
+    def _learn(self, leaves: Sequence[Leaf], numbers: tuple[Value, ...]) -> None:
+        if not self.wide and len(leaves) == 1:
+            self.paths.learn(numbers, leaves)
+        if not self.wide and (len(leaves) > 1 or self.paths.forked):
+            self._widen(leaves[0].branch.values)
         if self.wide:
-            self.paths.learn(numbers, answers)
+            self.paths.learn(numbers, leaves)
         self._bind()
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from rulesheets.model import Model, Value
 from rulesheets.spelling import plural
 from solver.column import column_of
-from solver.compiled.answer_rows import Answers, written
 from solver.files.columns import free_name
 from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
 from solver.ranking.branches import kept, points_of
 from solver.result import Status
 from solver.table import CODES, Column, Table
+from solver.trace.answer_rows import Answers, written
 
 if TYPE_CHECKING:
     from solver.plan import Plan

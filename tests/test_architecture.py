@@ -32,6 +32,7 @@ FLOORS = (
     ("solver.result", "solver.table"),
     ("solver.solution",),
     ("solver.compiled", "solver.proof"),
+    ("solver.trace",),
     ("solver.verdicts",),
     ("solver.solving", "solver.arguments", "solver.plan", "solver.sweep_rows"),
     ("solver.sweeps", "solver.curves"),

@@ -131,6 +131,12 @@ class _Writer:
         if operation in ("sind", "cosd"):
             self._circular(at, int(rest[0]), read[0])
             return
+        if operation == "root" and self.flow.finders[int(rest[0])].several:
+            self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
+            self.lines.append(f"v{node} = root_{rest[0]}({', '.join(read)})")
+            self._release(at, node)
+            self.names[node] = f"v{node}"
+            return
         if operation == "where":
             # The register of an alternative that is not read again can take the result.
             target = self._register(node)
@@ -151,6 +157,8 @@ class _Writer:
             self.lines.append(f"atan2_({', '.join((*read, target))})")
             if operation == "directiond":
                 self.lines.append(f"mul_({target}, {DEGREE!r}, {target})")
+        elif operation == "item":
+            self.lines.append(f"copy_({target}, {read[0]}[{rest[0]}])")
         elif operation == "root":
             self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
             self.lines.append(f"copy_({target}, root_{rest[0]}({', '.join(read)}))")

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from typing import TypeAlias
 
     from solver.compiled.magnitude import Size
-    from solver.compiled.roots import RootFinder
 
     Operand: TypeAlias = int | float | str
     Node: TypeAlias = tuple[Operand, ...]
@@ -42,7 +41,7 @@ class NotCompilable(Exception):
     """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
 
 
-_FOLD: dict[str, Callable[..., float | bool]] = {
+FOLD: dict[str, Callable[..., float | bool]] = {
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
@@ -69,6 +68,19 @@ _FOLD: dict[str, Callable[..., float | bool]] = {
 }
 
 
+class Finder(Protocol):
+    """Roots of a block as a function of known numbers: one, or (``several``) one for each unknown.
+
+    ``scalar`` raises ValueError and ``array`` (n,), or (unknowns, n), has nan where there is none.
+    """
+
+    several: bool
+
+    def scalar(self, *known: float) -> Any: ...
+
+    def array(self, *known: Any) -> Any: ...
+
+
 @dataclass(frozen=True, slots=True)
 class Direction:
     """A node that is the direction of the point (x, y), in degrees or (unit "") in radians."""
@@ -92,7 +104,7 @@ class Flow:
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finite: list[int] = []
-        self.finders: list[RootFinder] = []
+        self.finders: list[Finder] = []
         self.always: set[int] = set()
         self.sizes: dict[int, Size] = {}
         self.taken_away: list[tuple[int, int]] = []
@@ -150,10 +162,10 @@ class Flow:
         if any(value is None for value in values):
             return None
         try:
-            result = _FOLD[operation](*values)
+            result = FOLD[operation](*values)
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
-        return self._computed(_FOLD[operation], result, operands, operation)
+        return self._computed(FOLD[operation], result, operands, operation)
 
     def _computed(
         self, function: Callable[..., float | bool], result: float | bool, operands: Iterable[int], name: str

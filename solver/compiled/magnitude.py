@@ -123,7 +123,7 @@ def _size(flow: Flow, node: int, known: Mapping[int, Size]) -> Size:
         angle = known[int(rest[0])]
         least = angle.low - 7.0 if operation in ("sind", "sin") else 0.0  # a degree is more than 2^-6
         return Size(max(LEAST, min(least, CIRCULAR)), 0.0)
-    if operation in ("call", "root", "input"):
+    if operation in ("call", "root", "item", "input"):
         return ANY
     parts = [known[int(part)] for part in rest]
     match operation:

@@ -169,6 +169,8 @@ class Roots:
 class RootFinder:
     """One root of a block as a function of the ``known`` numbers, by name and in their order."""
 
+    several = False
+
     def __init__(self, roots: Roots, place: int) -> None:
         self.roots, self.place, self.known = roots, place, roots.known
 

@@ -266,7 +266,7 @@ class Analysis:
                 return flow.add("div", flow.add("mul", parts[1], node), parts[0])
             case "pow":
                 return flow.add("mul", node, flow.call("ln", parts[0]))
-            case "root":
+            case "root" | "item":
                 raise NotCompilable
         if len(parts) > len(_ARGUMENTS):
             raise NotCompilable

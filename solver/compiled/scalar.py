@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from rulesheets.functions import TABLE
 from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine_lines
 from solver.compiled.flow import TOLERANCE
-from solver.compiled.schedule import LEAVES, LOGICAL, operands
+from solver.compiled.schedule import LEAVES, LOGICAL, SELECTORS, operands
 from solver.compiled.trim import computed_from
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Any, TypeAlias
 
     from rulesheets.model import Value
@@ -72,13 +72,35 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
 
     With ``all_answers`` a list of them, the primary first.
     """
-    source = scalar_source(program, all_answers)
+    namespace = _namespace(program)
+    exec(compile(scalar_source(program, all_answers), "<compiled path>", "exec"), namespace)
+    return namespace["solve"]  # type: ignore[no-any-return]
+
+
+def _namespace(program: Program) -> dict[str, Any]:
+    """What the statements of a program call."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
     namespace.update({f"f_{place}": finder.scalar for place, finder in enumerate(program.flow.finders)})
-    exec(compile(source, "<compiled path>", "exec"), namespace)
+    return namespace
+
+
+def block_function(
+    program: Program, written: Callable[[list[str], Sequence[str]], list[str]]
+) -> Callable[..., Any]:
+    """A function of the inputs of a program around its operations.
+
+    ``written`` makes the statements of the body, from those of the operations and the texts of the results.
+    """
+    writer = _Writer(program, False)
+    (ending,) = program.endings
+    texts = [writer.text(node, "") for node in ending.results if isinstance(node, int)]
+    body = "\n".join(f"    {line}" for line in written(writer.lines, texts))
+    arguments = ", ".join(f"a{place}" for place in range(program.inputs))
+    namespace = _namespace(program)
+    exec(compile(f"def solve({arguments}):\n{body}\n", "<compiled block>", "exec"), namespace)
     return namespace["solve"]  # type: ignore[no-any-return]
 
 
@@ -307,6 +329,8 @@ class _Writer:
         return self.texts[node]
 
     def _source(self, operation: str, operands: list[Any], indent: str) -> str:
+        if operation == "item":
+            return f"{self.text(int(operands[1]), indent, store=True)}[{operands[0]}]"
         if operation in ("call", "root"):
             arguments = ", ".join(self.text(int(o), indent) for o in operands[1:])
             return f"f_{operands[0]}({arguments})"
@@ -359,6 +383,6 @@ def reads(program: Program) -> dict[int, int]:
     while waiting:
         operation, *operands = program.flow.nodes[waiting.pop()]
         if operation not in ("const", "input"):
-            for operand in operands[1:] if operation in ("call", "root") else operands:
+            for operand in operands[1:] if operation in SELECTORS else operands:
                 read(int(operand))
     return count

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unless"})
 LEAVES = frozenset({"const", "input"})
+SELECTORS = frozenset({"call", "root", "item"})
+"""Operations whose first operand is no node."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +31,7 @@ def operands(flow: Flow, node: int, rare: bool = True) -> tuple[int, ...]:
         return ()
     if operation == "seldom" and not rare:
         return int(rest[0]), int(rest[2])
-    return tuple(int(o) for o in (rest[1:] if operation in ("call", "root") else rest))
+    return tuple(int(o) for o in (rest[1:] if operation in SELECTORS else rest))
 
 
 def schedule(flow: Flow, wanted: Sequence[int], rare: bool = True) -> Schedule:

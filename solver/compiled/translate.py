@@ -59,6 +59,13 @@ class Translation(Single, Simultaneous, Finish):
         self.endings: list[Ending] = []
 
     def run(self) -> Program:
+        way, told = self._start()
+        self._decide(way, range(len(self.model.conditions)))
+        self._plan(way)
+        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), told)
+
+    def _start(self) -> tuple[Way, tuple[tuple[int, str], ...]]:
+        """A way on which only what is given is known, and the symbols among that, by their places."""
         flow = self.flow
         values: dict[str, int] = {}
         symbols: dict[str, str] = {}
@@ -80,9 +87,7 @@ class Translation(Single, Simultaneous, Finish):
             if name in values:
                 flow.bound(values[name])  # a missing one comes out on some side of every comparison
                 self._within(way, self.model.variables[name], values[name])
-        self._decide(way, range(len(self.model.conditions)))
-        self._plan(way)
-        return Program(flow, len(self.pattern.inputs), tuple(self.endings), tuple(told))
+        return way, tuple(told)
 
     # --- the way ---
 

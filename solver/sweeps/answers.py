@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled.answer_rows import Answers, together, written
 from solver.files.columns import Array
 from solver.interruption import Interrupted
 from solver.sweeps.ways import SteadyPlan, SteadyPlans
 from solver.table import CODES, Table
+from solver.trace.answer_rows import Answers, together, written
 
 
 def solved_answers(

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Model, Value
-from solver.compiled.answer_rows import Answers
 from solver.files.columns import Array
 from solver.plan import Plan
 from solver.result import Status
+from solver.trace.answer_rows import Answers
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ import numpy as np
 
 from rulesheets.deadline import time_limit
 from rulesheets.model import Model, Value
-from solver.compiled.answer_rows import Answers
 from solver.files.columns import Array, Columns, free_name
 from solver.files.csv_table import csv_rows
 from solver.interruption import Interrupted
@@ -22,6 +21,7 @@ from solver.sweeps.answers import every_answer, solved_answers
 from solver.sweeps.refusals import refusals
 from solver.sweeps.ways import Pattern, SteadyPlans
 from solver.table import Table
+from solver.trace.answer_rows import Answers
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.compiled.answer_rows import AnswerKernel
 from solver.compiled.flow import Flow, NotCompilable
 from solver.compiled.program import Ending, Program
 from solver.compiled.scalar import compile_scalar
 from solver.table import CODES
+from solver.trace.answer_rows import AnswerKernel
 
 MODELS = Path(__file__).parents[3] / "models"
 FEW = st.integers(-2, 2).map(float)

@@ -18,12 +18,12 @@ from rulesheets import nodes
 from rulesheets.functions.degrees import atan2d, cosd, sind
 from rulesheets.model import Model
 from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
-from solver.compiled.answer_rows import AnswerKernel
 from solver.compiled.array import ArrayKernel
 from solver.compiled.circular import SineAndCosine
 from solver.compiled.flow import Flow
 from solver.compiled.native import NativeKernel, available
 from solver.plan import Plan
+from solver.trace.answer_rows import AnswerKernel
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))

@@ -8,6 +8,7 @@ learned from is not used.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from solver.compiled.flow import NotCompilable
@@ -15,6 +16,7 @@ from solver.compiled.refusal import refusals
 from solver.compiled.scalar import compile_scalar
 from solver.compiled.translate import translate
 from solver.compiled.way import Pattern
+from solver.trace.record import record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from rulesheets.model import Model, Value
     from solver.compiled.program import Program
     from solver.path.planner import Planner
+    from solver.solution.leaves import Leaf
 
 MAX_WAYS = 24
 """Ways of one pattern; a sheet whose rows decide in more ways than this is solved step by step beyond."""
@@ -53,24 +56,31 @@ class CompiledPaths:
         """The first way, for its only answer."""
         return compile_scalar(self.programs[0])
 
-    def learn(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
-        """A new way from a row that was solved step by step, where there is one and it says the same.
-
-        ``answers`` are the values of every variable in each answer.
+    def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf]) -> bool:
+        """A new way from the answers of a row that was solved step by step, where there is one that says the
+        same: along the path, or else the record of what was done.
         """
+        answers = [leaf.branch.values for leaf in leaves]
         if len(self.programs) >= MAX_WAYS or self.failures >= MAX_FAILURES:
             return False
-        for plain in (True,) if self.pattern.as_written else (False, True):
-            try:
-                program = translate(self.model, self.planner, self.pattern, answers[0], plain)
-                every = compile_scalar(program, all_answers=True)
-            except NotCompilable:
-                break
-            if self._agrees(every(*numbers), answers):
-                self._take(program, every)
-                return True
+        for written in (self._along_the_path, self._recorded):
+            for plain in (False, True):
+                try:
+                    program = written(leaves, plain)
+                    every = compile_scalar(program, all_answers=True)
+                except NotCompilable:
+                    break
+                if self._agrees(every(*numbers), answers):
+                    self._take(program, every)
+                    return True
         self.failures += 1
         return False
+
+    def _along_the_path(self, leaves: Sequence[Leaf], plain: bool) -> Program:
+        return translate(self.model, self.planner, self.pattern, leaves[0].branch.values, plain)
+
+    def _recorded(self, leaves: Sequence[Leaf], plain: bool) -> Program:
+        return record(self.model, self.planner, self.pattern, leaves, plain)
 
     def take(self, program: Program) -> None:
         """Add a way that was learned before."""
@@ -104,9 +114,10 @@ class CompiledPaths:
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):
             return False
-        wanted = list(dict.fromkeys(tuple(answer[n] for n in self.pattern.want) for answer in answers))
-        found = list(dict.fromkeys(rows))
-        return len(found) == len(wanted) and all(any(_same(one, row) for row in found) for one in wanted)
+        names = self.pattern.want
+        wanted = [tuple(answer.get(name, math.nan) for name in names) for answer in answers]
+        known = all(any(_same(one, row) for row in rows) for one in wanted)
+        return known and all(any(_same(one, row) for one in wanted) for row in rows)
 
 
 def _same(one: Sequence[Value], other: Sequence[Value]) -> bool:
@@ -116,4 +127,4 @@ def _same(one: Sequence[Value], other: Sequence[Value]) -> bool:
 def _near(a: Value, b: Value) -> bool:
     if isinstance(a, str) or isinstance(b, str):
         return a == b
-    return abs(a - b) <= AGREEMENT * max(abs(a), abs(b)) + 1e-12
+    return abs(a - b) <= AGREEMENT * max(abs(a), abs(b)) + 1e-12 or (math.isnan(a) and math.isnan(b))

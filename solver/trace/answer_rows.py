@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from rulesheets.model import Value
 from solver.compiled.answers import every
 from solver.compiled.flow import NotCompilable
-from solver.compiled.paths import CompiledPaths
 from solver.compiled.program import Program
-from solver.compiled.rows import WORTH, Keep, Refusals, columns_of, kernel_of
 from solver.interruption import Interrupted
 from solver.result import Status
+from solver.trace.paths import CompiledPaths
+from solver.trace.rows import WORTH, Keep, Refusals, columns_of, kernel_of
 
 Array: TypeAlias = NDArray[Any]
 Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]

@@ -1,0 +1,1 @@
+"""Prepared plans as records of a solve: each answer's steps as one straight-line program, with guards."""

@@ -1,0 +1,201 @@
+"""Newton's method on the rules of a block, started where a record has its answer.
+
+The steps must shrink by ``CONTRACTION`` from one to the next: then the iteration stays on the branch of the
+record (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 5.1.2: the first contraction factor).
+Where they do not, the known numbers are moved from those of the record in smaller and smaller shares. At the
+end the root is rounded to some of its digits and corrected from there, so that its last
+ones do not depend on where the iteration came from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.compiled.array import ArrayKernel
+from solver.compiled.flow import Flow, NotCompilable
+from solver.compiled.program import Ending, Program
+from solver.compiled.scalar import block_function
+from solver.kernel.code.block import BlockKernel
+from solver.kernel.code.chain import jumps
+from solver.trace.elimination import Elimination, Matrix, eliminate
+
+Array: TypeAlias = NDArray[Any]
+
+MAX_UNKNOWNS = 60
+"""Unknowns up to which a block is written as straight-line code."""
+CONTRACTION = 0.25
+ITERATIONS = 12
+CONVERGED = 1e-7
+"""Relative length of a step after which the next one is no more than rounding."""
+LAST = 1e-9
+"""Relative length that the correction of a rounded root may have."""
+FINEST = 1.0 / 64.0
+"""The least share of the way from the numbers of the record that is gone at once."""
+SPLITTER = 2.0**17 + 1.0
+"""Multiplied by this and taken away again, a float is rounded to 36 binary digits (Dekker, 1971)."""
+
+
+class BlockNewton:
+    """The root of a block next to a sample, as a function of the block's ``known`` numbers."""
+
+    several = True
+
+    def __init__(self, kernel: BlockKernel, start: Sequence[float], sample: Sequence[float]) -> None:
+        if len(start) > MAX_UNKNOWNS or not kernel.smooth or any(map(jumps, kernel.forms)):
+            raise NotCompilable
+        self.kernel, self.known = kernel, kernel.known
+        self.start, self.sample = tuple(start), tuple(sample)
+        least = 1e-6 * max(map(abs, self.start)) or 1.0
+        self.scale = tuple(max(abs(x), least) for x in self.start)
+        try:
+            rows = kernel.jacobian(sample)(self.start)
+        except (ArithmeticError, ValueError):
+            raise NotCompilable from None
+        self.slopes = [list(row) for row in rows]
+        self.flow = Flow(plain=True)
+        places = {name: self.flow.input(i) for i, name in enumerate((*kernel.unknowns, *kernel.known))}
+        residual = [self.flow.expression(form, places) for form in kernel.forms]
+        self.step = self.elimination(self.flow, self.matrix(self.flow, places)).solve(residual)
+        ending = Ending(tuple(self.step), (), (), self.flow.false, ())
+        program = Program(self.flow, len(places), (ending,))
+        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
+            program, _loop(len(self.start), self.scale)
+        )
+        try:
+            self.start = self.scalar(*sample)
+        except ValueError:
+            raise NotCompilable from None
+
+    def matrix(self, flow: Flow, values: dict[str, int]) -> dict[tuple[int, int], int]:
+        """The nodes of the slopes that are not 0 throughout, by row and column."""
+        count = len(self.kernel.unknowns)
+        entries: dict[tuple[int, int], int] = {}
+        for place, partial in enumerate(self.kernel.partials):
+            assert partial is not None
+            node = flow.expression(partial, values)
+            if flow.value_of(node) != 0.0:
+                entries[divmod(place, count)] = node
+        return entries
+
+    def elimination(self, flow: Flow, entries: dict[tuple[int, int], int]) -> Elimination:
+        """The elimination of the slopes, with pivots that are large at the sample."""
+        numbers = {(i, j): self.slopes[i][j] for i, j in entries}
+        return eliminate(flow, Matrix(entries, numbers), self.scale)
+
+    # --- one row ---
+
+    def scalar(self, *known: float) -> tuple[float, ...]:
+        """The root at these numbers. Raises ValueError where the branch of the record is not followed."""
+        try:
+            found = self._newton(*self.start, *known)
+        except (ArithmeticError, ValueError):
+            found = None
+        return self._followed(known) if found is None else found
+
+    def _followed(self, known: Sequence[float]) -> tuple[float, ...]:
+        """The root by way of numbers between those of the record and these."""
+        at, share, root = 0.0, 0.5, self.start
+        while at < 1.0:
+            to = min(1.0, at + share)
+            pairs = zip(self.sample, known, strict=True)
+            there = known if to == 1.0 else [a + to * (b - a) for a, b in pairs]
+            try:
+                found = self._newton(*root, *there)
+            except (ArithmeticError, ValueError):
+                found = None
+            if found is not None:
+                at, root, share = to, found, 2.0 * share
+            elif (share := 0.25 * share) < FINEST:
+                raise ValueError
+        return root
+
+    # --- many rows ---
+
+    @cached_property
+    def _kernel(self) -> ArrayKernel:
+        return ArrayKernel(self.flow, self.step)
+
+    def array(self, *known: Any) -> Array:
+        """The roots (unknowns, n); nan where the branch is not followed."""
+        columns = np.array(np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in known)))
+        columns = np.atleast_2d(columns)
+        count = columns.shape[1]
+        start = np.repeat(np.array(self.start)[:, None], count, axis=1)
+        sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
+        with np.errstate(all="ignore"):
+            return self._rows(start, sample, columns, 1.0)
+
+    def _rows(self, start: Array, before: Array, known: Array, share: float) -> Array:
+        """Roots (unknowns, n) for known numbers (m, n) from those at others, by half the way if need be."""
+        found = self._iterate(start, known)
+        lost = np.flatnonzero(~np.isfinite(found[0]))
+        if lost.size and share > FINEST:
+            middle = 0.5 * (before[:, lost] + known[:, lost])
+            between = self._rows(start[:, lost], before[:, lost], middle, 0.5 * share)
+            on = np.isfinite(between[0])
+            some = lost[on]
+            if some.size:
+                found[:, some] = self._rows(between[:, on], middle[:, on], known[:, some], 0.5 * share)
+        return found
+
+    def _iterate(self, start: Array, known: Array) -> Array:
+        """As the loop of one row, on all rows that have not converged."""
+        count = known.shape[1]
+        roots = np.full(start.shape, np.nan)
+        left, x, k = np.arange(count), start.copy(), known
+        before = np.full(count, np.inf)
+        weights = (1.0 / np.array(self.scale))[:, None]
+        last = np.zeros(count, dtype=bool)
+        for _ in range(ITERATIONS):
+            step = self._steps(x, k)
+            length = np.sum((step * weights) ** 2, axis=0)
+            done = last & (length <= LAST**2)
+            roots[:, left[done]] = x[:, done] - step[:, done]
+            x = x - step
+            near = length < CONVERGED**2
+            split = SPLITTER * x[:, near]
+            x[:, near] = split - (split - x[:, near])
+            going = ~last & (near | (length <= CONTRACTION**2 * before)) & np.isfinite(length)
+            left, x, k, before = left[going], x[:, going], k[:, going], length[going]
+            last = near[going]
+            if not left.size:
+                break
+        return roots
+
+    def _steps(self, x: Array, known: Array) -> Array:
+        found = np.empty(x.shape)
+        self._kernel([*x, *known], list(found))
+        return found
+
+
+def _loop(count: int, scale: Sequence[float]) -> Callable[[list[str], Sequence[str]], list[str]]:
+    """Writes the iteration around the statements that compute a step."""
+
+    def written(body: list[str], steps: Sequence[str]) -> list[str]:
+        names = [f"d{i}" for i in range(count)]
+        assign = [f"{name} = {text}" for name, text in zip(names, steps, strict=True)]
+        length = " + ".join(f"({name} * {1.0 / s!r}) ** 2" for name, s in zip(names, scale, strict=True))
+        results = ", ".join(f"a{i} - d{i}" for i in range(count))
+        moved = [f"a{i} = a{i} - d{i}" for i in range(count)]
+        rounded = [f"c = a{i} * {SPLITTER!r}; a{i} = c - (c - a{i})" for i in range(count)]
+        inside = [
+            *body,
+            *assign,
+            f"length = {length}",
+            f"if last: return ({results},) if length <= {LAST**2!r} else None",
+            *moved,
+            f"if length < {CONVERGED**2!r}:",
+            "    last = True",
+            *(f"    {line}" for line in rounded),
+            "elif not length <= before: return None",
+            f"before = length * {CONTRACTION**2!r}",
+        ]
+        head = ["last = False", "before = inf", f"for _ in ({', '.join('0' * ITERATIONS)}):"]
+        return [*head, *(f"    {line}" for line in inside), "return None"]
+
+    return written

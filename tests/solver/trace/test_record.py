@@ -1,0 +1,118 @@
+"""Prepared calls by records of a solve, compared with full solves, closed forms and each other."""
+
+from __future__ import annotations
+
+import math
+import random
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+import rulesheets
+import solver
+from solver.trace.newton import BlockNewton
+
+MODELS = Path(__file__).parents[3] / "models"
+
+TWO = """
+variables
+  p = 1.2
+  q = 2.5
+  x in [0, 3]
+  y in [0, 3]
+rules
+  x + y + sin(x*y) + 0.1*exp(x - y^2) = p + q
+  x*exp(0.1*y) - 0.3*y*cosh(x) = p
+"""
+
+THREE = """
+variables
+  p = 0.3
+  x in [0, 3]
+  y in [0, 3]
+  z in [0, 3]
+rules
+  x + 0.2*sin(y*z) = 1 + p
+  y + 0.2*exp(-x*z) = 2 - p
+  z + 0.1*x*y*cos(x + y + z) = 1.5
+"""
+
+
+def finders(plan: solver.Plan) -> list[object]:
+    return [finder for program in plan.paths.programs for finder in program.flow.finders]
+
+
+@pytest.mark.parametrize(("text", "inputs"), [(TWO, ["p", "q"]), (THREE, ["p"])])
+def test_blocks_of_several_tears_are_recorded(text: str, inputs: list[str]) -> None:
+    model = rulesheets.loads(text)
+    want = [name for name, variable in model.variables.items() if variable.value is None]
+    plan = solver.prepare(model, inputs, want)
+    middle = [float(model.variables[name].value) for name in inputs]
+    plan(*middle)
+    assert any(isinstance(finder, BlockNewton) for finder in finders(plan))
+    draw = random.Random(3)
+    for _ in range(10):
+        point = [number * draw.uniform(0.95, 1.05) for number in middle]
+        full = solver.solve(rulesheets.loads(text), dict(zip(inputs, point, strict=True)))
+        found = dict(zip(want, plan(*point), strict=True))
+        assert any(all(math.isclose(found[n], s[n], rel_tol=1e-12) for n in want) for s in full.solutions), (
+            point
+        )
+
+
+def test_every_answer_is_followed() -> None:
+    """Both roots of a block with no formula: where x exp(-x) = c/10, y = x + sin(x)/9."""
+    rules = "y = x + sin(x)/9\n 10*x*exp(x - y - x) = c"
+    model = rulesheets.loads(f"variables\n c = 2\n x\n y\nrules\n {rules}\n")
+    plan = solver.prepare(model, ["c"], ["x"])
+    known = sorted(row[0] for row in plan.all(2.0))
+    for c in np.linspace(1.9, 2.1, 9):
+        rows = sorted(row[0] for row in plan.all(c))
+        assert len(rows) == len(known)
+        for x in rows:
+            assert 10 * x * math.exp(-x - math.sin(x) / 9) == pytest.approx(c, rel=1e-12)
+
+
+@pytest.mark.parametrize("swap", [("omegaQR", "PQ"), ("xm", "QR")])
+def test_the_digits_do_not_depend_on_what_was_asked_before(swap: tuple[str, str]) -> None:
+    model = rulesheets.load(MODELS / "four_link_chain" / "model.tk")
+    given, wanted = swap
+    number = solver.solve(model)[given]
+    plans = [solver.prepare(model, [given], [wanted], {wanted: None}) for _ in range(2)]
+    for plan, first in zip(plans, (1.0, 1.0013), strict=True):
+        plan(number * first)
+    for share in np.linspace(1.0002, 1.0011, 7):
+        one, other = (plan(number * share)[0] for plan in plans)
+        assert one == pytest.approx(other, rel=2**-51)
+
+
+def test_rows_agree_with_calls() -> None:
+    model = rulesheets.loads(TWO)
+    plan = solver.prepare(model, ["p", "q"], ["x", "y"])
+    p, q = np.linspace(1.0, 1.4, 60), np.linspace(2.3, 2.7, 60)
+    table = plan.sweep(p, q)
+    for row in range(0, 60, 7):
+        assert (table["x"][row], table["y"][row]) == pytest.approx(plan(p[row], q[row]), rel=1e-13)
+
+
+def test_a_fold_is_left_to_the_full_solve() -> None:
+    """Next to the fold of x exp(-x) = c floats lose digits: no record answers there with wrong ones."""
+    text = "variables\n c = 0.3\n x\n y\nrules\n y = x*exp(-x)\n y + 0*cos(x) = c\n"
+    plan = solver.prepare(rulesheets.loads(text), ["c"], ["x"])
+    plan(0.3)
+    for c in (0.36787, 0.3678794, 0.3678794411, 0.367879441171):
+        expected = sorted(float(-mpmath.lambertw(-mpmath.mpf(c), k).real) for k in (0, -1))
+        assert sorted(row[0] for row in plan.all(c)) == pytest.approx(expected, rel=1e-11)
+
+
+def test_a_branch_that_ends_is_no_answer() -> None:
+    """The fold of x exp(-x) = c at c = 1/e: beyond it there is nothing."""
+    model = rulesheets.loads("variables\n c = 0.3\n x\n y\nrules\n y = x*exp(-x)\n y + 0*cos(x) = c\n")
+    plan = solver.prepare(model, ["c"], ["x"])
+    assert len(plan.all(0.3)) == 2
+    with pytest.raises(solver.Unsolved):
+        plan(0.38)
+    for x in (row[0] for row in plan.all(0.36787)):
+        assert x * math.exp(-x) == pytest.approx(0.36787, rel=1e-13)
