@@ -8,9 +8,11 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
+# The same examples everywhere; the profile `random` draws others.
 # How long an example takes says more about the machine's other work than about the code.
-settings.register_profile("backsolve", deadline=None)
-settings.load_profile("backsolve")
+settings.register_profile("backsolve", deadline=None, derandomize=True)
+settings.register_profile("random", deadline=None, derandomize=False)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "backsolve"))
 
 
 @pytest.fixture(scope="session", autouse=True)

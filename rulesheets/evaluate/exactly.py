@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from math import prod
+from math import isqrt, prod
 from typing import assert_never
 
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
@@ -68,21 +68,28 @@ def _power(base: Fraction, exponent: Fraction) -> Fraction:
 
 
 def _call(function: str, arguments: list[Fraction]) -> Fraction:
-    """What ball arithmetic gives without a radius (the sine of 30 degrees), and roots of squares."""
-    from rulesheets.functions.balls import FUNCTIONS, exact_ball, exact_fraction
-
-    if function == "sqrt":
-        ends = [
-            exact_fraction(FUNCTIONS["sqrt"](exact_ball(Fraction(n))))
-            for n in arguments[0].as_integer_ratio()
-        ]
-        return _quotient(*(_known(end) for end in ends))
-    if function == "abs":
-        return abs(arguments[0])
-    return _known(exact_fraction(FUNCTIONS[function](*map(exact_ball, arguments))))
+    match function, arguments:
+        case "abs", [number]:
+            return abs(number)
+        case "sqrt", [number]:
+            return Fraction(*map(_root, number.as_integer_ratio()))
+        case _:
+            return _in_balls(function, arguments)
 
 
-def _known(number: Fraction | None) -> Fraction:
+def _root(number: int) -> int:
+    if number < 0 or isqrt(number) ** 2 != number:
+        raise Inexact("sqrt")
+    return isqrt(number)
+
+
+def _in_balls(function: str, arguments: list[Fraction]) -> Fraction:
+    """What ball arithmetic gives without a radius (the sine of 30 degrees); nothing without the extra."""
+    try:
+        from rulesheets.functions.balls import FUNCTIONS, exact_ball, exact_fraction
+    except ImportError:
+        raise Inexact(function) from None
+    number = exact_fraction(FUNCTIONS[function](*map(exact_ball, arguments)))
     if number is None:
-        raise Inexact("call")
+        raise Inexact(function)
     return number

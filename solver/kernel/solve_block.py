@@ -82,8 +82,6 @@ def _refuted(question: Question, candidates: Candidates, given: Collection[str])
     """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
     if candidates.fruitless and (found := contradiction(question)) is not None:
         return found
-    if candidates.answers or candidates.outside:
-        return None
     from solver.kernel.elimination.unattained import unattained
 
     return unattained(question, given)
