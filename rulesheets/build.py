@@ -25,6 +25,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         conditions=expansion.conditions,
         figures=program.sheet.figures,
         requirements=expansion.requirements,
+        limits=program.limits,
         files=files,
     )
     complaints = tuple(check_figures(program, model.variables))

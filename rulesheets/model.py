@@ -117,7 +117,8 @@ class Model:
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer, ``files`` are the paths that the model was read from.
+    drawn of an answer, ``files`` are the paths that the model was read from. ``limits``: rules that
+    are 0/0 at an answer are taken by their limits.
     """
 
     name: str
@@ -126,6 +127,7 @@ class Model:
     conditions: tuple[nodes.Condition, ...]
     figures: tuple[nodes.Figure, ...] = ()
     requirements: tuple[Requirement, ...] = ()
+    limits: bool = False
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __repr__(self) -> str:

@@ -14,6 +14,7 @@ from rulesheets.nodes import (
     Function,
     IfRule,
     Inequality,
+    Name,
     Rule,
     RuleBody,
     RuleSheet,
@@ -36,13 +37,37 @@ class Program:
 
     @property
     def rows(self) -> tuple[VariableRow, ...]:
-        """The rows of the variables section, without its comment lines."""
-        return tuple(row for row in self.sheet.variables or () if isinstance(row, VariableRow))
+        """The rows of the variables section, without its comment lines and settings."""
+        rows = (row for row in self.sheet.variables or () if isinstance(row, VariableRow))
+        return tuple(row for row in rows if _setting(row.name, row.value) is None)
+
+    @property
+    def limits(self) -> bool:
+        """Whether the sheet says ``limits = yes``, in its variables section or among its rules."""
+        rows = (row for row in self.sheet.variables or () if isinstance(row, VariableRow))
+        settings = [_setting(row.name, row.value) for row in rows]
+        settings += [_said(rule) for rule in self.sheet.rules if isinstance(rule, Rule)]
+        return next((setting for setting in reversed(settings) if setting is not None), False)
+
+
+def _setting(name: str, value: Expression | None) -> bool | None:
+    """What ``limits = yes`` and ``limits = no`` say; None for anything else."""
+    if name != "limits" or not isinstance(value, Name) or value.name not in ("yes", "no"):
+        return None
+    return value.name == "yes"
+
+
+def _said(rule: Rule) -> bool | None:
+    match rule.body:
+        case Equality((Name(name),), (value,)):
+            return _setting(name, value)
+        case _:
+            return None
 
 
 def rules_of(owner: RuleSheet | Function) -> Iterator[Rule]:
-    """The rules of a sheet or a function, without the comment lines between them."""
-    return (rule for rule in owner.rules if isinstance(rule, Rule))
+    """The rules of a sheet or a function, without settings and the comment lines between them."""
+    return (rule for rule in owner.rules if isinstance(rule, Rule) and _said(rule) is None)
 
 
 def bodies(body: RuleBody) -> Iterator[RuleBody]:

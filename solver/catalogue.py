@@ -75,6 +75,11 @@ OUTCOMES: dict[str, Entry] = {
         "A rule divides by a difference that is no more than the last places of the given numbers.",
         "Give the difference itself, or the variable, or more digits.",
     ),
+    "S545": Entry(
+        "a rule is undefined here (0/0)",
+        "A quotient is 0/0 at these values, as the logarithmic mean of two equal differences is.",
+        "Take the limit with --limits where there is one, or move an input a little.",
+    ),
     "S550": Entry(
         "no answer was found",
         "The search ended without an answer, and nothing shows that there is none.",
@@ -119,5 +124,10 @@ OUTCOMES: dict[str, Entry] = {
         "nothing shows that these are all answers",
         "The search found these and no others, which is no proof.",
         "Give the unknowns finite ranges, which can be searched whole.",
+    ),
+    "S595": Entry(
+        "a rule was taken by its limit",
+        "It is 0/0 at the answer, and has the same limit from all sides.",
+        "Nothing need be done: this is what --limits asks for.",
     ),
 }

@@ -26,6 +26,29 @@ class NoValue:
 
 
 @dataclass(frozen=True, slots=True)
+class Indeterminacy:
+    """At ``values`` the rule of ``equation`` is of the ``form`` 0/0, and has no value.
+
+    ``limit`` is the two-sided limit of its part that is, None where there is none; ``is_open``: it depends on
+    what has no value.
+    """
+
+    equation: int
+    form: str
+    limit: float | None
+    is_open: bool
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Filled:
+    """``equation`` has no value at an answer, and was taken by its ``limit``."""
+
+    equation: int
+    limit: float
+
+
+@dataclass(frozen=True, slots=True)
 class AsksNothing:
     """At these values ``equation`` holds whatever ``unknown`` is."""
 
@@ -170,6 +193,8 @@ Fact: TypeAlias = (
     | RestsOnRounding
     | BeyondFloats
     | Unmet
+    | Indeterminacy
+    | Filled
     | Truncated
     | OutOfTime
 )

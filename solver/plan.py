@@ -21,6 +21,7 @@ from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
 from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf
+from solver.solution.limits import with_limits
 from solver.solution.narrowing import explore_required
 from solver.trace.paths import CompiledPaths
 from solver.verdicts.explain import explain
@@ -217,7 +218,10 @@ class Plan:
 
     def _solved(self, values: Mapping[str, Value]) -> tuple[Verdict, Exploration]:
         found = explore_required(self.model, values, self.want, self.guesses, self.want)
-        verdict = judge(self.model, found, values, self.guesses)
+        verdict, by = judge(self.model, found, values, self.guesses), self.model
+        if by.limits and verdict.status is not Status.SOLVED:
+            by, found = with_limits(by, found, values, self.want, self.guesses, self.want)
+            verdict = replace(judge(by, found, values, self.guesses), reread=True)
         if verdict.status in (Status.SINGULAR, Status.PARTIAL):
             from solver.verdicts.vanishing import look_behind
 

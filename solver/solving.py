@@ -16,7 +16,9 @@ from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
+from solver.solution.limits import with_limits
 from solver.solution.narrowing import explore_required
+from solver.verdicts.limit import at_a_limit
 from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
@@ -37,6 +39,7 @@ def solve(
     guesses: Mapping[str, float] | None = None,
     prove: bool = False,
     timeout: float | None = None,
+    limits: bool = False,
 ) -> Result:
     """Solve a model for whatever is not an input.
 
@@ -47,8 +50,10 @@ def solve(
     ``prove``: every answer is proved to exist and to be the only one within ``solution.radius``, as far as
     ``solution.proof`` says; this needs python-flint.
 
-    ``timeout``: a limit in seconds. When it is met, the answers found until then are listed (``complete`` is
-    False), or the status is ``failed`` and ``partial`` holds what was determined; a diagnosis says so.
+    ``limits``: rules that are 0/0 at an answer are taken by their limits, forward and backward; so they are
+    where the sheet has ``limits = yes``. ``timeout``: a limit in seconds. When it is met, the answers found
+    until then are listed (``complete`` is False), or the status is ``failed`` and ``partial`` holds what was
+    determined; a diagnosis says so.
 
     Raises RuleSheetError for names that the model does not have, numbers that are not finite, and
     values outside the range that the sheet declares; ValueError for a limit that is not positive.
@@ -62,7 +67,7 @@ def solve(
         require_proof()
     try:
         with time_limit(timeout):
-            return _solved(model, given, wanted, hints, prove)
+            return _solved(model, given, wanted, hints, prove, limits or model.limits)
     except TimeIsUp as up:
         found = up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
         return _cut_off(model, found, given, wanted, hints)
@@ -74,6 +79,7 @@ def _solved(
     wanted: tuple[str, ...] | None,
     hints: Mapping[str, float],
     prove: bool,
+    limits: bool,
 ) -> Result:
     judged = wanted if wanted is not None else posted(model)
     found = explore_required(model, given, wanted, hints, judged, always=prove)
@@ -84,6 +90,12 @@ def _solved(
         with suppress(TimeIsUp):
             behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
             by, found, verdict = behind or (by, found, verdict)
+    with suppress(TimeIsUp):
+        if limits:
+            by, found = with_limits(model, found, given, wanted, hints, judged)
+            verdict = judge(by, found, given, hints)
+        elif verdict.status is Status.FAILED:
+            verdict = at_a_limit(model, verdict, given, wanted, hints, judged) or verdict
     near = partial(_near, model, wanted, judged)
     result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
@@ -189,9 +201,9 @@ def _explained(
     model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: tuple[str, ...]
 ) -> tuple[Diagnosis, ...]:
     """What there is to say; of an answer that nothing stood in the way of, nothing."""
-    branch = verdict.leaves[0].branch if verdict.leaves else None
-    idle = branch is not None and not branch.facts and not branch.void and not verdict.facts
-    if verdict.status is Status.SOLVED and idle:
+    branches = [leaf.branch for leaf in verdict.leaves]
+    noted = verdict.facts or any(branch.facts for branch in branches)
+    if verdict.status is Status.SOLVED and branches and not noted and not branches[0].void:
         return ()
     from solver.verdicts.explain import explain
 

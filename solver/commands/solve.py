@@ -22,6 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--digits", action="store_true", help="print each number with the digits that are right"
     )
     parser.add_argument("--prove", action="store_true", help="prove every answer, and that there is no other")
+    parser.add_argument("--limits", action="store_true", help="take rules that are 0/0 by their limits")
     add_derived_options(parser)
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--json", action="store_true", help="print one JSON object")
@@ -36,7 +37,12 @@ def run(arguments: Namespace) -> int:
     request = read_request(arguments)
     request.expect_output(arguments.output)
     result = solve(
-        request.model, request.inputs, want=request.want, guesses=request.guesses, prove=arguments.prove
+        request.model,
+        request.inputs,
+        want=request.want,
+        guesses=request.guesses,
+        prove=arguments.prove,
+        limits=arguments.limits,
     )
     if arguments.output:
         from solver.files.replacing import write_file

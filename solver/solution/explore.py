@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
-from solver.facts import AsksNothing, Fact, RankLoss
+from solver.facts import AsksNothing, Fact, NoRoot, NoValue, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.steps.step import solve_step
 from solver.path.activity import activity
@@ -19,6 +19,7 @@ from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework
 from solver.solution.findings import Findings
+from solver.solution.indeterminacy import indeterminacy
 from solver.solution.leaves import Branch, CutOff, Exploration, Leaf, infinite, without_value
 from solver.solution.requirements import unmet
 from solver.solution.turns import settled
@@ -180,10 +181,20 @@ class Explorer:
             if isinstance(outcome.fact, AsksNothing):
                 branch.void[equation] = outcome.fact
             else:
-                self._blank(branch, (unknown,), outcome.fact)
+                self._blank(branch, (unknown,), self._undefined(branch, outcome.fact))
             return True
         facts = [() if outcome.double is None else (outcome.double,)] * len(outcome.values)
         return self._forks(branch, step, [{unknown: v} for v in outcome.values], facts, rest)
+
+    def _undefined(self, branch: Branch, fact: Fact) -> Fact:
+        """Why a rule has no value: where it is 0/0, that is no reason to exclude one."""
+        equations: tuple[int, ...] = ()
+        if isinstance(fact, NoValue):
+            equations = (fact.equation,)
+        elif isinstance(fact, NoRoot):
+            equations = fact.equations
+        told = (indeterminacy(self.model.equations[e], branch.values) for e in equations)
+        return next(filter(None, told), fact)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         return solve_step(self.graph, equation, isolation, branch.values)
@@ -262,7 +273,7 @@ class Explorer:
             self._learn(branch, step, outcome.answers[0].values)
             return True
         if not outcome.answers:
-            self._blank(branch, step.unknowns, outcome.facts[-1])
+            self._blank(branch, step.unknowns, self._undefined(branch, outcome.facts[-1]))
             return True
         facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)

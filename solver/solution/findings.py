@@ -9,6 +9,7 @@ from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.path.activity import activity
+from solver.solution.indeterminacy import indeterminacy
 from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded, infinite
 from solver.solution.requirements import unmet
 
@@ -93,7 +94,8 @@ class Findings:
                 worst = max(worst, testimony.scaled)
             else:
                 self.delicate = self.delicate or testimony.delicate
-                conflicts.append(Conflict((equation.index,), testimony.miss, values))
+                undefined = indeterminacy(equation, values) if testimony.miss is None else None
+                conflicts.append(undefined or Conflict((equation.index,), testimony.miss, values))
         conflicts += unmet(self.model, values, decided)
         lacking = (name for name in self.judged if name not in values)
         missing = tuple(name for name in lacking if not infinite(self.model, branch, name))

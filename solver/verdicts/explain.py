@@ -17,6 +17,8 @@ from solver.facts import (
     Conflict,
     DoubleRoot,
     Fact,
+    Filled,
+    Indeterminacy,
     NoRoot,
     NoValue,
     OutOfRange,
@@ -86,9 +88,11 @@ class _Explanation:
         """Notes on an answer that stands: what stays blank, what was cut off."""
         if self.leaf is None:
             return
+        said = (fact for leaf in self.verdict.leaves for fact in leaf.branch.facts)
+        yield from (self._said(fact) for fact in dict.fromkeys(f for f in said if isinstance(f, Filled)))
         for fact in self.leaf.branch.facts:
             if isinstance(fact, Truncated):
-                yield self._note("S590", f"there are too many {fact.what} to list them all", ())
+                yield self._said(fact)
         if self.verdict.status is Status.SOLVED:
             for fact in {id(fact): fact for fact in self.leaf.branch.void.values()}.values():
                 if isinstance(fact, NoValue) and fact.unknown not in self.leaf.branch.values:
@@ -182,6 +186,11 @@ class _Explanation:
                     "it is too large, too small, or too near another number: scale the rule, or its units",
                 )
                 return self._error("S551", message, (equation,), (unknown,), notes)
+            case Indeterminacy():
+                return self._indeterminate(fact)
+            case Filled(equation, limit):
+                message = f"this rule is undefined at the answer (0/0), and taken by its limit {limit:.10g}"
+                return self._note("S595", message, (equation,))
             case Unmet():
                 return self._unmet(fact)
             case OutOfTime(known):
@@ -190,6 +199,19 @@ class _Explanation:
                 return self._note("S590", f"there are too many {what} to list them all", ())
             case _:
                 assert_never(fact)
+
+    def _indeterminate(self, fact: Indeterminacy) -> Diagnosis:
+        equation = self.model.equations[fact.equation]
+        at = [f"{name} = {_text(fact.values[name])}" for name in equation.names if name in fact.values]
+        unknown = tuple(name for name in equation.names if name not in fact.values)
+        message = f"this rule is undefined here ({fact.form})"
+        if fact.limit is not None:
+            message += f"; the limit is {fact.limit:.10g}"
+        cure = "to solve with the limit give --limits, or limits = yes in the sheet"
+        if fact.limit is None and not fact.is_open:
+            cure = "there is no limit: the two sides, or several directions, lead to different values"
+        notes = (f"at {listed(at)}", cure)
+        return self._error("S545", message, (fact.equation,), unknown, notes)
 
     def _unmet(self, fact: Unmet) -> Diagnosis:
         requirement = self.model.requirements[fact.requirement]

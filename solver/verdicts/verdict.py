@@ -13,6 +13,7 @@ from solver.facts import (
     Conflict,
     DoubleRoot,
     Fact,
+    Indeterminacy,
     NoRoot,
     NoValue,
     OutOfRange,
@@ -173,7 +174,7 @@ def _about(fact: Fact) -> tuple[int, ...]:
     match fact:
         case NoValue(equation=equation) | OutOfRange(equation=equation) | AsksNothing(equation=equation):
             return (equation,)
-        case BeyondFloats(equation=equation):
+        case BeyondFloats(equation=equation) | Indeterminacy(equation=equation):
             return (equation,)
         case Conflict(equations=equations) | NoRoot(equations=equations) | RankLoss(equations=equations):
             return equations
@@ -189,6 +190,7 @@ def _structurally_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value])
 
 _SEVERITY: tuple[tuple[Status, type[object]], ...] = (
     (Status.INCONSISTENT, Conflict),
+    (Status.SINGULAR, Indeterminacy),
     (Status.INFEASIBLE, NoValue),
     (Status.INFEASIBLE, OutOfRange),
     (Status.FAILED, BeyondFloats),
@@ -215,6 +217,9 @@ def _contradicted(found: Exploration) -> Verdict:
         leaf = min(refused, key=_short)
         status = Status.INFEASIBLE if _conclusive(found) else Status.FAILED
         return Verdict(status, (leaf,), leaf.conflicts)
+    undefined = [leaf for leaf in found.dead if all(isinstance(c, Indeterminacy) for c in leaf.conflicts)]
+    if undefined:
+        return Verdict(Status.SINGULAR, (undefined[0],), undefined[0].conflicts)
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
     beyond = _beyond_floats(leaf)
     if beyond is not None:
