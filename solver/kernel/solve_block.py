@@ -16,6 +16,7 @@ from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.reduction import reduced
+from solver.kernel.elimination.all_roots import counted
 from solver.kernel.elimination.contradiction import contradiction
 from solver.kernel.elimination.formula import solve_by_formula
 from solver.kernel.elimination.linear_block import solve_linear_block
@@ -159,6 +160,8 @@ class _Search:
         others = (TearSearch(question, candidates, other, self.budget) for other in self.kernel.others())
         searches = [s for s in (search, *others) if s.kernel.exhaustive]
         self.whole = any(s.run() for s in searches)
+        if not self.whole and not self.budget.brief:
+            self.whole = counted(question, candidates)
         self.complete = self.whole and not candidates.refused
         self.stretches = () if self.whole else _settleable(searches)
         candidates.tried(Method.RANGE, self.complete)

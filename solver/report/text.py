@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 
+from rulesheets.source import escaped
 from rulesheets.spelling import plural
 from solver.report.numbers import certain, readable, tolerated
 from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, pruned, sheet_rows
@@ -110,10 +112,24 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
 
 
 def _others(result: Result, every: bool) -> Iterator[str]:
-    """How many other answers there are, and whether these are all."""
+    """How many other answers there are, and whether these are all; if not, for which unknowns, and why."""
     others = len(result.solutions) - 1
     if others > 0 and not every:
         more = "" if result.complete else ", maybe more"
         yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
-    elif result.status is Status.SOLVED and not result.complete:
-        yield "these are not known to be all the answers" if others else "there may be other answers"
+    if result.status is not Status.SOLVED or result.complete:
+        return
+    if others <= 0 or every:
+        some = "these are not known to be all the answers" if others else "there may be other answers"
+        yield f"{some}{_open_block(result)}"
+
+
+def _open_block(result: Result) -> str:
+    """Of which unknowns, by which rule, there may be more values than were found."""
+    gap = next((gap for gap in result.gaps if gap.labels), None)
+    if gap is None:
+        return ""
+    span = gap.labels[0].span
+    names = ", ".join(gap.variables[:NAMES]) + (", …" if len(gap.variables) > NAMES else "")
+    place = f"{escaped(os.path.basename(span.file))}:{span.line}"
+    return f": {names} by {place}, which could not be searched whole (--explain)"

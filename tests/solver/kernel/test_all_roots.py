@@ -1,0 +1,62 @@
+"""Answers of algebraic equations in one unknown are known to be all: as many as numpy's roots allow."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy
+import pytest
+
+import rulesheets
+import solver
+
+ALGEBRAIC = [
+    (
+        "q = (Ta - T1)/((1/r1 - 1/r2)/(4*pi*k) + 1/(h*4*pi*r2^2))",
+        {"q": 50.0, "Ta": 300.0, "T1": 77.0, "r1": 0.25, "k": 0.02, "h": 10.0},
+        2,
+    ),
+    ("C = D/d\nKB = (4*C + 2)/(4*C - 3)\nF = pi*d^3*S/(8*KB*D)", {"F": 200.0, "D": 0.02, "S": 4e8}, 2),
+    (
+        "beta = D2/D1\nv2 = Cd*sqrt(2*dp/(rho*(1 - beta^4)))\nQ = v2*pi*D2^2/4",
+        {"D1": 0.1, "Cd": 0.98, "dp": 5000.0, "rho": 1000.0, "Q": 0.01},
+        2,
+    ),
+    ("x^2.5 + sqrt(x) = 3 + 1/x", {}, 1),
+    ("sqrt(x + 1) + sqrt(x + 2) + sqrt(x + 3) = 7", {}, 1),
+    ("x*abs(x) - 3*x + 1/x = 1", {}, None),
+]
+
+
+@pytest.mark.parametrize(("text", "inputs", "count"), ALGEBRAIC)
+def test_algebraic_blocks_are_complete(text: str, inputs: dict[str, float], count: int | None) -> None:
+    result = solver.solve(rulesheets.loads(text), inputs)
+    assert str(result.status) == "solved"
+    assert result.complete
+    assert count is None or len(result.solutions) == count
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_rational_equations_have_the_roots_of_their_numerator(seed: int) -> None:
+    draw = random.Random(seed)
+    a, b, c, d, e = (round(draw.uniform(-5.0, 5.0), 2) or 1.0 for _ in range(5))
+    result = solver.solve(rulesheets.loads(f"{a}/(x - {abs(b)}) + {c}*x^2 + {d}*x = {e}"))
+    numerator = numpy.polymul([c, d, -e], [1.0, -abs(b)])
+    numerator[-1] += a
+    roots = numpy.roots(numerator)
+    real = sorted(root.real for root in roots if abs(root.imag) < 1e-7 * abs(root))
+    if result.complete:
+        found = sorted(float(solution["x"]) for solution in result.solutions)
+        assert found == pytest.approx(real, rel=1e-6)
+    gaps = numpy.diff(real)
+    if len(gaps) == 0 or min(gaps) > 1e-3 * max(map(abs, real)):
+        assert result.complete
+
+
+def test_poles_and_foreign_signs_are_no_answers() -> None:
+    result = solver.solve(rulesheets.loads("(x^2 - 1)/(x - 1) + sqrt(x) = 1/x^2 + 3"))
+    assert all(float(solution["x"]) > 1.0 for solution in result.solutions)
+    assert result.complete
+    (x,) = (float(solution["x"]) for solution in result.solutions)
+    assert math.isclose(x + 1.0 + math.sqrt(x), 1.0 / x**2 + 3.0)
