@@ -25,7 +25,7 @@ class Arithmetic(NamedTuple):
 FLOATS = Arithmetic(
     lambda number, other: number if number == number else other,
     max,
-    round,
+    lambda number: round(number) if abs(number) < MOST else number,
     lambda number: math.log10(min(max(abs(number), LEAST), MOST)),
 )
 

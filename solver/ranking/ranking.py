@@ -2,10 +2,10 @@
 
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; an absolute temperature counts double), a trivial zero counting as one; fewest trivial
-zeros; sizes near to those that the rules and the inputs suggest, within half a decade of the nearest; angles
-nearest to 0; the nearest sizes; and for what is still alike, the variables one by one, in the order of their
-names. Answers with a number of unlikely size come after all others. Nothing depends on the order of rules or
-variables.
+zeros; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest, within
+half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is still alike, the
+variables one by one, in the order of their names. Answers with a number of unlikely size come after all
+others. Nothing depends on the order of rules or variables.
 
 It is written once, over numbers or arrays of them.
 """
@@ -33,7 +33,7 @@ GRAIN = 1e6
 
 SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
-SIZE = 4
+SIZE = 5
 """The place of the size in a key."""
 
 Number = Any
@@ -62,9 +62,11 @@ class Ranking:
         self.names = tuple(name for name in self.read if "." not in name)
         self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
         self._suggestions = Suggestions(model, self.known, self.names)
+        graph = planner(model).graph
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]
         self._angles = [name in self.signs.angles for name in self.names]
+        self._right = [(graph.turn(name) or 360.0) / 4.0 for name in self.names]
         self._cold = [self.signs.cold(name) for name in self.names]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
@@ -160,15 +162,16 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0
+        negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         signs: list[Number] = []
         apart = self._apart(row, sizes, on)
-        for place, (angle, cold) in enumerate(zip(self._angles, self._cold, strict=True)):
+        for place, (angle, cold, right) in enumerate(zip(self._angles, self._cold, self._right, strict=True)):
             number, least = row[place], ZERO * most[place]
             share = on.rounded(GRAIN * (number / most[place]))
             signs += [1.0 * (share < 0.0), abs(share)]
             if angle:
                 turned = turned + abs(number)
+                wide = wide + 1.0 * (abs(number) > right + least)
                 continue
             there = abs(number) > least
             below = 1.0 * (number < -least) + (number < cold - least)
@@ -177,7 +180,7 @@ class Ranking:
             far = on.largest([far, 1.0 * (abs(apart[place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        return [far, self._guessed(row, on), negatives + zeros, zeros, distance, angle, size, *signs]
+        return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
 
     def _apart(self, row: Sequence[Number], sizes: _Suggested, on: Arithmetic) -> list[Number]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""

@@ -8,7 +8,7 @@ least (dimensional analysis, done with the numbers of the sheet; see ``homogenei
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from math import log10
+from math import log10, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.ranking.arithmetic import ARRAYS, FLOATS
 
-EXACT = 10.0
+EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
 MANY = 400
 """Unknowns of a model beyond which no sizes are suggested."""
@@ -28,6 +28,7 @@ FREE = 1e-6
 _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod", "hypot"})
 _DIRECTIONS = frozenset({"atan2", "atan2d"})
 _UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
+_LOGARITHMS = frozenset({"ln", "log", "log10", "log2", "log1p"})
 
 Vector = NDArray[np.float64]
 
@@ -80,7 +81,11 @@ class _Sizes:
     """
 
     def __init__(
-        self, model: Model, names: Sequence[str], known: Sequence[str], vanishing: Collection[str]
+        self,
+        model: Model,
+        names: Sequence[str],
+        known: Sequence[str],
+        vanishing: Collection[str],
     ) -> None:
         unknowns = sorted(set(model.variables).difference(known))
         self.slopes: Vector = np.zeros((len(names), len(known)))
@@ -217,8 +222,9 @@ class _Rows:
             self._balance(there)
             return _ONE
         if not arguments:
-            return _ONE
-        self.rows += [(term, 1.0) for term in there]
+            return _Term({}, log10(pi)) if function == "pi" else _ONE
+        if function not in _LOGARITHMS:
+            self.rows += [(term, 1.0) for term in there]
         return self._any() if function in _UNBOUNDED else _ONE
 
 

@@ -169,3 +169,8 @@ def test_rows_and_columns_are_ordered_alike() -> None:
         if np.isnan(answers).all(axis=1).any():
             continue
         assert order[:, place].tolist() == rule.order_of_rows(answers, inputs)
+
+
+def test_numbers_next_to_the_ends_of_floats_have_an_order() -> None:
+    rule = Ranking(rulesheets.loads("variables\n  a [deg]\n  b\nrules\n  b = a + c\n"), ["c"])
+    assert rule.order_of_rows([(1e308, 1e308), (-1e308, 5e-324), (1.0, 2.0)], (1e-300,))[0] == 2
