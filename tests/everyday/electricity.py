@@ -14,7 +14,15 @@ def root(function, low, high):
     return float(brentq(function, low, high, xtol=1e-18, rtol=1e-14))
 
 
-@sheet("OpenStax College Physics, Example 23.12", "Z > L, f0 > C, Z > R, I > C", Z=190, f0=1300)
+@sheet(
+    "OpenStax College Physics, Example 23.12",
+    "Z > L, f0 > C, Z > R, I > C",
+    {
+        "I > C": ({"C": 1 / (2 * pi * 10000 * (2 * 2 * pi * 10000 * 3e-3 - 1 / (2 * pi * 10000 * 5e-6)))},),
+    },
+    Z=190,
+    f0=1300,
+)
 def series_rlc(R, L, C, f, V):
     w = 2 * pi * f
     XL, XC = w * L, 1 / (w * C)

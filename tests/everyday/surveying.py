@@ -25,13 +25,36 @@ def tower_two_angles(d, a1, a2, hi):
     return {"x": x, "h": hi + x * tand(a2)}
 
 
-@sheet(OWN, "x y > tA tB, dA > tB, x > yB, dA dB > tA tB")
-def forward_intersection(xA, yA, xB, yB, tA, tB):
+def circles(xA, yA, xB, yB, rA, rB, side=1):
+    """The intersection to the left of the line from A to B, or to the right."""
+    base, direction = hypot(xB - xA, yB - yA), atan2(yB - yA, xB - xA)
+    angle = direction + side * acos((rA**2 + base**2 - rB**2) / (2 * rA * base))
+    return xA + rA * cos(angle), yA + rA * sin(angle)
+
+
+def intersection(xA, yA, xB, yB, tA, tB):
     dx, dy = xB - xA, yB - yA
     det = sind(tA) * cosd(tB) - cosd(tA) * sind(tB)
     dA = (dx * cosd(tB) - dy * sind(tB)) / det
     dB = (dx * cosd(tA) - dy * sind(tA)) / det
-    return {"dA": dA, "dB": dB, "x": xA + dA * sind(tA), "y": yA + dA * cosd(tA)}
+    return dA, dB, xA + dA * sind(tA), yA + dA * cosd(tA)
+
+
+def right_of_base():
+    """The intersection of the same two distances on the other side of the base."""
+    dA, dB, *_ = intersection(100, 200, 400, 260, 60, 320)
+    return dict(zip("xy", circles(100, 200, 400, 260, dA, dB, -1), strict=True))
+
+
+@sheet(
+    OWN,
+    "x y > tA tB, dA > tB, x > yB, dA dB > tA tB",
+    {
+        "dA dB > tA tB": (right_of_base(),),
+    },
+)
+def forward_intersection(xA, yA, xB, yB, tA, tB):
+    return dict(zip(("dA", "dB", "x", "y"), intersection(xA, yA, xB, yB, tA, tB), strict=True))
 
 
 @sheet(
@@ -130,13 +153,6 @@ def great_circle(R, p1, l1, p2, l2):
     a = sind((p2 - p1) / 2) ** 2 + cosd(p1) * cosd(p2) * sind((l2 - l1) / 2) ** 2
     c = 2 * degrees(asin(sqrt(a)))
     return {"a": a, "c": c, "d": R * radians(c)}
-
-
-def circles(xA, yA, xB, yB, rA, rB):
-    """The intersection to the left of the line from A to B."""
-    base, direction = hypot(xB - xA, yB - yA), atan2(yB - yA, xB - xA)
-    angle = direction + acos((rA**2 + base**2 - rB**2) / (2 * rA * base))
-    return xA + rA * cos(angle), yA + rA * sin(angle)
 
 
 @sheet(
