@@ -1,0 +1,126 @@
+"""Unit texts against definitions of NIST Special Publication 811 (2008), appendix B, and against pint."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rulesheets.units import Library, UnitError, convert, library
+
+EXACT = {
+    "in": ("m", "0.0254"),
+    "ft": ("m", "0.3048"),
+    "yd": ("m", "0.9144"),
+    "mi": ("m", "1609.344"),
+    "nmi": ("m", "1852"),
+    "mil": ("m", "0.0000254"),
+    "acre": ("m^2", "4046.8564224"),
+    "gal": ("m^3", "0.003785411784"),
+    "bbl": ("m^3", "0.158987294928"),
+    "lb": ("kg", "0.45359237"),
+    "oz": ("kg", "0.028349523125"),
+    "ton": ("kg", "907.18474"),
+    "kgf": ("N", "9.80665"),
+    "lbf": ("N", "4.4482216152605"),
+    "kip": ("N", "4448.2216152605"),
+    "atm": ("Pa", "101325"),
+    "bar": ("Pa", "100000"),
+    "at": ("Pa", "98066.5"),
+    "cal": ("J", "4.184"),
+    "Btu": ("J", "1055.05585262"),
+    "kWh": ("J", "3600000"),
+    "erg": ("J", "1e-7"),
+    "mph": ("m/s", "0.44704"),
+    "kn": ("km/h", "1.852"),
+    "P": ("Pa s", "0.1"),
+    "St": ("m^2/s", "0.0001"),
+    "degR": ("K", "5/9"),
+    "Btu/lb-R": ("kJ/kg-K", "4.1868"),
+    "gpm": ("L/min", "3.785411784"),
+    "hp": ("W", "745.69987158227022"),
+    "cfm": ("m^3/h", "1.69901079552"),
+}
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_factors_are_those_of_the_standard(name: str) -> None:
+    other, factor = EXACT[name]
+    one, unit = library().unit(name), library().unit(other)
+    assert one.bases == unit.bases
+    assert one.factor / unit.factor == Fraction(factor)
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("W/m^2-K", "W/(m^2 K)"),
+        ("W/m^2*K", "W K/m^2"),
+        ("kJ/kg·K", "kJ/(kg*K)"),
+        ("m3", "m^3"),
+        ("m²", "m*m"),
+        ("s⁻¹", "1/s"),
+        ("N-m", "J"),
+        ("kJ/kg{CH4}", "kJ/kg"),
+        (r"kJ/kg\CH4", "kJ/kg"),
+        ("m^(1/2)-m^0.5", "m"),
+        ("kg/s/m", "kg/(s-m)"),
+        ("-", ""),
+        ("rev/min", "rpm"),
+    ],
+)
+def test_texts_are_read_as_engineers_write_them(text: str, same: str) -> None:
+    assert library().unit(text) == library().unit(same)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "name"),
+    [("smoot", 0, "smoot"), ("N/qq", 2, "qq"), ("m^", 1, ""), ("(m", 0, ""), ("m+s", 1, "")],
+)
+def test_what_is_no_unit_is_told_with_its_place(text: str, place: int, name: str) -> None:
+    with pytest.raises(UnitError) as wrong:
+        library().unit(text)
+    assert (wrong.value.place, wrong.value.name) == (place, name)
+
+
+@pytest.mark.parametrize(
+    ("number", "source", "target", "expected"),
+    [
+        (68.0, "degF", "degC", 20.0),
+        (-40.0, "°C", "°F", -40.0),
+        (0.0, "degC", "K", 273.15),
+        (0.0, "psig", "atm", 1.0),
+        (491.67, "R", "degC", 0.0),
+    ],
+)
+def test_scales_that_begin_elsewhere(number: float, source: str, target: str, expected: float) -> None:
+    assert convert(number, library().unit(source), library().unit(target)) == pytest.approx(
+        expected, abs=1e-13
+    )
+
+
+def test_a_difference_has_no_beginning() -> None:
+    assert convert(9.0, library().unit("degF"), library().unit("degC"), difference=True) == 5.0
+
+
+def test_turns_are_exact_but_for_pi() -> None:
+    assert convert(30.0, library().unit("rpm"), library().unit("rad/s")) == pytest.approx(math.pi, rel=1e-15)
+    assert convert(0.25, library().unit("rev"), library().unit("deg")) == 90.0
+
+
+def test_units_of_a_sheet_s_own() -> None:
+    own = Library(("widget = base", "crate = 12 widget", "quid = 1.25 USD"))
+    assert convert(3.0, own.unit("crate"), own.unit("widget")) == 36.0
+    assert own.unit("kUSD") == own.unit("1000 USD")
+
+
+ALIKE = ("mm", "in", "ft", "km", "mi", "um", "nmi", "Mm")
+
+
+@given(st.floats(-1e9, 1e9), st.sampled_from(ALIKE), st.sampled_from(ALIKE))
+def test_there_and_back_is_the_same_number(number: float, source: str, target: str) -> None:
+    one, other = library().unit(source), library().unit(target)
+    assert convert(convert(number, one, other), other, one) == pytest.approx(number, rel=4.5e-16, abs=1e-300)
