@@ -13,6 +13,8 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.input_messages import names_variable, no_tolerance, not_finite, outside_range, symbol_as_guess
 from rulesheets.model import Tolerance, Value, Variable
 from rulesheets.nodes import Expression, Range, Symbol, VariableRow, names
+from rulesheets.source import Span
+from rulesheets.units.quantity import cannot_show, unit_named
 
 
 def constant(expression: Expression) -> Value:
@@ -57,6 +59,11 @@ def declared(rows: tuple[VariableRow, ...]) -> Mapping[str, Variable]:
 
 def _variable(row: VariableRow) -> Variable:
     bounds = row.range or Range()
+    units = [unit_named(text, _place_of(text, row)) for text in (row.unit, row.display_unit) if text]
+    if len(units) == 2 and units[0].bases != units[1].bases:
+        raise RuleSheetError(
+            cannot_show(row.name, row.unit, row.display_unit, _place_of(row.display_unit, row))
+        )
     variable = Variable(
         name=row.name,
         value=None if row.value is None else constant(row.value),
@@ -75,6 +82,15 @@ def _variable(row: VariableRow) -> Variable:
     if row.value is not None and isinstance(variable.value, float) and not variable.admits(variable.value):
         raise RuleSheetError(outside_range(variable.value, variable, row.value.span))
     return variable
+
+
+def _place_of(unit: str | None, row: VariableRow) -> Span | None:
+    """Where the unit of a row stands in its text."""
+    if row.span is None or unit is None:
+        return row.span
+    text = row.span.source.text
+    start = text.find(unit, text.find("[", row.span.end))
+    return Span(row.span.source, start, start + len(unit)) if start >= 0 else row.span
 
 
 def _tolerance(written: nodes.Tolerance, row: VariableRow) -> Tolerance:

@@ -91,23 +91,12 @@ def range_text(variable: Variable) -> str:
 
 def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     help_ = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
-    number, unit = _parted(text)
-    if unit:
-        reason, help_ = "a unit stands in brackets", f"write {number}[{unit}]"
     return error(
         "E406",
         f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else ""),
         *labels((place, "")),
         notes=(help_,),
     )
-
-
-def _parted(text: str) -> tuple[str, str]:
-    """``6 cm`` as number and unit; no unit where it is something else."""
-    import re
-
-    found = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_][\w/^.]*|%|°\w*)", text)
-    return (found[1], found[2]) if found else (text, "")
 
 
 def not_a_symbol(text: str, variable: Variable) -> Diagnosis:
@@ -185,15 +174,6 @@ def too_many_cells(cells: int, columns: int, place: Span) -> Diagnosis:
         f"this row has {cells} cells, and the heading {columns}",
         *labels((place, "")),
         notes=("put a cell that has a comma in it in double quotes",),
-    )
-
-
-def other_unit(name: str, unit: str, place: Span) -> Diagnosis:
-    return error(
-        "E417",
-        f"{name} is in {unit}, and units are not converted yet",
-        *labels((place, "")),
-        notes=(f"give the input in {unit}",),
     )
 
 

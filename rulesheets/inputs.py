@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
@@ -22,6 +22,7 @@ from rulesheets.input_messages import (
 )
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.source import Source, Span
+from rulesheets.units.quantity import converted, parted
 
 _DIGITS = frozenset("0123456789+-.eE")
 _PLUS_MINUS = ("±", "+/-", "+-")
@@ -71,11 +72,18 @@ def _symbol(text: str) -> str | None:
     return name if name.isidentifier() and name.isascii() else None
 
 
-def parse_input(text: str, place: Span | None = None) -> tuple[Value, Tolerance | None]:
+def parse_input(
+    text: str, place: Span | None = None, variable: Variable | None = None
+) -> tuple[Value, Tolerance | None]:
     """A value, with a tolerance where one is written after it: ``3 ± 0.01``, ``3 +- 1%``.
 
-    Raises RuleSheetError as :func:`parse_value` does, and for a tolerance that cannot be one (E405).
+    A unit after it (``3 in``, ``3 ± 0.1 [mm]``) is converted to that of the ``variable``. Raises
+    RuleSheetError as :func:`parse_value` does, for a tolerance that cannot be one (E405) and for units
+    (E440, E441).
     """
+    measured = None if variable is None else parted(text)
+    if variable is not None and measured is not None:
+        return _measured(*parse_input(measured[0], place), measured[1], variable, place)
     sign = next((sign for sign in _PLUS_MINUS if sign in text), None)
     if sign is None:
         return parse_value(text, place), None
@@ -85,6 +93,20 @@ def parse_input(text: str, place: Span | None = None) -> tuple[Value, Tolerance 
     if isinstance(value, str) or isinstance(number, str) or number < 0.0:
         raise RuleSheetError(no_tolerance(isinstance(value, str), place))
     return value, Tolerance(number, digits != size.strip())
+
+
+def _measured(
+    value: Value, tolerance: Tolerance | None, unit: str, variable: Variable, place: Span | None
+) -> tuple[Value, Tolerance | None]:
+    """A value and its tolerance in the unit of a variable. Raises RuleSheetError (E406, E440, E441)."""
+    if isinstance(value, str):
+        text = f"'{value} [{unit}]"
+        where = place or Span(Source("<value>", text), 0, len(text))
+        raise RuleSheetError(not_a_value(text, where, "a symbol has no unit"))
+    (number,) = converted([value], unit, variable, place)
+    if tolerance is not None and not tolerance.percent:
+        tolerance = Tolerance(converted([tolerance.size], unit, variable, place, difference=True)[0])
+    return number, tolerance
 
 
 def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:
@@ -192,6 +214,7 @@ def is_quantity(variable: Variable) -> bool:
 
 
 def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | None = None) -> Value:
+    given = _in_its_unit(given, variable)
     if isinstance(given, str):
         symbol = _symbol(given)
         if symbol is None:
@@ -205,7 +228,20 @@ def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | Non
     return number
 
 
+def _in_its_unit(given: Any, variable: Variable) -> Any:
+    """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; all else as it is."""
+    if isinstance(given, str) and (measured := parted(given)):
+        return parse_input(given, None, variable)[0] if _plain_number(measured[0]) is not None else given
+    if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
+        return converted([_number(given[0], variable)], given[1], variable)[0]
+    if hasattr(given, "to_base_units"):
+        base = given.to_base_units()
+        return converted([_number(base.magnitude, variable)], f"{base.units:C}", variable)[0]
+    return given
+
+
 def _checked_guess(given: SupportsFloat | str, variable: Variable) -> float:
+    given = _in_its_unit(given, variable)
     if isinstance(given, str):
         raise RuleSheetError(symbol_as_guess(given, None))
     return _number(given, variable)

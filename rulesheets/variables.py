@@ -25,7 +25,6 @@ from rulesheets.input_messages import (
     guess_with_tolerance,
     nameless_input,
     no_name_column,
-    other_unit,
     repeated_row,
     symbol_as_guess,
     too_many_cells,
@@ -35,6 +34,7 @@ from rulesheets.input_messages import (
 )
 from rulesheets.inputs import (
     Inputs,
+    is_symbol,
     override,
     parse_input,
     parse_value,
@@ -114,12 +114,13 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
 
 def _input_of(row: Row, line: Span, model: Model) -> tuple[Value | None, Tolerance | None]:
     variable = variable_named(row.name, model, _cell(line, row.name))
-    if row.unit and row.unit != (variable.unit or row.unit):
-        raise RuleSheetError(other_unit(row.name, variable.unit or "", _cell(line, row.unit)))
     if not row.input:
         return None, None
     place = _cell(line, row.input)
-    value, tolerance = parse_input(row.input, place)
+    text = (
+        f"{row.input} [{row.unit}]" if row.unit and variable.unit and not is_symbol(row.input) else row.input
+    )
+    value, tolerance = parse_input(text, place, variable)
     if tolerance is not None and row.status == "G":
         raise RuleSheetError(guess_with_tolerance(place))
     return value, tolerance

@@ -75,11 +75,6 @@ INPUTS: dict[str, Entry] = {
         "The place does not exist or may not be written to.",
         "Choose another place.",
     ),
-    "E417": Entry(
-        "the unit is another",
-        "Units are kept and shown, but not converted yet.",
-        "Give the value in the unit of the sheet.",
-    ),
     "E418": Entry(
         "an output would overwrite an input",
         "The file to write is one that is read: the sheet, a file that it uses, or a file of inputs.",
@@ -94,11 +89,6 @@ INPUTS: dict[str, Entry] = {
         "a variable is given twice",
         "Two options say what one variable is.",
         "Keep one of them.",
-    ),
-    "E422": Entry(
-        "a value is given in another unit",
-        "Units are kept and shown, but not converted yet.",
-        "Give the value in the variable's own unit, or leave the unit out.",
     ),
     "E423": Entry(
         "a guess that cannot be one",

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from fractions import Fraction
+from functools import reduce
+from operator import mul
 
 from rulesheets.units.unit import Unit
 
@@ -49,22 +51,21 @@ class _Reader:
 
     def product(self) -> Unit:
         """Factors up to the end or a closing parenthesis."""
-        alone: Unit | None = None
-        whole, below = Unit(), False
+        factors: list[Unit] = []
+        below = divided = False
         while (word := _WORD.match(self.text, self.place)) and word["sign"] != ")":
             sign = word["sign"]
             if sign in ("/", "*"):
                 below, self.place = sign == "/", word.end()
-                alone = whole if alone is None else alone
+                divided = divided or below
             elif sign in ("-", "·", "⋅"):
                 self.place = word.end()
             else:
                 factor = self.factor(word)
-                alone = factor if alone is None else whole
-                whole = factor if alone is factor else (whole / factor if below else whole * factor)
-        if alone is None:
+                factors.append(Unit() / factor if below else factor)
+        if not factors:
             raise UnitError("a unit is missing", self.place)
-        return whole
+        return factors[0] if len(factors) == 1 and not divided else reduce(mul, factors, Unit())
 
     def factor(self, word: re.Match[str]) -> Unit:
         start, self.place = word.start(), word.end()

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
+from rulesheets.diagnosis import render
+from rulesheets.units.check import check_units
 from solver.commands.inputs import add_sheet_options, load_sheet
+from solver.report.json import diagnosis_json
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -23,13 +27,16 @@ def run(arguments: Namespace) -> int:
     """Load the sheet, which raises for all that is wrong; then say what it has."""
     model = load_sheet(arguments)
     if arguments.json:
-        print('{"status": "ok", "diagnoses": []}')
+        found = [diagnosis_json(warning) for warning in check_units(model)]
+        print(json.dumps({"status": "ok", "diagnoses": found}, ensure_ascii=False))
     elif arguments.equations or arguments.latex:
         from rulesheets.algebra import listing
 
         print(listing(model, latex=arguments.latex))
     else:
         print(summary(model))
+        for warning in check_units(model):
+            print(f"\n{render(warning)}")
     return 0
 
 

@@ -187,13 +187,8 @@ class _Reading:
     def _value(self, option: Option, name: str, text: str) -> Value | None:
         from rulesheets.inputs import parse_input
 
-        with_unit = _with_unit(text)
-        if with_unit:
-            text, unit = with_unit
-            if unit != self.model.variables[name].unit:
-                self.complaints.append(_other_unit(option, unit, self.model.variables[name].unit, name))
         try:
-            value, tolerance = parse_input(text, option.place(text))
+            value, tolerance = parse_input(text, option.place(text), self.model.variables[name])
         except RuleSheetError as wrong:
             self.complaints.extend(wrong.diagnoses)
             return None
@@ -210,31 +205,12 @@ class _Reading:
             self.complaints.append(option.repeated(name))
 
 
-def _with_unit(text: str) -> tuple[str, str] | None:
-    """``50 [mm]`` as the value and the unit."""
-    inside, bracket, rest = text.rstrip().rpartition("]")
-    value, opened, unit = inside.rpartition("[")
-    if not bracket or rest or not opened or "]" in unit:
-        return None
-    return value.rstrip(), unit.strip()
-
-
 def _no_assignment(option: Option) -> Diagnosis:
     return error(
         "E420",
         f"--{option.name} needs a name and a value",
         Label(option.place(option.text)),
         notes=(f"write --{option.name} NAME=VALUE, such as --{option.name} x=3",),
-    )
-
-
-def _other_unit(option: Option, unit: str, own: str | None, name: str) -> Diagnosis:
-    has = f"{name} is in {own}" if own else f"{name} has no unit"
-    return error(
-        "E422",
-        f"{has}, and units are not converted yet",
-        Label(option.place(unit)),
-        notes=(f"give the value in {own}" if own else "leave the unit out",),
     )
 
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.units.quantity import parted
 from solver.commands.option import Option
 
 if TYPE_CHECKING:
@@ -69,6 +70,9 @@ def _axis(option: Option, variable: Variable, stretch: str) -> Axis:
 
     if ":" not in stretch:
         return listed([_listed(option, variable, part.strip()) for part in stretch.split(",")], variable.name)
+    measured = parted(stretch.rpartition(":")[2])
+    if measured is not None:
+        return _in_unit(option, variable, stretch[: stretch.rindex(":") + 1] + measured[0], measured[1])
     parts = stretch.split(":")
     if len(parts) != 3:
         raise RuleSheetError(_no_range(option))
@@ -83,12 +87,22 @@ def _axis(option: Option, variable: Variable, stretch: str) -> Axis:
     return Stretch(start, step, count)
 
 
+def _in_unit(option: Option, variable: Variable, stretch: str, unit: str) -> Axis:
+    """A range in a unit, ``0:90:5deg``, in that of the variable."""
+    from rulesheets.units.quantity import converted
+    from solver.sweeps.grid import listed
+
+    axis = _axis(option, variable, stretch)
+    numbers = axis.cut(0, len(axis)).tolist()
+    return listed(converted(numbers, unit, variable, option.place(unit)), variable.name)
+
+
 def _listed(option: Option, variable: Variable, text: str) -> float | str:
     """A value of a list. Raises RuleSheetError for a symbol where only a number can be."""
     from rulesheets.input_messages import symbol_for_number
-    from rulesheets.inputs import is_quantity
+    from rulesheets.inputs import is_quantity, parse_input
 
-    value = _value(option, text)
+    value, _ = parse_input(text, option.place(text), variable)
     if isinstance(value, str) and is_quantity(variable):
         raise RuleSheetError(symbol_for_number(value, variable, option.place(text)))
     return value

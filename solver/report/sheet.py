@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 from rulesheets.model import Tolerance, Value, Variable
+from rulesheets.units.quantity import shown
 from solver.result import Result, Solution
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
@@ -30,6 +31,29 @@ class SheetRow:
     errors: tuple[float, ...] = ()
     tolerance: Tolerance | None = None
 
+    def displayed(self, variable: Variable) -> SheetRow:
+        """The row in the display unit of its variable, where it has one."""
+        if not variable.display_unit:
+            return self
+
+        def convert(value: Value | None) -> Value | None:
+            return shown(value, variable) if isinstance(value, float) else value
+
+        def stretch(size: float) -> float:
+            return abs(shown(size, variable, difference=True))
+
+        tolerance = self.tolerance
+        if tolerance is not None and not tolerance.percent:
+            tolerance = Tolerance(stretch(tolerance.size))
+        return replace(
+            self,
+            input=convert(self.input),
+            outputs=tuple(map(convert, self.outputs)),
+            unit=variable.display_unit,
+            errors=tuple(map(stretch, self.errors)),
+            tolerance=tolerance,
+        )
+
 
 def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
     """The answers to show, the primary one first; what is determined where there is none."""
@@ -43,12 +67,12 @@ def sheet_rows(result: Result, *, every: bool = False, digits: bool = False) -> 
 
     A variable that was not asked for and has no value is left out. ``digits`` adds the error bars.
     """
-    shown = answers(result, every=every)
+    found = answers(result, every=every)
     rows = named(result)
     return tuple(
-        _row(result, result.model.variables[name], shown, digits)
+        _row(result, result.model.variables[name], found, digits)
         for name in result.model.variables
-        if name in rows and (rows[name] or any(name in answer for answer in shown))
+        if name in rows and (rows[name] or any(name in answer for answer in found))
     )
 
 
@@ -71,24 +95,24 @@ def pruned(result: Result) -> bool:
 
 def local_rows(result: Result, *, every: bool = False, digits: bool = False) -> tuple[SheetRow, ...]:
     """Rows of the variables that :func:`sheet_rows` leaves out; of a pruned solve those that have a value."""
-    shown = answers(result, every=every)
+    found = answers(result, every=every)
     there = {row.name for row in sheet_rows(result, every=every)}
     whole = not pruned(result)
     rest = (
         variable
         for name, variable in result.model.variables.items()
-        if name not in there and (whole or any(name in answer for answer in shown))
+        if name not in there and (whole or any(name in answer for answer in found))
     )
-    return tuple(_row(result, variable, shown, digits) for variable in rest)
+    return tuple(_row(result, variable, found, digits) for variable in rest)
 
 
 def _row(
-    result: Result, variable: Variable, shown: tuple[Mapping[str, Value], ...], digits: bool
+    result: Result, variable: Variable, found: tuple[Mapping[str, Value], ...], digits: bool
 ) -> SheetRow:
     name = variable.name
     given = result.inputs.get(name)
     guess = None if given is not None else result.guesses.get(name)
-    outputs = (None,) * len(shown) if given is not None else tuple(answer.get(name) for answer in shown)
+    outputs = (None,) * len(found) if given is not None else tuple(answer.get(name) for answer in found)
     return SheetRow(
         status="" if guess is None else GUESS,
         input=given if given is not None else guess,
@@ -96,7 +120,7 @@ def _row(
         outputs=outputs,
         unit=variable.unit or "",
         comment=variable.comment,
-        errors=tuple(_error(answer, name) for answer in shown) if digits else (),
+        errors=tuple(_error(answer, name) for answer in found) if digits else (),
         tolerance=variable.tolerance if isinstance(given, float) else None,
     )
 

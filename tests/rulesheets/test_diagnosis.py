@@ -109,7 +109,7 @@ def test_an_error_reads_as_its_messages() -> None:
 @pytest.mark.parametrize("code", sorted(CATALOGUE))
 def test_catalogue_entries_are_sentences(code: str) -> None:
     entry = CATALOGUE[code]
-    assert re.fullmatch(r"[ES][1-5]\d\d", code)
+    assert re.fullmatch(r"[ESW][1-6]\d\d", code)
     assert not entry.title.endswith(".")
     assert entry.cause.endswith((".", "]", "?"))
     assert entry.fix.endswith((".", "`"))

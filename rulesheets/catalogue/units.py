@@ -1,0 +1,28 @@
+"""Units that are unknown or do not fit: E440 and E441, and the warnings of the check, W601 and W602."""
+
+from __future__ import annotations
+
+from rulesheets.catalogue.entry import Entry
+
+UNITS: dict[str, Entry] = {
+    "E440": Entry(
+        "an unknown unit",
+        "A unit is a name such as mm, psi or degC, or a product of powers of names such as W/m^2-K.",
+        "Correct the name, or define it in a units section.",
+    ),
+    "E441": Entry(
+        "a value in a unit that does not fit",
+        "A value is converted to the unit of its variable, so both must measure the same kind of quantity.",
+        "Give the value in a unit of that kind, or leave the unit out.",
+    ),
+    "W601": Entry(
+        "the units of a rule do not fit",
+        "What is equated or added has one unit; logarithms and exponents take numbers.",
+        "Correct the rule or a unit, or write the factor between the units.",
+    ),
+    "W602": Entry(
+        "an angle in another unit",
+        "sin, cos and tan take radians; sind, cosd and tand take degrees.",
+        "Use the function for the unit of the angle.",
+    ),
+}
