@@ -81,13 +81,13 @@ def parse_input(
     RuleSheetError as :func:`parse_value` does, for a tolerance that cannot be one (E405) and for units
     (E440, E441).
     """
-    measured = None if variable is None else parted(text)
+    sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
+    middle, _, size = text.rpartition(sign) if sign else ("", "", text)
+    measured = None if variable is None else parted(size)
     if variable is not None and measured is not None:
-        return _measured(*parse_input(measured[0], place), measured[1], variable, place)
-    sign = next((sign for sign in _PLUS_MINUS if sign in text), None)
-    if sign is None:
+        return _measured(*parse_input(f"{middle}{sign}{measured[0]}", place), measured[1], variable, place)
+    if not sign:
         return parse_value(text, place), None
-    middle, _, size = text.rpartition(sign)
     digits = size.strip().removesuffix("%")
     value, number = parse_value(middle, place), parse_value(digits, place)
     if isinstance(value, str) or isinstance(number, str) or number < 0.0:

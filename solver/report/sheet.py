@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -123,6 +123,11 @@ def _row(
         errors=tuple(_error(answer, name) for answer in found) if digits else (),
         tolerance=variable.tolerance if isinstance(given, float) else None,
     )
+
+
+def displayed(result: Result, rows: Iterable[SheetRow]) -> tuple[SheetRow, ...]:
+    """The rows in the display units of their variables."""
+    return tuple(row.displayed(result.model.variables[row.name]) for row in rows)
 
 
 def _error(answer: Mapping[str, Value], name: str) -> float:

@@ -8,7 +8,15 @@ from collections.abc import Iterable, Iterator
 from rulesheets.source import escaped
 from rulesheets.spelling import plural
 from solver.report.numbers import certain, readable, tolerated
-from solver.report.sheet import COLUMNS, SheetRow, local_rows, output_heads, pruned, sheet_rows
+from solver.report.sheet import (
+    COLUMNS,
+    SheetRow,
+    displayed,
+    local_rows,
+    output_heads,
+    pruned,
+    sheet_rows,
+)
 from solver.report.table import table
 from solver.report.work import used, work_line
 from solver.result import Result, Status
@@ -38,7 +46,8 @@ def result_text(
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and how
     many rules were needed; ``digits`` prints every number with the digits that are right.
     """
-    parts = [sheet_table(sheet_rows(result, every=every, digits=digits))]
+    rows = displayed(result, sheet_rows(result, every=every, digits=digits))
+    parts = [sheet_table(rows)]
     if explain:
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
@@ -80,7 +89,7 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
     from solver.report.conditions import conditions_text
     from solver.report.path import path_text
 
-    rows = local_rows(result, every=every, digits=digits)
+    rows = displayed(result, local_rows(result, every=every, digits=digits))
     if rows:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)

@@ -1,0 +1,113 @@
+"""Values given and shown in other units, and the check of rules against the units of their variables."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+import solver
+from rulesheets import RuleSheetError
+from rulesheets.inputs import parse_input
+from rulesheets.units.check import check_units
+from solver.report.sheet import displayed, sheet_rows
+
+LENS = """variables
+  f = 50  [mm]
+  u = 203.2 [mm]
+  v       [mm -> in]
+rules
+  1/f = 1/u + 1/v
+"""
+
+
+@pytest.mark.parametrize("given", ["8 in", "8in", "8 [in]", "0.2032m", (8, "in"), (20.32, "cm")])
+def test_a_value_is_converted_to_the_unit_of_its_variable(given: object) -> None:
+    model = rulesheets.loads(LENS)
+    assert solver.solve(model, {"u": given})["v"] == pytest.approx(solver.solve(model)["v"], rel=1e-15)
+
+
+def test_a_pint_quantity_is_taken() -> None:
+    pint = pytest.importorskip("pint")
+    model = rulesheets.loads(LENS)
+    given = {"u": pint.UnitRegistry().Quantity(8, "inch")}
+    assert solver.solve(model, given)["v"] == pytest.approx(solver.solve(model)["v"], rel=1e-14)
+
+
+def test_a_tolerance_is_a_difference() -> None:
+    model = rulesheets.loads("variables\n T = 20 [degC]\nrules\n T = T")
+    value, tolerance = parse_input("68 ± 9 degF", None, model.variables["T"])
+    assert (value, tolerance and tolerance.size) == (20.0, 5.0)
+
+
+def test_an_output_is_shown_in_its_display_unit() -> None:
+    result = solver.solve(rulesheets.loads(LENS))
+    row = next(row for row in displayed(result, sheet_rows(result)) if row.name == "v")
+    assert row.unit == "in"
+    assert row.outputs == (pytest.approx(1 / (1 / 50 - 1 / 203.2) / 25.4, rel=1e-15),)
+
+
+@pytest.mark.parametrize(
+    ("sheet", "code"),
+    [
+        ("variables\n x [smoot]", "E440"),
+        ("variables\n x [m -> kg]", "E441"),
+        ("variables\n x = 3 [m -> inn]", "E440"),
+    ],
+)
+def test_a_wrong_unit_of_a_sheet_is_told(sheet: str, code: str) -> None:
+    with pytest.raises(RuleSheetError) as wrong:
+        rulesheets.loads(f"{sheet}\nrules\n x = 2*y")
+    assert [d.code for d in wrong.value.diagnoses] == [code]
+    assert wrong.value.diagnoses[0].labels[0].span.line == 2
+
+
+@pytest.mark.parametrize("given", ["8 kg", "8 inn", (8, "s")])
+def test_a_wrong_unit_of_an_input_is_told(given: object) -> None:
+    with pytest.raises(RuleSheetError):
+        solver.solve(rulesheets.loads(LENS), {"u": given})
+
+
+def warnings(variables: str, rules: str) -> list[str]:
+    head = "\n".join(f" {row}" for row in variables.split(","))
+    return [d.message for d in check_units(rulesheets.loads(f"variables\n{head}\nrules\n{rules}"))]
+
+
+@pytest.mark.parametrize(
+    ("variables", "rules"),
+    [
+        ("F [N],m [kg],a [m/s^2]", "F = m*a"),
+        ("E [J],m [kg],v [m/s]", "E = m*v^2/2"),
+        ("F [kN],m [kg],a [m/s^2]", "F = m*a/1000"),
+        ("v [km/h],s [m],t [s]", "v = 3.6*s/t"),
+        ("x [m],D [m]", "x/D = ln(y)"),
+        ("T [K],t [degC]", "T = t + 273.15"),
+        ("c [m],a [m],b [m]", "c = sqrt(a^2 + b^2)"),
+        ("Re,v [m/s],D [m],nu [m^2/s]", "Re = v*D/nu\nf = 64/Re"),
+        ("th [deg],x [m],r [m]", "x = r*cosd(th)"),
+        ("N [kN],A [mm^2],s [MPa]", "s = 1000*N/A"),
+        ("y [mm],x [mm]", 'y = x^2  " unchecked: holds in mm alone'),
+    ],
+)
+def test_rules_that_fit_are_not_warned_of(variables: str, rules: str) -> None:
+    assert warnings(variables, rules) == []
+
+
+@pytest.mark.parametrize(
+    ("variables", "rules", "said"),
+    [
+        ("N [N],A [mm^2]", "x = N + A", "the units do not fit"),
+        ("F [kN],m [kg],a [m/s^2]", "F = m*a", "factor of 1000"),
+        ("x [m],y", "y = exp(x)", "x must be a number"),
+        ("th [rad],x [m],r [m]", "x = r*cosd(th)", "cosd takes an angle in deg"),
+        ("p [N/m],q [N/m^2],w [m]", "p = s*w\nq = s/w", "the units do not fit"),
+        ("L [m],d [mm],A [m^2]", "A = L*d", "factor of 1000"),
+    ],
+)
+def test_rules_that_do_not_fit_are_warned_of(variables: str, rules: str, said: str) -> None:
+    (message,) = warnings(variables, rules)
+    assert said in message
+
+
+@pytest.mark.parametrize("name", rulesheets.shipped_models())
+def test_the_shipped_models_have_units_that_fit(name: str) -> None:
+    assert check_units(rulesheets.load(name)) == ()
