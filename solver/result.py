@@ -51,7 +51,8 @@ class Solution(Mapping[str, Value]):
 
     ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules ``checked``.
     ``accuracy`` holds the error bars and the conditions of the blocks, ``error`` the error bars alone:
-    estimates of the absolute error of every number, 0 for inputs.
+    estimates of the absolute error of every number, 0 for inputs. ``unlikely`` are the names whose values are
+    of unlikely size: a billion times larger or smaller than the rules and the inputs suggest.
     """
 
     by_name: Mapping[str, Value]
@@ -59,6 +60,7 @@ class Solution(Mapping[str, Value]):
     checked: int = 0
     measure: Callable[[], ForwardErrors] | None = field(default=None, repr=False, compare=False)
     proof: Proof | None = field(default=None, repr=False, compare=False)
+    unlikely: tuple[str, ...] = ()
 
     @cached_property
     def worst_residual(self) -> float:

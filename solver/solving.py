@@ -14,6 +14,7 @@ from rulesheets.model import Model, Value
 from solver.facts import OutOfTime, Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
+from solver.ranking.ranking import Ranking
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.limits import with_limits
@@ -153,7 +154,7 @@ def _result(
 ) -> Result:
     """The result of a verdict that was come to ``by`` the rules as they are read at these values."""
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
-    solutions = tuple(_solution(by, leaf, inputs, prove) for leaf in verdict.leaves) if answered else ()
+    solutions = _solutions(by, verdict.leaves, inputs, guesses, prove) if answered else ()
     primary = verdict.leaves[0] if verdict.leaves else None
     beyond = _infinite(model, primary, judged)
     undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
@@ -212,6 +213,20 @@ def _explained(
     except TimeIsUp:  # while remedies were tried
         with grace(GRACE):
             return explain(model, verdict, inputs, judged, hasty=True)
+
+
+def _solutions(
+    model: Model,
+    leaves: Sequence[Leaf],
+    inputs: Mapping[str, Value],
+    guesses: Mapping[str, float],
+    proved: bool,
+) -> tuple[Solution, ...]:
+    answers = [leaf.branch.values for leaf in leaves]
+    among = {name for values in answers for name in values}
+    marks = Ranking(model, inputs, among, guesses).unlikely(answers, inputs)
+    pairs = zip(leaves, marks, strict=True)
+    return tuple(replace(_solution(model, leaf, inputs, proved), unlikely=names) for leaf, names in pairs)
 
 
 def _solution(model: Model, leaf: Leaf, inputs: Mapping[str, Value], proved: bool) -> Solution:

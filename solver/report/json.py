@@ -36,6 +36,7 @@ def result_json(
             "solutions": solutions,
             **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
             **_proofs(result, solutions),
+            **_unlikely(result),
             "complete": result.complete,
             "undetermined": list(result.undetermined),
             "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
@@ -85,6 +86,12 @@ def _beside(proof: Proof, shown: Json) -> Json:
         return {}
     apart = {name: distance for name, distance in proof.beside.apart.items() if name in shown}
     return {"beside": {"roots": proof.beside.roots, "apart": apart}}
+
+
+def _unlikely(result: Result) -> Json:
+    """The names of unlikely size of every answer, where there are any."""
+    names = [list(answer.unlikely) for answer in result.solutions]
+    return {"unlikely": names} if any(names) else {}
 
 
 def _errors(answer: Solution, shown: Json) -> Json:

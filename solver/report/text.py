@@ -118,6 +118,15 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
 
         yield from proof_lines(result)
     yield from _others(result, every)
+    yield from _unlikely(result, every)
+
+
+def _unlikely(result: Result, every: bool) -> Iterator[str]:
+    """Which of the answers shown have numbers far from anything that the inputs suggest."""
+    for number, answer in enumerate(result.solutions if every else result.solutions[:1], start=1):
+        if answer.unlikely:
+            which = f"answer {number}" if every and len(result.solutions) > 1 else "this answer"
+            yield f"{which} is of unlikely size: {', '.join(answer.unlikely[:NAMES])}"
 
 
 def _others(result: Result, every: bool) -> Iterator[str]:

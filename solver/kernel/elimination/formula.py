@@ -18,6 +18,8 @@ CLEAR = 1e-9
 
 ROUNDING = 1e-13
 """The same, relative to the terms before anything cancelled."""
+MOST = 300
+"""Candidates that whole turns make of one."""
 STRANGE = 1e-6
 """A candidate that misses an equation by more than this, relative to its terms, is none."""
 
@@ -43,15 +45,21 @@ def solve_by_formula(question: Question, candidates: Candidates, form: ClosedFor
 
 
 def _turned(question: Question, values: Mapping[str, float]) -> list[dict[str, float]]:
-    """The candidate, with every whole turn of its angles that a declared range has room for."""
+    """The candidate, with every whole turn of its angles that a declared range has room for.
+
+    Of too many the ones nearest to 0, which are still more than are listed.
+    """
     points = [{name: values[name] for name in question.unknowns}]
-    for variable in question.variables:
-        turn = question.turn(variable.name)
-        if turn is None or (variable.low == -math.inf and variable.high == math.inf):
-            continue
+    ranged = [v for v in question.variables if v.low > -math.inf or v.high < math.inf]
+    angles = [(v, turn) for v in ranged if (turn := question.turn(v.name)) is not None]
+    most = round(MOST ** (1 / max(len(angles), 1)))
+    for variable, turn in angles:
         low, high = question.domain(variable.name)
         number = values[variable.name]
         turns = range(math.ceil((low - number) / turn), math.floor((high - number) / turn) + 1)
+        if len(turns) > most:
+            first = min(max(turns.start, round(-number / turn) - most // 2), turns.stop - most)
+            turns = range(first, first + most)
         points = [{**p, variable.name: number + k * turn} for p in points for k in turns or (0,)]
     return points
 
