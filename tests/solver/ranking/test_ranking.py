@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import random
 
@@ -12,6 +13,8 @@ from scipy.optimize import brentq
 import rulesheets
 import solver
 from solver.ranking.ranking import Ranking
+from solver.report.json import result_json
+from solver.report.text import result_text
 
 SHIELD = """variables
   T1 = 800 [K]
@@ -174,3 +177,29 @@ def test_rows_and_columns_are_ordered_alike() -> None:
 def test_numbers_next_to_the_ends_of_floats_have_an_order() -> None:
     rule = Ranking(rulesheets.loads("variables\n  a [deg]\n  b\nrules\n  b = a + c\n"), ["c"])
     assert rule.order_of_rows([(1e308, 1e308), (-1e308, 5e-324), (1.0, 2.0)], (1e-300,))[0] == 2
+
+
+VAPOUR = "P = 10^(8.07 - 1730.6/(233.4 + T))\nP = 760*x\nx = 0.5 + T/400\n"
+
+
+def test_an_answer_of_unlikely_size_is_last_and_marked() -> None:
+    """Next to the pole at -233.4 the pressure vanishes."""
+    result = solver.solve(rulesheets.loads(VAPOUR))
+    assert result["T"] == pytest.approx(
+        brentq(lambda t: 10 ** (8.07 - 1730.6 / (233.4 + t)) - 760 * (0.5 + t / 400), 50, 150), rel=1e-9
+    )
+    assert [bool(s.unlikely) for s in result.solutions] == [False, False, True]
+    assert "P" in result.solutions[-1].unlikely
+    assert float(result.solutions[-1]["P"]) < 1e-40
+    assert json.loads(result_json(result))["unlikely"] == [[], [], list(result.solutions[-1].unlikely)]
+    assert "answer 3 is of unlikely size: P, x" in result_text(result, every=True)
+    assert "unlikely" not in result_text(result)
+
+
+def test_an_only_answer_is_listed_whatever_its_size() -> None:
+    small = solver.solve(rulesheets.loads("a = 3\nb = 3 + 1e-13\nc = b - a\n"))
+    assert small.status is solver.Status.SOLVED
+    assert small.solutions[0].unlikely == ()
+    large = solver.solve(rulesheets.loads("a = 3\nb = a*c\nexp(c/50) = 1e30\n"))
+    assert large["c"] == pytest.approx(50 * 30 * math.log(10), rel=1e-12)
+    assert large.solutions[0].unlikely == ()
