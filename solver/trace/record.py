@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Variable
 from solver.compiled.flow import NotCompilable
 from solver.compiled.program import Program
 from solver.compiled.translate import Translation
@@ -81,7 +81,23 @@ class Recording(Translation):
             node = self._condition(way, self.model.conditions[index], outcome)
             if node is not None:
                 self.flow.require(node if outcome else self.flow.add("not", node))
+        self._settle(way)
         self.endings.append(self._finished(way))
+
+    def _settle(self, way: Way) -> None:
+        """Angles in the turn in which the answer has them."""
+        for name, node in way.values.items():
+            wanted, turn = self.sample[name], self.graph.turn(name)
+            if turn is None or name in self.given or isinstance(wanted, str):
+                continue
+            if abs(float(self._numbers(node)) - wanted) > turn / 2:
+                way.values[name] = self._wrapped(node, turn)
+
+    def _turned(self, way: Way, name: str, variable: Variable) -> None:
+        """A case may say that an angle lies outside of the turn around 0."""
+        node = way.values.get(name)
+        if node is not None and self.flow.value_of(node) is None:
+            super()._turned(way, name, variable)
 
     def _say(self, way: Way, name: str, value: Value) -> None:
         if isinstance(value, str):
