@@ -122,9 +122,9 @@ class Plan:
         return self._listed(self._numbers(given, named))
 
     def _listed(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        for way in self.paths.every:
+        for way, program in zip(self.paths.every, self.paths.programs, strict=True):
             if (found := way(*numbers)) is not None:
-                return self._wanted(self._in_order(numbers, found))
+                return self._wanted(found if program.ordered else self._in_order(numbers, found))
         return self._answers(numbers)
 
     def _in_order(self, numbers: Sequence[Value], rows: list[tuple[Value, ...]]) -> list[tuple[Value, ...]]:
@@ -181,14 +181,14 @@ class Plan:
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row and, where it is solved, the wanted values of every answer in order."""
         status, rows = self.states(numbers)
-        return status, self._wanted(self._in_order(numbers, rows))
+        return status, self._wanted(rows)
 
     def states(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row, and what the ways compute of every answer."""
-        for way in self.paths.every:
+        for way, program in zip(self.paths.every, self.paths.programs, strict=True):
             rows = way(*numbers)
             if rows is not None:
-                return Status.SOLVED, rows
+                return Status.SOLVED, rows if program.ordered else self._in_order(numbers, rows)
         verdict, found = self.judged(numbers)
         self.learn(numbers, verdict, found)
         if verdict.status is not Status.SOLVED:
@@ -266,6 +266,12 @@ class Plan:
             self.paths.refuse(numbers, branch.values)
 
     def _learn(self, leaves: Sequence[Leaf], numbers: tuple[Value, ...]) -> None:
+        if not self.wide and len(leaves) > 1:
+            names = (*self.want, *(name for name in leaves[0].branch.values if name not in self.want))
+            ranking = Ranking(self.model, (*self.inputs, *self.given), names, self.guesses)
+            if self.paths.record(numbers, leaves, ranking):
+                self._bind()
+                return
         if not self.wide and len(leaves) == 1:
             self.paths.learn(numbers, leaves)
         if not self.wide and (len(leaves) > 1 or self.paths.forked):

@@ -172,7 +172,7 @@ def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.in
         found = sweeper.run(columns, len(paths.pattern.want), outcome, keep)
     except Interrupted as reached:
         raise Interrupted(reached.rows, (status, _in_order(plan, columns, reached.kept))) from None
-    return status, _in_order(plan, columns, found)
+    return status, _in_order(plan, columns, found) if plan.wide else found
 
 
 def _one_by_one(plan: Plan, columns: list[Array]) -> tuple[NDArray[np.int8], Answers]:

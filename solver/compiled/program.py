@@ -27,9 +27,13 @@ class Ending:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these."""
+    """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
+
+    ``ordered``: the endings stand in the order of the rule of which answer comes first.
+    """
 
     flow: Flow
     inputs: int
     endings: tuple[Ending, ...]
     symbols: tuple[tuple[int, str], ...] = ()
+    ordered: bool = False

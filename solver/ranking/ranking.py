@@ -118,6 +118,17 @@ class Ranking:
     def _given(self, given: Mapping[str, Value]) -> tuple[float, ...]:
         return tuple(_number(given.get(name)) for name in self.known)
 
+    def keys_on(
+        self,
+        on: Arithmetic,
+        answers: Sequence[Sequence[Number]],
+        given: Sequence[Number],
+        zero: tuple[bool, ...],
+    ) -> list[Key]:
+        """The keys of answers in another arithmetic; ``zero`` tells the known numbers that are 0."""
+        sizes = self._suggestions.over(on, given, zero)
+        return self._keys(answers, given, (self._guessed_sizes(sizes[0]), sizes[1]), on)
+
     # --- keys ---
 
     def _keys(
@@ -211,8 +222,11 @@ class Ranking:
         else:
             columns = np.array([np.broadcast_to(number, rows) for number in given]).reshape(-1, rows)
             decades, determined = self._suggestions.at_rows(columns)
+        return self._guessed_sizes(decades), determined
+
+    def _guessed_sizes(self, decades: Sequence[Number]) -> list[Number]:
         guessed = [self.guesses.get(name) for name in self.names]
-        return [FLOATS.decade(g) if g else d for g, d in zip(guessed, decades, strict=True)], determined
+        return [FLOATS.decade(g) if g else d for g, d in zip(guessed, decades, strict=True)]
 
 
 def _own_first(name: str) -> tuple[bool, str]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from math import log10, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.ranking.arithmetic import ARRAYS, FLOATS
+from solver.ranking.arithmetic import ARRAYS, FLOATS, Arithmetic
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
@@ -45,6 +46,18 @@ class Suggestions:
         rule = self._where(tuple([number == 0.0 for number in given]))
         sizes = [FLOATS.decade(number) if number == number else 0.0 for number in given]
         return (rule.slopes @ np.array(sizes) + rule.constants).tolist(), rule.determined.tolist()
+
+    def over(
+        self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
+    ) -> tuple[list[Any], list[bool]]:
+        """The same in another arithmetic; ``zero`` tells the numbers that are 0."""
+        rule = self._where(zero)
+        sizes = [on.decade(on.there(number, 1.0)) for number in given]
+        decades = [
+            sum((slope * size for slope, size in zip(slopes, sizes, strict=True) if slope), constant)
+            for slopes, constant in zip(rule.slopes.tolist(), rule.constants.tolist(), strict=True)
+        ]
+        return decades, rule.determined.tolist()
 
     def at_rows(self, given: Vector) -> tuple[list[Vector], list[NDArray[np.bool_]]]:
         """The same for rows of numbers (k, rows): a row of decades for each name."""

@@ -26,11 +26,14 @@ class Numbers:
         waiting = [node]
         while waiting:
             one = waiting[-1]
-            missing = [o for o in operands(self.flow, one) if o not in self.found]
-            if one in self.found or not missing:
+            missing = (
+                [] if one in self.found else [o for o in operands(self.flow, one) if o not in self.found]
+            )
+            if not missing:
                 waiting.pop()
-                self.found.setdefault(one, self._value(one))
-            waiting += missing if one not in self.found else ()
+                if one not in self.found:
+                    self.found[one] = self._value(one)
+            waiting += missing
         return self.found[node]
 
     def _value(self, node: int) -> float | bool:

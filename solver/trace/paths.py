@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rulesheets.model import Model, Value
     from solver.compiled.program import Program
     from solver.path.planner import Planner
+    from solver.ranking.ranking import Ranking
     from solver.solution.leaves import Leaf
 
 MAX_WAYS = 24
@@ -50,37 +51,55 @@ class CompiledPaths:
     @property
     def forked(self) -> bool:
         """Whether some way may have several answers."""
-        return any(len(program.endings) > 1 for program in self.programs)
+        return any(len(program.endings) > 1 and not program.ordered for program in self.programs)
 
     def primary(self) -> Callable[..., Any]:
         """The first way, for its only answer."""
         return compile_scalar(self.programs[0])
 
+    def record(self, numbers: Sequence[Value], leaves: Sequence[Leaf], ranking: Ranking) -> bool:
+        """A record of several answers, which stand in the order of the rule."""
+        if len(self.programs) >= MAX_WAYS or self.failures >= MAX_FAILURES:
+            return False
+        return any(
+            self._learned(numbers, leaves, lambda some, plain: self._recorded(some, plain, ranking), plain)
+            for plain in (False, True)
+        )
+
     def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf]) -> bool:
         """A new way from the answers of a row that was solved step by step, where there is one that says the
         same: along the path, or else the record of what was done.
         """
-        answers = [leaf.branch.values for leaf in leaves]
         if len(self.programs) >= MAX_WAYS or self.failures >= MAX_FAILURES:
             return False
         for written in (self._along_the_path, self._recorded):
-            for plain in (False, True):
-                try:
-                    program = written(leaves, plain)
-                    every = compile_scalar(program, all_answers=True)
-                except NotCompilable:
-                    break
-                if self._agrees(every(*numbers), answers):
-                    self._take(program, every)
-                    return True
+            if any(self._learned(numbers, leaves, written, plain) for plain in (False, True)):
+                return True
         self.failures += 1
         return False
+
+    def _learned(
+        self,
+        numbers: Sequence[Value],
+        leaves: Sequence[Leaf],
+        written: Callable[[Sequence[Leaf], bool], Program],
+        plain: bool,
+    ) -> bool:
+        try:
+            program = written(leaves, plain)
+            every = compile_scalar(program, all_answers=True)
+        except NotCompilable:
+            return False
+        agrees = self._agrees(every(*numbers), [leaf.branch.values for leaf in leaves])
+        if agrees:
+            self._take(program, every)
+        return agrees
 
     def _along_the_path(self, leaves: Sequence[Leaf], plain: bool) -> Program:
         return translate(self.model, self.planner, self.pattern, leaves[0].branch.values, plain)
 
-    def _recorded(self, leaves: Sequence[Leaf], plain: bool) -> Program:
-        return record(self.model, self.planner, self.pattern, leaves, plain)
+    def _recorded(self, leaves: Sequence[Leaf], plain: bool, ranking: Ranking | None = None) -> Program:
+        return record(self.model, self.planner, self.pattern, leaves, plain, ranking)
 
     def take(self, program: Program) -> None:
         """Add a way that was learned before."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from rulesheets.model import Model, Value, Variable
 from solver.compiled.flow import NotCompilable
@@ -21,9 +22,11 @@ from solver.path.activity import activity
 from solver.path.cases import EQUAL, value_of_equality
 from solver.path.planner import Planner
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
+from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Leaf
 from solver.trace.newton import BlockNewton
 from solver.trace.numbers import Numbers
+from solver.trace.order import require_order
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
@@ -36,13 +39,18 @@ REMOTE = 1e60
 
 
 def record(
-    model: Model, planner: Planner, pattern: Pattern, leaves: Sequence[Leaf], plain: bool = False
+    model: Model,
+    planner: Planner,
+    pattern: Pattern,
+    leaves: Sequence[Leaf],
+    plain: bool = False,
+    ranking: Ranking | None = None,
 ) -> Program:
-    """The program of the answers ``leaves``, in their order.
+    """The program of the answers ``leaves``, in their order: where the ``ranking`` says the same.
 
     Raises NotCompilable where a step has no record.
     """
-    return Recording(model, planner, pattern, leaves, plain).run()
+    return Recording(model, planner, pattern, leaves, plain).run(ranking)
 
 
 class Recording(Translation):
@@ -55,8 +63,9 @@ class Recording(Translation):
         self.leaves, self.branch = leaves, leaves[0].branch
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
         self._numbers = Numbers(self.flow, {})
+        self._ways: list[Way] = []
 
-    def run(self) -> Program:
+    def run(self, ranking: Ranking | None = None) -> Program:
         start, symbols = self._start()
         for place, leaf in enumerate(self.leaves):
             way = start.fork()
@@ -67,7 +76,22 @@ class Recording(Translation):
             if len(self.leaves) > 1:
                 way.order.append(self.flow.constant(float(place)))
             self._record(way)
-        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols)
+        if ranking is not None and len(self.leaves) > 1:
+            self._rank(ranking)
+        ordered = ranking is not None or len(self.leaves) == 1
+        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, ordered)
+
+    def _rank(self, ranking: Ranking) -> None:
+        """Require that the answers stand in the order of the rule."""
+        answers = [[way.values.get(name) for name in ranking.read] for way in self._ways]
+        given = [self._ways[0].values.get(name) for name in ranking.known]
+        numbers = Numbers(self.flow, self._inputs())
+        for newton, items in self._blocks.values():
+            numbers.found.update(zip(items, newton.start, strict=True))
+        first, *others = self.endings
+        order = require_order(self.flow, ranking, answers, given, lambda node: float(numbers(node)))
+        holds = dict.fromkeys((*first.holds, *(node for node in order if node != self.flow.true)))
+        self.endings = [replace(first, holds=tuple(holds)), *others]
 
     def _record(self, way: Way) -> None:
         way.decided = dict(self.branch.conditions)
@@ -82,6 +106,7 @@ class Recording(Translation):
             if node is not None:
                 self.flow.require(node if outcome else self.flow.add("not", node))
         self._settle(way)
+        self._ways.append(way)
         self.endings.append(self._finished(way))
 
     def _settle(self, way: Way) -> None:
