@@ -29,7 +29,7 @@ class Ending:
 class Program:
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
-    ``ordered``: the endings stand in the order of the rule of which answer comes first.
+    ``ordered``: the rule of which answer comes first orders the endings.
     """
 
     flow: Flow

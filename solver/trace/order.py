@@ -1,20 +1,19 @@
 """The rule of which answer comes first, as operations of a record.
 
-``Ranking`` is written over numbers of any kind; here they are nodes of a program. What orders two answers at
-the sample is written down, no more of their keys, and guards the record: where it comes out otherwise, or
-alike, another record has the word.
+``Ranking`` is written over numbers of any kind; here they are nodes of a program. Of the keys of the answers
+as much is written down as orders them at the sample; where that comes out alike for two of them, another
+record has the word.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import reduce
-from itertools import pairwise
+from itertools import combinations
 from typing import Any
 
 from solver.compiled.flow import Flow, NotCompilable
-from solver.compiled.merge import less
 from solver.ranking.arithmetic import LEAST, MOST, Arithmetic
 from solver.ranking.ranking import Ranking
 
@@ -90,14 +89,14 @@ class Number:
     __hash__ = None  # type: ignore[assignment]
 
 
-def require_order(
+def order(
     flow: Flow,
     ranking: Ranking,
     answers: Sequence[Sequence[int | None]],
     given: Sequence[int | None],
     numbers: Callable[[int], float],
-) -> Iterator[int]:
-    """Conditions under which answers stand in the order of the rule, as they do at the sample.
+) -> tuple[list[tuple[int, ...]], list[int]]:
+    """What sorts the answers, and the conditions under which it tells them apart.
 
     ``answers`` are the nodes of the names that the ranking reads, ``given`` those of the known ones, None for
     one that has no number; ``numbers`` tells what a node is at the sample.
@@ -107,18 +106,23 @@ def require_order(
         return math.nan if node is None else Number(flow, node)
 
     rows = [[recorded(node) for node in answer] for answer in answers]
-    known = [recorded(node) for node in given]
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
-    for node, none in zip(given, zero, strict=True):
-        if node is not None and not none:
-            yield flow.add("not", flow.add("eq", node, flow.constant(0.0)))
-    keys = ranking.keys_on(_arithmetic(flow), rows, known, zero)
-    for one, other in pairwise([tuple(_node(flow, part) for part in key) for key in keys]):
+    there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
+    guards = [flow.add("not", flow.add("eq", node, flow.constant(0.0))) for node in there]
+    found = ranking.keys_on(_arithmetic(flow), rows, [recorded(node) for node in given], zero)
+    keys = [tuple(_node(flow, part) for part in key) for key in found]
+    decides = 0
+    for one, other in combinations(keys, 2):
         pairs = enumerate(zip(one, other, strict=True))
-        decides = next((place for place, (a, b) in pairs if numbers(a) != numbers(b)), None)
-        if decides is None:
+        place = next((place for place, (a, b) in pairs if numbers(a) != numbers(b)), None)
+        if place is None:
             raise NotCompilable
-        yield less(flow, one[: decides + 1], other[: decides + 1])
+        decides = max(decides, place)
+    keys = [key[: decides + 1] for key in keys]
+    for one, other in combinations(keys, 2):
+        same = [flow.add("eq", a, b) for a, b in zip(one, other, strict=True)]
+        guards.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
+    return keys, guards
 
 
 def _node(flow: Flow, value: Any) -> int:

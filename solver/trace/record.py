@@ -26,7 +26,7 @@ from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Leaf
 from solver.trace.newton import BlockNewton
 from solver.trace.numbers import Numbers
-from solver.trace.order import require_order
+from solver.trace.order import order
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
@@ -82,15 +82,15 @@ class Recording(Translation):
         return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, ordered)
 
     def _rank(self, ranking: Ranking) -> None:
-        """Require that the answers stand in the order of the rule."""
+        """Sort the answers by the rule."""
         answers = [[way.values.get(name) for name in ranking.read] for way in self._ways]
         given = [self._ways[0].values.get(name) for name in ranking.known]
         numbers = Numbers(self.flow, self._inputs())
         for newton, items in self._blocks.values():
             numbers.found.update(zip(items, newton.start, strict=True))
-        first, *others = self.endings
-        order = require_order(self.flow, ranking, answers, given, lambda node: float(numbers(node)))
-        holds = dict.fromkeys((*first.holds, *(node for node in order if node != self.flow.true)))
+        keys, guards = order(self.flow, ranking, answers, given, lambda node: float(numbers(node)))
+        first, *others = (replace(e, order=key) for e, key in zip(self.endings, keys, strict=True))
+        holds = dict.fromkeys((*first.holds, *(node for node in guards if node != self.flow.true)))
         self.endings = [replace(first, holds=tuple(holds)), *others]
 
     def _record(self, way: Way) -> None:
