@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from rulesheets.checks import check, check_figures
 from rulesheets.declarations import declared
-from rulesheets.diagnosis import RuleSheetError
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.expand import Expansion, expand
 from rulesheets.model import Model, Variable
-from rulesheets.nodes import CallRule, Equality, Expression, Name, names
-from rulesheets.program import Program, bodies, components, operands, rules_of
+from rulesheets.nodes import Call, CallRule, Equality, Expression, Function, Name, RuleSheet, names
+from rulesheets.program import Program, bodies, components, operands, rules_of, walk
 
 
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
@@ -26,12 +26,31 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         figures=program.sheet.figures,
         requirements=expansion.requirements,
         limits=program.limits,
+        notes=tuple(_respelt(program)),
         files=files,
     )
     complaints = tuple(check_figures(program, model.variables))
     if complaints:
         raise RuleSheetError(*complaints)
     return model
+
+
+def _respelt(program: Program) -> Iterator[Diagnosis]:
+    """A note on the first ``Pi``, which is read as the number."""
+    owners: list[RuleSheet | Function] = [program.sheet, *program.functions.values()]
+    sources = dict.fromkeys(owner.span.source for owner in owners if owner.span is not None)
+    if not any("Pi" in source.text or "PI" in source.text for source in sources):
+        return
+    rules = (rule for owner in owners for rule in rules_of(owner))
+    parts = [part for rule in rules for body in bodies(rule.body) for part in operands(body)]
+    parts += [row.value for row in program.rows if row.value is not None]
+    for node in (node for part in parts for node in walk(part)):
+        if isinstance(node, Call) and node.function == "pi" and node.span is not None:
+            name = node.span.text[:2]
+            if name != "pi":
+                message = f"{name} is read as pi, the number 3.14159…"
+                yield Diagnosis("E219", Severity.NOTE, message, (Label(node.span),))
+                return
 
 
 def _variables(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from enum import Enum
 
@@ -78,18 +79,27 @@ _COLORS = {Severity.ERROR: "1;31", Severity.WARNING: "1;33", Severity.NOTE: "1;3
 _BLUE, _BOLD, _GREEN = "1;34", "1", "1;32"
 
 
-def render(diagnosis: Diagnosis, color: bool = False) -> str:
+def render(diagnosis: Diagnosis, color: bool = False, width: int | None = None) -> str:
     """The diagnosis as lines of text, without a line end after the last.
 
     ``error[E104]: message``, then each labelled place as `` --> file:line:column`` with the line
-    of the source and carets under the place, then the notes. ``color`` adds ANSI colours.
+    of the source and carets under the place, then the notes. ``color`` adds ANSI colours; sentences are
+    folded to ``width`` columns where there is one.
     """
-    return "\n".join(_Page(color).lines(diagnosis))
+    return "\n".join(_Page(color, width).lines(diagnosis))
 
 
 @dataclass(frozen=True)
 class _Page:
     color: bool
+    width: int | None = None
+
+    def folded(self, text: str, before: int, margin: int) -> str:
+        """A sentence that begins in the column ``before``, its other lines after a ``margin``."""
+        if self.width is None or before + len(text) <= self.width:
+            return text
+        first, *rest = textwrap.wrap(text, self.width - margin, initial_indent=" " * (before - margin))
+        return "\n".join((first[before - margin :], *(" " * margin + line for line in rest)))
 
     def paint(self, text: str, style: str) -> str:
         return f"\x1b[{style}m{text}\x1b[0m" if self.color and text else text
@@ -98,7 +108,9 @@ class _Page:
         style = _COLORS[diagnosis.severity]
         head = self.paint(f"{diagnosis.severity}[{diagnosis.code}]", style)
         gutter = max((len(str(label.span.line)) for label in diagnosis.labels), default=1)
-        lines = [f"{head}: {self.paint(_clipped_text(diagnosis.message), _BOLD)}"]
+        start = len(f"{diagnosis.severity}[{diagnosis.code}]: ")
+        message = self.folded(_clipped_text(diagnosis.message), start, 2)
+        lines = [f"{head}: {self.paint(message, _BOLD)}"]
         for index, label in enumerate(diagnosis.labels):
             lines += self.excerpt(label, gutter, style if index == 0 else _BLUE)
         margin = " " * gutter
@@ -106,16 +118,21 @@ class _Page:
             lines.append(f"{margin} {self.paint('|', _BLUE)}")
         for index, note in enumerate(diagnosis.notes):
             word = "help" if index == 0 else "note"
-            lines.append(
-                f"{margin} {self.paint('=', _BLUE)} {self.paint(word, _GREEN)}: {_clipped_text(note)}"
-            )
+            start = gutter + len(f" = {word}: ")
+            said = self.folded(_clipped_text(note), start, start)
+            lines.append(f"{margin} {self.paint('=', _BLUE)} {self.paint(word, _GREEN)}: {said}")
         return lines
 
     def excerpt(self, label: Label, gutter: int, style: str) -> list[str]:
         """The place, the line of the source that it begins in, and carets under it."""
         span = label.span
         number, column = span.source.place(span.start)
-        shown, start, width = _clipped(span.source.line(number), column - 1, span.end - span.start)
+        shown, start, width = _clipped(
+            span.source.line(number),
+            column - 1,
+            span.end - span.start,
+            _WIDTH if self.width is None else max(self.width - gutter - 7, 20),
+        )
         margin, bar = " " * gutter, self.paint("|", _BLUE)
         carets = " " * start + self.paint(f"{'^' * width} {escaped(label.text)}".rstrip(), style)
         return [
@@ -126,15 +143,15 @@ class _Page:
         ]
 
 
-def _clipped(line: str, start: int, length: int) -> tuple[str, int, int]:
+def _clipped(line: str, start: int, length: int, most: int) -> tuple[str, int, int]:
     """A stretch of the line around the place; where the place begins in it, and how wide it is.
 
     Tabs become four blanks and other control characters one, so that carets stay below
     what they mean.
     """
     length = max(1, min(length, len(line) - start))
-    first = 0 if start + length < _WIDTH else max(0, min(start - _WIDTH // 3, len(line) - _WIDTH))
-    last = min(len(line), first + _WIDTH)
+    first = 0 if start + length < most else max(0, min(start - most // 3, len(line) - most))
+    last = min(len(line), first + most)
     before, marked = _plain(line[first:start]), _plain(line[start : min(start + length, last)])
     ahead = "… " if first else ""
     behind = " …" if last < len(line) else ""

@@ -41,13 +41,16 @@ def outside_range(number: float, variable: Variable, place: Span | None) -> Diag
     )
 
 
-def symbol_for_number(symbol: str, variable: Variable, place: Span | None) -> Diagnosis:
-    kind = f"in [{variable.unit}]" if variable.unit else f"that is {range_text(variable)}"
+def symbol_for_number(symbol: str, variable: Variable, model: Model, place: Span | None = None) -> Diagnosis:
+    ranged = math.isfinite(variable.low) or math.isfinite(variable.high)
+    kind = f"in [{variable.unit}]" if variable.unit else "that rules compute with"
+    kind = f"that is {range_text(variable)}" if ranged and not variable.unit else kind
+    tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()
     return error(
         "E406",
         f"{variable.name} is a number {kind}, and '{symbol} is a symbol",
         *labels((place, "")),
-        notes=("give a number, or clear the input to have it solved",),
+        notes=("give a number, or clear the input to have it solved", *tied),
     )
 
 

@@ -20,6 +20,7 @@ from rulesheets.input_messages import (
     symbol_for_number,
     unknown_variable,
 )
+from rulesheets.kinds import quantities
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.source import Source, Span
 from rulesheets.units.quantity import converted, parted
@@ -166,7 +167,7 @@ def override(
     first = {name: item.guess for name, item in model.variables.items() if item.guess is not None}
     for name, given in (inputs or {}).items():
         try:
-            value = None if given is None else _checked(given, variable_named(name, model))
+            value = None if given is None else _checked(given, variable_named(name, model), model)
             variable_named(name, model)
             values.pop(name, None)
             if value is not None:
@@ -208,23 +209,18 @@ def is_symbol(text: str) -> bool:
     return _symbol(text) is not None
 
 
-def is_quantity(variable: Variable) -> bool:
-    """Whether a variable can be nothing but a number: it has a unit, or ends of its range."""
-    return bool(variable.unit) or math.isfinite(variable.low) or math.isfinite(variable.high)
-
-
-def _checked(given: Value | SupportsFloat, variable: Variable, place: Span | None = None) -> Value:
+def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> Value:
     given = _in_its_unit(given, variable)
     if isinstance(given, str):
         symbol = _symbol(given)
         if symbol is None:
             raise RuleSheetError(not_a_symbol(given, variable))
-        if is_quantity(variable):
-            raise RuleSheetError(symbol_for_number(symbol, variable, place))
+        if variable.name in quantities(model):
+            raise RuleSheetError(symbol_for_number(symbol, variable, model))
         return symbol
     number = _number(given, variable)
     if not variable.admits(number):
-        raise RuleSheetError(outside_range(number, variable, place))
+        raise RuleSheetError(outside_range(number, variable, None))
     return number
 
 

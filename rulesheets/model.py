@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from rulesheets import nodes
+from rulesheets.diagnosis import Diagnosis
 from rulesheets.source import Span
 
 Value: TypeAlias = float | str
@@ -117,8 +118,9 @@ class Model:
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer, ``files`` are the paths that the model was read from. ``limits``: rules that
-    are 0/0 at an answer are taken by their limits.
+    drawn of an answer, ``files`` are the paths that the model was read from, ``notes`` what is to be
+    said of them, though nothing is wrong. ``limits``: rules that are 0/0 at an answer are taken by their
+    limits.
     """
 
     name: str
@@ -128,6 +130,7 @@ class Model:
     figures: tuple[nodes.Figure, ...] = ()
     requirements: tuple[Requirement, ...] = ()
     limits: bool = False
+    notes: tuple[Diagnosis, ...] = field(default=(), compare=False, repr=False)
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __repr__(self) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rulesheets.inputs import is_quantity, is_symbol
+from rulesheets.inputs import is_symbol
+from rulesheets.kinds import quantities
 from rulesheets.spelling import meant, plural
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def _value(model: Model, name: str, given: Any) -> Value:
             raise TypeError(
                 f"{given!r} is no value for {name}: a text is read as a symbol, and this is none{hint}"
             )
-        if is_quantity(model.variables[name]):
+        if name in quantities(model):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return given.removeprefix("'")
     if not getattr(given, "ndim", 0) and _is_number(given):

@@ -115,9 +115,10 @@ def _run(command: str, words: list[str]) -> int:
         os.environ["BACKSOLVE_CACHE"] = ""
     from rulesheets.deadline import TimeIsUp, time_limit
     from rulesheets.diagnosis import RuleSheetError
+    from solver.report.screen import shown_on
 
     try:
-        with time_limit(getattr(arguments, "timeout", None)):
+        with time_limit(getattr(arguments, "timeout", None)), shown_on(sys.stdout):
             code: int = module.run(arguments)
         return code
     except TimeIsUp:
@@ -167,9 +168,12 @@ def _misused(command: str, message: str, *notes: str) -> int:
 def _report(wrong: RuleSheetError, arguments: SimpleNamespace) -> int:
     """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
     from rulesheets.diagnosis import render
+    from solver.report.screen import screen_of
 
     color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-    print("\n\n".join(render(diagnosis, color=color) for diagnosis in wrong.diagnoses), file=sys.stderr)
+    width = screen_of(sys.stderr).width
+    said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
+    print("\n\n".join(said), file=sys.stderr)
     if getattr(arguments, "json", False):
         from solver.report.json import error_json
 

@@ -56,6 +56,7 @@ DOORS = {
     "sympy": ("rulesheets.algebra",),
     "pint": ("rulesheets.units",),
     "matplotlib": ("solver.report",),
+    "rich": ("solver.report.screen",),
     "PIL": ("solver.report",),
     "pyarrow": ("solver.files.parquet",),
     "distributed": ("solver.sweeps.cluster",),

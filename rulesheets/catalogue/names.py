@@ -95,6 +95,11 @@ NAMES: dict[str, Entry] = {
         "No rule and no other row has the name.",
         "Take the suggestion, or write a number.",
     ),
+    "E219": Entry(
+        "a name is read as pi",
+        "The number is written pi, in small letters; Pi and PI can be no variables.",
+        "Write pi.",
+    ),
     "E230": Entry(
         "a figure names an unknown variable",
         "The coordinates of a figure are those of variables of the sheet, locals by their full names.",

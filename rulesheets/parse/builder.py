@@ -91,7 +91,7 @@ class Builder:
 
     def name(self, children: Children) -> nodes.Name | nodes.Call:
         token = children[0]
-        if token == "pi":
+        if token.lower() == "pi":
             return nodes.Call("pi", (), self._of(token))
         return nodes.Name(str(token), self._of(token))
 

@@ -52,5 +52,5 @@ def _unread(option: Option) -> Diagnosis:
         "E424",
         "--approach needs a name, a limit, and the relative distances of the first and the last value",
         Label(option.place(option.text)),
-        notes=("write --approach NAME=LIMIT:1e-1..1e-15, such as --approach xB=11:1e-1..1e-15",),
+        notes=("write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number",),
     )

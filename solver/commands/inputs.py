@@ -7,7 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, render
+from rulesheets.input_messages import symbol_for_number
+from rulesheets.kinds import quantities
 from solver.commands.option import Option
 
 if TYPE_CHECKING:
@@ -59,9 +61,13 @@ def load_sheet(arguments: Namespace) -> Model:
     from rulesheets.reading import decoded
 
     if arguments.sheet != "-":
-        return load(arguments.sheet, within=arguments.within)
-    text = decoded("standard input", sys.stdin.buffer.read())
-    return loads(text, "standard input", base="", within=arguments.within)
+        model = load(arguments.sheet, within=arguments.within)
+    else:
+        text = decoded("standard input", sys.stdin.buffer.read())
+        model = loads(text, "standard input", base="", within=arguments.within)
+    for note in model.notes:
+        print(render(note), file=sys.stderr)
+    return model
 
 
 def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
@@ -138,6 +144,9 @@ class _Reading:
         for option, name, text in self._assignments("set", given):
             value = self._value(option, name, text)
             self._once(option, name, values)
+            if isinstance(value, str) and name in quantities(self.model):
+                variable, place = self.model.variables[name], option.place(text)
+                self.complaints.append(symbol_for_number(value, variable, self.model, place))
             values[name] = value
         for option, name in self._names("clear", cleared):
             self._once(option, name, values)
@@ -210,7 +219,7 @@ def _no_assignment(option: Option) -> Diagnosis:
         "E420",
         f"--{option.name} needs a name and a value",
         Label(option.place(option.text)),
-        notes=(f"write --{option.name} NAME=VALUE, such as --{option.name} x=3",),
+        notes=(f"write --{option.name} NAME=VALUE, such as --{option.name} NAME=3",),
     )
 
 

@@ -59,20 +59,23 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
         variable = variable_named(name, model, option.place(name))
         if name in axes:
             raise RuleSheetError(option.repeated(name))
-        axes[name] = _axis(option, variable, stretch)
+        axes[name] = _axis(option, variable, stretch, model)
     return axes
 
 
-def _axis(option: Option, variable: Variable, stretch: str) -> Axis:
+def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axis:
     """A range, or a list; one value is a list of one."""
     from rulesheets.input_messages import not_finite
     from solver.sweeps.grid import Stretch, listed
 
     if ":" not in stretch:
-        return listed([_listed(option, variable, part.strip()) for part in stretch.split(",")], variable.name)
+        values = [_listed(option, variable, part.strip(), model) for part in stretch.split(",")]
+        return listed(values, variable.name)
     measured = parted(stretch.rpartition(":")[2])
     if measured is not None:
-        return _in_unit(option, variable, stretch[: stretch.rindex(":") + 1] + measured[0], measured[1])
+        return _in_unit(
+            option, variable, stretch[: stretch.rindex(":") + 1] + measured[0], measured[1], model
+        )
     parts = stretch.split(":")
     if len(parts) != 3:
         raise RuleSheetError(_no_range(option))
@@ -87,24 +90,25 @@ def _axis(option: Option, variable: Variable, stretch: str) -> Axis:
     return Stretch(start, step, count)
 
 
-def _in_unit(option: Option, variable: Variable, stretch: str, unit: str) -> Axis:
+def _in_unit(option: Option, variable: Variable, stretch: str, unit: str, model: Model) -> Axis:
     """A range in a unit, ``0:90:5deg``, in that of the variable."""
     from rulesheets.units.quantity import converted
     from solver.sweeps.grid import listed
 
-    axis = _axis(option, variable, stretch)
+    axis = _axis(option, variable, stretch, model)
     numbers = axis.cut(0, len(axis)).tolist()
     return listed(converted(numbers, unit, variable, option.place(unit)), variable.name)
 
 
-def _listed(option: Option, variable: Variable, text: str) -> float | str:
+def _listed(option: Option, variable: Variable, text: str, model: Model) -> float | str:
     """A value of a list. Raises RuleSheetError for a symbol where only a number can be."""
     from rulesheets.input_messages import symbol_for_number
-    from rulesheets.inputs import is_quantity, parse_input
+    from rulesheets.inputs import parse_input
+    from rulesheets.kinds import quantities
 
     value, _ = parse_input(text, option.place(text), variable)
-    if isinstance(value, str) and is_quantity(variable):
-        raise RuleSheetError(symbol_for_number(value, variable, option.place(text)))
+    if isinstance(value, str) and variable.name in quantities(model):
+        raise RuleSheetError(symbol_for_number(value, variable, model, option.place(text)))
     return value
 
 
@@ -129,7 +133,7 @@ def _no_range(option: Option) -> Diagnosis:
         "E424",
         "--over needs a name and a range or a list",
         Label(option.place(option.text)),
-        notes=("write --over NAME=START:STOP:STEP, such as --over thetaAO=0:360:5, or --over NAME=1,2,5",),
+        notes=("write --over NAME=START:STOP:STEP, such as NAME=0:360:5, or --over NAME=1,2,5",),
     )
 
 

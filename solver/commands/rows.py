@@ -52,7 +52,7 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
 
 def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     """``columns`` are those to take; none means all."""
-    from rulesheets.inputs import is_quantity
+    from rulesheets.kinds import quantities
     from solver.files.rows import heading, pieces
     from solver.sweeps.chunks import file_chunks, first_lessons
 
@@ -66,7 +66,7 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
     if complaints:
         raise RuleSheetError(*complaints)
-    numbers = frozenset(name for name in names if is_quantity(model.variables[name]))
+    numbers = quantities(model).intersection(names)
     chunks = file_chunks(pieces(path, names, numbers), total)
     first = next(chunks, ())
     return Swept(names, total, None, chain([first] if first else [], chunks), first_lessons(first))

@@ -116,8 +116,8 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
 
 def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
     """The table goes to a file and to a picture, or to standard output."""
+    from rulesheets.kinds import symbolic
     from solver.sweeps.sinks import FileSink, StreamSink
-    from solver.sweeps.symbols import symbolic
 
     sinks: list[Sink] = []
     if arguments.plot:

@@ -16,7 +16,7 @@ from solver.numerics.outcome import Outcome
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
-MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS, MOST_BLURRED = 256, 12, 48, 8
+MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS, MOST_BLURRED = 1_000, 12, 48, 8
 MOST_DULL = 12
 """Points that sharpening makes no new answer of: a plateau that is 0 but for rounding has no end of them."""
 VANISHED = 1e-150

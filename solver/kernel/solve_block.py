@@ -13,7 +13,7 @@ from rulesheets.model import Value
 from solver.attempts import Attempt, Method
 from solver.facts import Fact, NoRoot
 from solver.kernel.budget import Budget
-from solver.kernel.candidates import Candidates
+from solver.kernel.candidates import MOST_ANSWERS, Candidates
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.reduction import reduced
 from solver.kernel.elimination.all_roots import counted
@@ -33,7 +33,6 @@ from solver.numerics.newton import NewtonLimits
 STARTS = 24
 FEW_STARTS = 6
 START_LIMITS = NewtonLimits(iterations=40, escapes=2)
-MAX_ANSWERS = 64
 MAX_BATCH_UNKNOWNS = 60
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
@@ -252,8 +251,8 @@ def _found(question: Question, candidates: Candidates, complete: bool) -> BlockO
     block = question.kernel.block
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:
-        cut = len(answers) > MAX_ANSWERS
-        return BlockOutcome(tuple(answers[:MAX_ANSWERS]), complete and not cut, cut=cut)
+        cut = len(answers) >= MOST_ANSWERS
+        return BlockOutcome(tuple(answers), complete and not cut, cut=cut)
     if candidates.outside is not None:
         return BlockOutcome(complete=complete, facts=(candidates.outside,))
     best = candidates.nearest

@@ -52,7 +52,8 @@ def rule_status_table(result: Result) -> str:
     places = Places(result.model)
     shown = statuses[:LIMIT]
     rows = ((s.mark, places.of(s.equation), _clipped(s.equation), _waiting(s)) for s in shown)
-    text = table(("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else ""), rows)
+    head = ("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else "")
+    text = table(head, rows, soft=(2, 3))
     hidden = len(statuses) - len(shown)
     return f"{text}\n… and {hidden} more" if hidden else text
 

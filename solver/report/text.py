@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from rulesheets.source import escaped
 from rulesheets.spelling import plural
 from solver.report.numbers import certain, readable, tolerated
+from solver.report.screen import SCREEN
 from solver.report.sheet import (
     COLUMNS,
     SheetRow,
@@ -17,7 +19,7 @@ from solver.report.sheet import (
     pruned,
     sheet_rows,
 )
-from solver.report.table import table
+from solver.report.table import fits, table
 from solver.report.work import used, work_line
 from solver.result import Result, Status
 
@@ -25,6 +27,15 @@ NUMBER_WIDTH = 16
 """Cells of an output: a number with ten digits, a sign and an exponent."""
 
 INPUT_WIDTH = 10
+ANSWER = "bold"
+STATUSES = {
+    Status.PARTIAL: "bold yellow",
+    Status.SINGULAR: "bold yellow",
+    Status.INCONSISTENT: "bold red",
+    Status.INFEASIBLE: "bold red",
+    Status.FAILED: "bold red",
+}
+"""How the word of a status is set off on a terminal."""
 
 NAMES = 6
 """Wanted variables that a sentence names at most."""
@@ -61,7 +72,8 @@ def _complaints(result: Result, color: bool) -> Iterator[str]:
     from solver.report.rule_status import rule_status_table
 
     yield rule_status_table(result)
-    yield from (render(diagnosis, color=color) for diagnosis in result.diagnoses)
+    width = SCREEN.get().width
+    yield from (render(diagnosis, color=color, width=width) for diagnosis in result.diagnoses)
 
 
 def sheet_table(rows: Iterable[SheetRow]) -> str:
@@ -72,15 +84,51 @@ def sheet_table(rows: Iterable[SheetRow]) -> str:
     header = (status, given, name, *output_heads(count), unit, comment)
     names = max((len(row.name) for row in rows), default=0)
     least = (0, INPUT_WIDTH, names, *(NUMBER_WIDTH,) * count)
-    return table(header, (_cells(row) for row in rows), least)
+    cells = [_cells(row) for row in rows]
+    if count > 1 and not fits(header, cells):
+        return _turned(rows)
+    return table(header, cells, least, styles=("", "", "", *(ANSWER,) * count, "", "dim"))
+
+
+def _turned(rows: Sequence[SheetRow]) -> str:
+    """Many answers on a narrow screen: what is given, then a line for each answer."""
+    given = [row for row in rows if not any(v is not None for v in row.outputs)]
+    found = [row for row in rows if row not in given]
+    parts = [sheet_table(replace(row, outputs=(None,), errors=()) for row in given)] if given else []
+    parts += [_answers(group) for group in _groups(found)]
+    return "\n\n".join(parts)
+
+
+def _groups(rows: Sequence[SheetRow]) -> Iterator[list[SheetRow]]:
+    """Variables in groups that fit side by side, one at least."""
+    group: list[SheetRow] = []
+    for row in rows:
+        if group and not fits(*_lines([*group, row])):
+            yield group
+            group = []
+        group.append(row)
+    if group:
+        yield group
+
+
+def _answers(rows: Sequence[SheetRow]) -> str:
+    return table(*_lines(rows), styles=("dim", *(ANSWER,) * len(rows)), soft=())
+
+
+def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """A table of answers: names across, answers down. Its last column is empty, for nothing is cut."""
+    head = (f"{row.name} [{row.unit}]" if row.unit else row.name for row in rows)
+    values = zip(*(_outputs(row) for row in rows), strict=True)
+    return ("Answer", *head, ""), [(str(k), *line, "") for k, line in enumerate(values, 1)]
+
+
+def _outputs(row: SheetRow) -> tuple[str, ...]:
+    return tuple(map(certain, row.outputs, row.errors) if row.errors else map(readable, row.outputs))
 
 
 def _cells(row: SheetRow) -> tuple[str, ...]:
-    outputs: Iterable[str] = map(readable, row.outputs)
-    if row.errors:
-        outputs = map(certain, row.outputs, row.errors)
     given = tolerated(readable(row.input), row.tolerance)
-    return (row.status, given, row.name, *outputs, row.unit, row.comment)
+    return (row.status, given, row.name, *_outputs(row), row.unit, row.comment)
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
@@ -111,7 +159,8 @@ def _used(result: Result) -> str:
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
     if result.status is not Status.SOLVED:
-        yield f"{result.status}: {MEANINGS[result.status]}"
+        word = SCREEN.get().paint(str(result.status), STATUSES[result.status])
+        yield f"{word}: {MEANINGS[result.status]}"
     yield work_line(result)
     if any(solution.proof for solution in result.solutions):
         from solver.report.proof import proof_lines

@@ -16,7 +16,7 @@ from solver.solution.requirements import unmet
 if TYPE_CHECKING:
     from solver.solution.leaves import Outcomes
 
-MAX_LEAVES = 256
+MAX_LEAVES = 1_000
 
 
 class Findings:

@@ -84,7 +84,7 @@ def codes(text: str) -> list[str]:
         ("3.", Number(3.0)),
         ("pi", Call("pi", ())),
         ("PI()", Call("pi", ())),
-        ("Pi", Name("Pi")),
+        ("Pi", Call("pi", ())),
         ("e", Name("e")),
         ("e()", Call("e", ())),
         ("SinD(a)", Call("sind", (a,))),

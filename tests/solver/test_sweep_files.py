@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.kinds import symbolic
 from solver import sweeping
 from solver.cli import INTERRUPTED, main
 from solver.files import parquet
@@ -40,7 +41,6 @@ from solver.sweeps.chunks import grid_chunks, grid_lessons
 from solver.sweeps.grid import Grid, Zipped, listed
 from solver.sweeps.running import solved_pieces
 from solver.sweeps.stream import Outcome, run
-from solver.sweeps.symbols import symbolic
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 
 ROOT = Path(__file__).parent.parent.parent

@@ -12,6 +12,7 @@ import pytest
 
 import rulesheets
 import solver
+from rulesheets.diagnosis import RuleSheetError
 
 CRANK = Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk"
 
@@ -234,10 +235,18 @@ def test_value_given_by_the_case_where_a_rule_asks_nothing() -> None:
         ("x = y\nz = x*2", {"y": "open"}),
     ],
 )
-def test_a_rule_that_computes_with_a_symbol_says_so(text: str, given: dict[str, str]) -> None:
-    result = solver.solve(rulesheets.loads(text), given)
-    assert result.status in (solver.Status.INFEASIBLE, solver.Status.FAILED)
-    (diagnosis,) = result.diagnoses
+def test_a_symbol_for_what_rules_compute_with_is_refused(text: str, given: dict[str, str]) -> None:
+    with pytest.raises(RuleSheetError) as caught:
+        solver.solve(rulesheets.loads(text), given)
+    (diagnosis,) = caught.value.diagnoses
+    assert diagnosis.code == "E406"
+    assert f"{next(iter(given))} is a number that rules compute with" in diagnosis.message
+
+
+def test_a_rule_that_computes_with_a_symbol_says_so() -> None:
+    """Some case of the rules gives x a number, so that a symbol is no mistake at the door."""
+    text = "if k > 2 then x = 'open else x = 1\ny = 2*x\nk = 3"
+    (diagnosis,) = solver.solve(rulesheets.loads(text)).diagnoses
     assert (diagnosis.code, diagnosis.variables) == ("S534", ("x",))
     assert "x, which is the symbol 'open" in diagnosis.message
 
