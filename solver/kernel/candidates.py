@@ -194,7 +194,8 @@ class Candidates:
             self._refuse(point)
 
     def _is_known(self, root: Mapping[str, float]) -> bool:
-        return any(self._covers(answer, root) for answer in self.answers)
+        beside = self.question.beside
+        return any(self._covers(answer, beside(root, answer.values)) for answer in self.answers)
 
     def part(self, roots: Sequence[Mapping[str, float]]) -> None:
         """Remember which of these roots, proven to be different, rounding has merged with another one: points
@@ -221,7 +222,7 @@ class Candidates:
         be beyond floats."""
         from solver.kernel.root_check import root_beside
 
-        root, _ = root_beside(self.question, point)
+        root, _ = root_beside(self.question, point, reach=1.0, most=10)
         if root is not None:
             self.proven(root)
         elif self.nearly(point):

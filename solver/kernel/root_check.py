@@ -53,7 +53,7 @@ def check_root(
     start = list(point.values())
     bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, _sizes(question, start), strict=True)]
     try:
-        root = _root(question, start, bars)
+        root, settled = _root(question, start, bars)
     except (Undefined, ValueError, OverflowError):
         return RootCheck.STANDS, dict(point)  # a rule has no slope there: nothing speaks against the point
     if root is None:
@@ -64,17 +64,22 @@ def check_root(
         return RootCheck.NO_ROOT, there
     reach, everything = dict(zip(there, bars, strict=True)), {**question.here, **there}
     beside = any(_reaches_zero(h, everything, reach) for e in question.kernel.forms for h in divisors(e))
-    return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
+    if not beside:
+        return RootCheck.STANDS, there
+    return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
 
 
-def root_beside(question: Question, point: Mapping[str, float]) -> tuple[dict[str, float] | None, bool]:
-    """The root near a point at which Newton's method settles, and whether it leads away from there: then no
-    root is near, although other rules that are made of the block's hold there. At 0/0 it starts beside."""
+def root_beside(
+    question: Question, point: Mapping[str, float], reach: float = NEAR * FAR, most: int = ITERATIONS
+) -> tuple[dict[str, float] | None, bool]:
+    """The root at which Newton's method settles, in a few steps, within a reach relative to the unknowns; and
+    whether it leads away. Then no root is near, although other rules made of the block's hold there. At 0/0
+    the method starts beside the point."""
     start = list(point.values())
-    bars = [NEAR * size for size in _sizes(question, start)]
+    bars = [reach / FAR * size for size in _sizes(question, start)]
     for nudge in (0.0, NUDGE):
         try:
-            root, settled = _solved_on(question, start, bars, nudge)
+            root, settled = _solved_on(question, start, bars, nudge, most)
         except Undefined as error:
             if error.hole:
                 continue
@@ -86,11 +91,13 @@ def root_beside(question: Question, point: Mapping[str, float]) -> tuple[dict[st
     return None, True
 
 
-def _root(question: Question, start: Sequence[float], bars: Sequence[float]) -> list[float] | None:
+def _root(
+    question: Question, start: Sequence[float], bars: Sequence[float]
+) -> tuple[list[float] | None, bool]:
     """Where Newton's method ends. At the turn of a fold its step is long however near two roots are, so that
     a start beside the point may lead to the end that the point does not."""
-    root, _ = _solved_on(question, start, bars)
-    return root or _solved_on(question, start, bars, NUDGE)[0]
+    found = _solved_on(question, start, bars)
+    return found if found[0] else _solved_on(question, start, bars, NUDGE)
 
 
 def _sizes(question: Question, start: Sequence[float]) -> list[float]:
@@ -98,7 +105,11 @@ def _sizes(question: Question, start: Sequence[float]) -> list[float]:
 
 
 def _solved_on(
-    question: Question, start: Sequence[float], bars: Sequence[float], nudge: float = 0.0
+    question: Question,
+    start: Sequence[float],
+    bars: Sequence[float],
+    nudge: float = 0.0,
+    most: int = ITERATIONS,
 ) -> tuple[list[float] | None, bool]:
     """Where Newton's method in many digits ends that begins so far beside the start, and whether it settles:
     between two roots that all but meet it may stay without an end. None where it leaves the neighbourhood.
@@ -108,7 +119,7 @@ def _solved_on(
     mp = context(DIGITS)
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
     residual, rows = _linearized(question, x)
-    for count in range(ITERATIONS):
+    for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
         if step is None:
             return [float(v) for v in x], count > 0 and not any(residual)
@@ -173,4 +184,4 @@ def _reaches_zero(divisor: Expression, values: Mapping[str, Value], bars: Mappin
     except Undefined:
         return True
     moves = sum(abs(slope) * bars.get(name, 0.0) for name, slope in slopes.items() if slope)
-    return not moves <= BESIDE * abs(at)
+    return not moves < BESIDE * abs(at)

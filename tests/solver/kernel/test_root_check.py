@@ -18,6 +18,14 @@ POLYTROPIC = "p1*V1^g = p2*V2^g\nwork = (p2*V2 - p1*V1)/(g - 1)"
 GAS = {"p1": 101.0, "V1": 1.2, "V2": 0.0857142857}
 LOAN = "payment = debt*rate/(1 - (1 + rate)^(-term))"
 TRIANGLE = "A + B + C = 180\na = 2*R*sind(A)\nb = 2*R*sind(B)\nc = 2*R*sind(C)"
+EXCHANGER = """\
+dT1 = Thi - Tco
+dT2 = Tho - Tci
+Q = mh*cph*(Thi - Tho)
+Q = mc*cpc*(Tco - Tci)
+A = Q/(U*LM)
+Q = U*A*(dT1 - dT2)/ln(dT1/dT2)
+"""
 MOTION = "v = u + acc*t\ns = (v^2 - u^2)/(2*acc)\nmean = s/t"
 
 
@@ -26,7 +34,7 @@ def solved(rules: str, inputs: Mapping[str, float]) -> Result:
 
 
 def exponent(work: float) -> float:
-    """The exponent of the polytropic change that takes so much work, by bisection in many digits."""
+    """The exponent of the polytropic change that takes so much work, in many digits."""
     p, v, w = map(mpmath.mpf, GAS.values())
     with mpmath.workdps(40):
         return float(
@@ -57,6 +65,19 @@ def test_a_triangle_has_no_endless_circumcircle() -> None:
     result = solved(TRIANGLE, {"a": 7.0, "b": 5.0, "c": 8.0})
     radius = 7.0 * 5.0 * 8.0 / (4.0 * math.sqrt(10.0 * 3.0 * 5.0 * 2.0))
     assert {round(abs(float(solution["R"])), 12) for solution in result.solutions} == {round(radius, 12)}
+
+
+def test_a_heat_exchanger_without_heat_is_no_answer() -> None:
+    """With Q = 0 the mean temperature difference is 0/0."""
+    flows = {"mh": 2.0, "cph": 4.18, "mc": 3.0, "cpc": 2.1, "Thi": 110.0, "Tci": 20.0}
+    result = solved(EXCHANGER, {"LM": 49.2965, "U": 0.5, **flows})
+
+    def miss(heat: mpmath.mpf) -> mpmath.mpf:
+        hot, cold = 90 - heat / mpmath.mpf(2 * 4.18), 90 - heat / mpmath.mpf(3 * 2.1)
+        return (hot - cold) / mpmath.log(hot / cold) - 49.2965
+
+    heat = float(mpmath.findroot(miss, (200.0, 350.0), solver="anderson"))
+    assert [solution["Q"] for solution in result.solutions] == pytest.approx([heat], rel=1e-12)
 
 
 def test_a_motion_of_steady_speed_has_no_acceleration_made_of_rounding() -> None:
