@@ -20,6 +20,11 @@ OUTCOMES: dict[str, Entry] = {
         "No values can satisfy all of the rules shown; leaving out any one of them would help.",
         "Take back one of the inputs named: the notes say what the others make of it.",
     ),
+    "S521": Entry(
+        "a given number is fixed otherwise, whatever an unknown is",
+        "The rules determine it from other inputs; the variable that was freed has no part in it.",
+        "Leave it out, or free an input that it depends on.",
+    ),
     "S530": Entry(
         "no value satisfies a rule",
         "An operation would need what it cannot have: the root of a negative number, a cosine beyond 1.",

@@ -19,6 +19,7 @@ from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.limits import with_limits
 from solver.solution.narrowing import explore_required
+from solver.verdicts.fixed import fixed_otherwise
 from solver.verdicts.limit import at_a_limit
 from solver.verdicts.verdict import Verdict, judge
 
@@ -97,6 +98,8 @@ def _solved(
             verdict = judge(by, found, given, hints)
         elif verdict.status is Status.FAILED:
             verdict = at_a_limit(model, verdict, given, wanted, hints, judged) or verdict
+        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
+            verdict = fixed_otherwise(model, verdict, given) or verdict
     near = partial(_near, model, wanted, judged)
     result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:

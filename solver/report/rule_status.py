@@ -35,12 +35,13 @@ class RuleStatus:
 
 
 def rule_statuses(result: Result) -> tuple[RuleStatus, ...]:
-    """The rules that are not satisfied, those blamed first, each rule of the text once a call."""
+    """The rules that are not satisfied, those blamed first and once, others once a call."""
     if result.status is Status.SOLVED:
         return ()
     found: dict[tuple[Span, str], RuleStatus] = {}
     for status in _statuses(result):
-        found.setdefault((status.equation.rule, status.equation.scope), status)
+        scope = "" if status.mark == BLAMED else status.equation.scope
+        found.setdefault((status.equation.rule, scope), status)
     return tuple(sorted(found.values(), key=lambda status: status.mark != BLAMED))
 
 

@@ -146,8 +146,19 @@ class Explorer:
                     return self._assume(branch, step)
             if again is not None:
                 return again
+        if self._reopened(branch):
+            return True
         self._finish(branch)
         return False
+
+    def _reopened(self, branch: Branch) -> bool:
+        """Take up blocks again that determined too little, and of which more is known now."""
+        lost = {id(fact): fact for fact in branch.void.values() if isinstance(fact, RankLoss)}
+        waiting = {i for i, fact in lost.items() if any(name in branch.values for name in fact.free)}
+        for equation in [e for e, fact in branch.void.items() if id(fact) in waiting]:
+            del branch.void[equation]
+            branch.settled.discard(equation)
+        return bool(waiting)
 
     def _broken(self, branch: Branch) -> bool:
         """Whether the branch leads to no answer, by a requirement on what is known. Whole turns of an angle

@@ -18,6 +18,7 @@ from solver.facts import (
     DoubleRoot,
     Fact,
     Filled,
+    Fixed,
     Indeterminacy,
     NoRoot,
     NoValue,
@@ -74,7 +75,8 @@ class _Explanation:
             yield self._said(cut_off[0])
             return
         if verdict.status is Status.INCONSISTENT:
-            yield self._clash()
+            fixed = [fact for fact in verdict.facts if isinstance(fact, Fixed)]
+            yield self._said(fixed[0]) if fixed else self._clash()
             return
         if verdict.status in (Status.INFEASIBLE, Status.FAILED, Status.SINGULAR, Status.PARTIAL):
             yield from dict.fromkeys(map(self._of, verdict.facts))
@@ -154,7 +156,8 @@ class _Explanation:
                 message = message.replace(
                     " not determined", " is not determined" if len(free) == 1 else " are not determined"
                 )
-                notes = (*self._zeros(equation), f"give {listed(tuple(free), 'or')}, or change the position")
+                cure = ", or ".join((*self._giving(tuple(free)), "change the position"))
+                notes = (*self._zeros(equation), cure)
                 return self._error("S540", message, (equation,), tuple(free), notes)
             case RankLoss():
                 return self._rank(fact)
@@ -191,6 +194,13 @@ class _Explanation:
             case Filled(equation, limit):
                 message = f"this rule is undefined at the answer (0/0), and taken by its limit {limit:.10g}"
                 return self._note("S595", message, (equation,))
+            case Fixed(name, value, given, unknown, equations):
+                message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
+                notes = (
+                    f"leave out {name}: the other inputs make it {value:.10g}",
+                    f"to have {name} = {number_text(given)}, free an input that {name} depends on",
+                )
+                return self._error("S521", message, equations, (name, unknown), notes)
             case Unmet():
                 return self._unmet(fact)
             case OutOfTime(known):
@@ -249,20 +259,27 @@ class _Explanation:
         else:
             message = f"at these values the rules leave {listed(fact.free)} free"
             code = "S542"
-        notes = (
-            f"give {listed(fact.free, 'or')}",
-            f"they can move along {_direction(fact.direction)}",
-        )
+        notes = (*self._giving(fact.free), f"they can move along {_direction(fact.direction)}")
         return self._error(code, message, fact.equations, fact.free, notes)
 
     def _not_found(self, fact: NoRoot) -> Diagnosis:
         best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
         notes = [f"the nearest miss was at {best}"] if best else []
-        for equation, miss in zip(fact.equations, fact.misses, strict=False):
-            notes.append(f"rule {self._line(equation)} is off by {number_text(miss)} there")
-        notes.append(f"give a guess for {listed(fact.unknowns, 'or')}, or a range: name in [a, b]")
+        missed = zip(fact.equations, fact.misses, strict=False)
+        notes += [f"rule {self._line(e)} is off by {number_text(miss)} there" for e, miss in missed if miss]
         message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
-        return self._error("S550", message, fact.equations, fact.unknowns, tuple(notes))
+        return self._error("S550", message, fact.equations, fact.unknowns, (*notes, self._next_step(fact)))
+
+    def _next_step(self, fact: NoRoot) -> str:
+        """What narrows the search most: a range for what it iterates on; or else no limit on the work."""
+        steps = () if self.leaf is None else self.leaf.branch.attempts
+        tears = next((step.tears for step in steps if step.equations == fact.equations), fact.unknowns[:1])
+        variables = (self.model.variables[name] for name in tears)
+        open_ones = [v.name for v in variables if not (math.isfinite(v.low) and math.isfinite(v.high))]
+        if not open_ones:
+            return f"--prove searches the ranges of {listed(tears)} without a limit on the work"
+        them = "it" if len(open_ones) == 1 else "them"
+        return f"give {listed(open_ones)} a range, {open_ones[0]} in [a, b]: the search iterates on {them}"
 
     def _no_case(self) -> Diagnosis:
         if self.verdict.status is Status.FAILED:
@@ -288,16 +305,28 @@ class _Explanation:
             frozenset(),
             missing,
         )
-        enough = [way.names for way in ways if way.enough]
+        enough = [way.names for way in ways if way.enough and not self._asked(way.names)]
         notes = []
         if enough and len(enough[0]) == 1:
             notes.append(f"give {listed([names[0] for names in enough], 'or')}")
         elif enough:
             notes.append("give " + ", or ".join(listed(names) for names in enough[:MAX_NAMED]))
-        elif ways:
+        elif ways and not ways[0].enough:
             notes.append(f"more than one input is missing; {ways[0].names[0]} would determine most")
+        else:
+            notes.append(f"no other variable determines {listed(missing)}: add a rule that does")
         message = f"the inputs do not determine {listed(missing)}"
         return self._error("S510", message, (), missing, tuple(notes))
+
+    def _asked(self, names: Sequence[str]) -> bool:
+        """Whether to give these is no help, as they are all that is missing, or what was asked for itself."""
+        return self.verdict.structural == tuple(names) or not self._giving(names)
+
+    def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
+        """The advice to give one of these; none of it to give what was asked for itself."""
+        everything = all(v.name in self.judged for v in self.model.variables.values() if v.posted)
+        helpful = [name for name in names if everything or name not in self.judged]
+        return (f"give {listed(helpful, 'or')}",) if helpful else ()
 
     def _clash(self) -> Diagnosis:
         assert self.leaf is not None

@@ -225,7 +225,7 @@ def _contradicted(found: Exploration) -> Verdict:
     if beyond is not None:
         return Verdict(Status.FAILED, (leaf,), (beyond,))
     if not _conclusive(found):
-        return Verdict(Status.FAILED, (leaf,))
+        return Verdict(Status.FAILED, (leaf,), _open_blocks(found, leaf))
     status = Status.INCONSISTENT
     return Verdict(status, (leaf,), leaf.conflicts)
 
@@ -234,6 +234,17 @@ def _short(leaf: Leaf) -> tuple[int, float]:
     """How much of the requirements a leaf breaks: how many, then by how much."""
     misses = [fact.miss for fact in leaf.conflicts if isinstance(fact, Unmet)]
     return len(misses), max(math.inf if miss is None else miss for miss in misses)
+
+
+def _open_blocks(found: Exploration, leaf: Leaf) -> tuple[NoRoot, ...]:
+    """The blocks that may have answers beside those that a leaf was led to, and contradicts rules with."""
+    values = leaf.branch.values
+    numbers = {name: value for name, value in values.items() if isinstance(value, float)}
+    return tuple(
+        NoRoot(gap.equations, gap.unknowns, False, {n: numbers[n] for n in gap.unknowns if n in numbers})
+        for gap in found.gaps
+        if gap.equations
+    )
 
 
 def _conclusive(found: Exploration) -> bool:

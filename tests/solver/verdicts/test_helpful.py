@@ -1,0 +1,103 @@
+"""Verdicts that help: what does not depend on the freed input, what to give, what to try next."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import rulesheets
+import solver
+from solver.report.rule_status import rule_statuses
+from solver.report.text import result_text
+
+GEARS = "n2 = n1*z1/z2\nn3 = n2*z3/z4\ni = n1/n3\n"
+TEETH = {"z1": 20.0, "z2": 60.0, "z3": 25.0, "z4": 80.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "inputs", "message"),
+    [
+        (GEARS, {**TEETH, "i": 10.0}, "i is 9.6 whatever n1 is, and 10 is given"),
+        (
+            "A = pi*d^2/4\nV = A*h\nr = V/(d^2*h)",
+            {"r": 0.5, "h": 2.0},
+            f"r is {math.pi / 4:.10g} whatever d is, and 0.5 is given",
+        ),
+        ("y = (x + 1)^2 - x^2 - 2*x", {"y": 4.0}, "y is 1 whatever x is, and 4 is given"),
+        ("y = sin(x)^2 + cos(x)^2", {"y": 2.0}, "y is 1 whatever x is, and 2 is given"),
+    ],
+)
+def test_what_does_not_depend_on_the_freed_input_is_inconsistent(
+    text: str, inputs: dict[str, float], message: str
+) -> None:
+    result = solver.solve(rulesheets.loads(text), inputs)
+    assert str(result.status) == "inconsistent"
+    (diagnosis,) = result.diagnoses
+    assert (diagnosis.code, diagnosis.message) == ("S521", message)
+    assert not any("e-1" in note for note in diagnosis.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "inputs"),
+    [
+        ("y = erf(x)", {"y": 1.5}),
+        ("y = max(x, 3)", {"y": 2.0}),
+        ("y = x^2 + 1", {"y": 0.5}),
+        ("y = tanh(x)*k", {"y": 3e3, "k": 1e3}),
+    ],
+)
+def test_what_does_depend_on_it_is_not(text: str, inputs: dict[str, float]) -> None:
+    result = solver.solve(rulesheets.loads(text), inputs)
+    assert "whatever" not in " ".join(diagnosis.message for diagnosis in result.diagnoses)
+
+
+@pytest.mark.parametrize(
+    ("text", "inputs", "want", "help_line"),
+    [
+        ("V = I*R\nP = V*I", {"V": 12.0}, ["P"], "give I or R"),
+        ("q = a + b\nr = q*a", {"a": 1.0}, ["q"], "give b or r"),
+        ("q*0 = 0\na = 3", {}, ["q"], "change the position"),
+    ],
+)
+def test_to_give_what_is_asked_for_is_no_help(
+    text: str, inputs: dict[str, float], want: list[str], help_line: str
+) -> None:
+    result = solver.solve(rulesheets.loads(text), inputs, want=want)
+    notes = [note for diagnosis in result.diagnoses for note in diagnosis.notes]
+    assert help_line in notes
+    assert not any(note.startswith(f"give {want[0]}") for note in notes)
+
+
+def test_failed_names_the_rules_and_a_range_to_give() -> None:
+    text = "exp(x) + sin(y*x) = -4 + y\nx*y^3 + cos(x) = 2\nexp(y)*x^2 + y = -3"
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) == "failed"
+    (diagnosis,) = result.diagnoses
+    assert len(diagnosis.labels) >= 2
+    assert any("a range, " in note and " in [a, b]" in note for note in diagnosis.notes)
+
+
+def test_a_contradiction_prints_a_rule_once() -> None:
+    sheet = rulesheets.loads("call f(1; x)\ncall f(2; x)\nfunction f(a; x)\nrules\n  x = a*k\n  k = 3")
+    result = solver.solve(sheet)
+    assert str(result.status) == "inconsistent"
+    shown = [status.equation.rule for status in rule_statuses(result)]
+    assert len(shown) == len(set(shown))
+
+
+def test_a_block_of_deficient_rank_is_tried_again() -> None:
+    text = "x + y = 5\n2*x + 2*y = 10\nx*w = 4\nw^2 + x = 5"
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) == "solved"
+    assert all(answer["x"] + answer["y"] == pytest.approx(5.0) for answer in result.solutions)
+    assert len(result.solutions) == 3
+
+
+def test_the_words_on_other_answers_come_with_a_reason() -> None:
+    result = solver.solve(
+        rulesheets.loads("P = L*r/(1 - (1 + r)^(-n))"), {"P": 400.0, "L": 12600.0, "n": 36.0}
+    )
+    assert result.complete or "r by <text>:1" in result_text(result, every=True)
+    cubic = solver.solve(rulesheets.loads("x^3 - 2*x = 5"))
+    assert "other answers" not in result_text(cubic)
