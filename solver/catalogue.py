@@ -135,4 +135,9 @@ OUTCOMES: dict[str, Entry] = {
         "It is 0/0 at the answer, and has the same limit from all sides.",
         "Nothing need be done: this is what --limits asks for.",
     ),
+    "S596": Entry(
+        "there is a curve of answers beside the isolated ones",
+        "Where a factor is 0, the rules hold whatever the variables named are.",
+        "Nothing need be done; a range that leaves the factor out leaves the curve out, too.",
+    ),
 }

@@ -114,6 +114,15 @@ class RankLoss:
 
 
 @dataclass(frozen=True, slots=True)
+class Beside:
+    """Beside isolated answers ``equations`` have a curve of others, where ``values`` leave ``free`` open."""
+
+    equations: tuple[int, ...]
+    free: tuple[str, ...]
+    values: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class DoubleRoot:
     """An answer where two coincide: to first order ``unknowns`` can move along ``direction``."""
 
@@ -205,6 +214,7 @@ Fact: TypeAlias = (
     | BeyondFloats
     | Unmet
     | Indeterminacy
+    | Beside
     | Filled
     | Fixed
     | Truncated

@@ -165,7 +165,7 @@ def _result(
         model=model,
         status=verdict.status,
         solutions=solutions,
-        complete=_known_to_be_all(verdict.status, complete),
+        complete=_known_to_be_all(verdict.status, complete and not verdict.facts),
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),

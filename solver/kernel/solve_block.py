@@ -60,7 +60,18 @@ def solve_block(
     if question.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    search = _Search(question, budget, off)
+    outcome = _searched(question, budget, assumed, off, given)
+    if not outcome.free or assumed or budget.brief or kernel.linear:
+        return outcome
+    from solver.kernel.search.off_curve import with_isolated
+
+    return with_isolated(question, outcome)
+
+
+def _searched(
+    question: Question, budget: Budget, assumed: bool, off: Blur, given: Collection[str]
+) -> BlockOutcome:
+    kernel, search = question.kernel, _Search(question, budget, off)
     for method in first_methods(kernel, budget.thorough):
         if method is Method.STARTS and (found := _refuted(question, search.candidates, given)) is not None:
             return BlockOutcome(complete=True, facts=(found,))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
 from solver.accuracy.witness import testify
-from solver.facts import AsksNothing, Fact, NoRoot, NoValue, RankLoss
+from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.steps.step import solve_step
 from solver.path.activity import activity
@@ -286,7 +286,10 @@ class Explorer:
         if not outcome.answers:
             self._blank(branch, step.unknowns, self._undefined(branch, outcome.facts[-1]))
             return True
-        facts = [() if answer.double is None else (answer.double,) for answer in outcome.answers]
+        beside = tuple(fact for fact in outcome.facts if isinstance(fact, Beside))
+        facts: list[tuple[Fact, ...]] = [
+            beside if answer.double is None else (*beside, answer.double) for answer in outcome.answers
+        ]
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:

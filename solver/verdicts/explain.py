@@ -13,6 +13,7 @@ from rulesheets.nodes import Name
 from rulesheets.spelling import plural
 from solver.facts import (
     AsksNothing,
+    Beside,
     BeyondFloats,
     Conflict,
     DoubleRoot,
@@ -90,8 +91,8 @@ class _Explanation:
         """Notes on an answer that stands: what stays blank, what was cut off."""
         if self.leaf is None:
             return
-        said = (fact for leaf in self.verdict.leaves for fact in leaf.branch.facts)
-        yield from (self._said(fact) for fact in dict.fromkeys(f for f in said if isinstance(f, Filled)))
+        said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
+        yield from map(self._said, dict.fromkeys(fact for fact in said if isinstance(fact, Filled | Beside)))
         for fact in self.leaf.branch.facts:
             if isinstance(fact, Truncated):
                 yield self._said(fact)
@@ -194,6 +195,11 @@ class _Explanation:
             case Filled(equation, limit):
                 message = f"this rule is undefined at the answer (0/0), and taken by its limit {limit:.10g}"
                 return self._note("S595", message, (equation,))
+            case Beside(equations, free, values):
+                where = listed([f"{name} = {number_text(value)}" for name, value in values])
+                rest = f" where {where}" if values else ""
+                message = f"beside these answers there is a curve of others: {listed(free)} can vary{rest}"
+                return self._note("S596", message, equations, free)
             case Fixed(name, value, given, unknown, equations):
                 message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
                 notes = (

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rulesheets.model import Model, Value
 from solver.facts import (
     AsksNothing,
+    Beside,
     BeyondFloats,
     Conflict,
     DoubleRoot,
@@ -69,7 +70,8 @@ def judge(
     solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
     if solved:
         if not _unsettled(solved[0]):
-            return Verdict(Status.SOLVED, tuple(solved), (), _unknown(model, solved[0]))
+            beside = tuple(dict.fromkeys(_curves(model, found, inputs)))
+            return Verdict(Status.SOLVED, tuple(solved), beside, _unknown(model, solved[0]))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
         facts = (*_unsettled(solved[0]), *unfixed[0])
         return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
@@ -87,6 +89,17 @@ def judge(
         return _contradicted(found)
     status = Status.INFEASIBLE if found.complete else Status.FAILED
     return Verdict(status, ())
+
+
+def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[Beside]:
+    """The ways that end where the rules leave wanted variables free: answers, but no isolated ones."""
+    for leaf in found.leaves:
+        facts = tuple(leaf.branch.void.values())
+        if leaf.missing and facts and all(isinstance(fact, AsksNothing | RankLoss) for fact in facts):
+            values = leaf.branch.values.items()
+            known = ((n, v) for n, v in values if isinstance(v, float) and n not in inputs)
+            posted = tuple((n, v) for n, v in known if model.variables[n].posted)
+            yield Beside(_about(facts[0]), leaf.missing, posted)
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:

@@ -23,6 +23,7 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     if not suspects or outcome.free or len(question.unknowns) == 1:
         return outcome
     from solver.kernel.search.free_curve import curve_through
+    from solver.kernel.search.off_curve import beside
 
     found = [curve_through(question, answer.values) for answer in suspects[:MOST]]
     curves = [curve for curve in found if curve is not None]
@@ -31,7 +32,7 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     points = [a for a, curve in zip(suspects, found, strict=False) if curve is not None] + suspects[MOST:]
     others = _but(outcome.answers, points)
     if others:
-        return replace(outcome, answers=others, complete=False)
+        return replace(outcome, answers=others, complete=False, facts=(*outcome.facts, beside(curves[0])))
     return replace(curves[0], attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
 
 

@@ -101,3 +101,19 @@ def test_the_words_on_other_answers_come_with_a_reason() -> None:
     assert result.complete or "r by <text>:1" in result_text(result, every=True)
     cubic = solver.solve(rulesheets.loads("x^3 - 2*x = 5"))
     assert "other answers" not in result_text(cubic)
+
+
+@pytest.mark.parametrize(
+    ("text", "isolated", "free"),
+    [
+        ("(a - 1)*b = 0\n(a - 2)*(b - 3)*b = 0", {"a": 1.0, "b": 3.0}, "a"),
+        ("a*(b - 1) = 0\na*(a - 2) = 0", {"a": 2.0, "b": 1.0}, "b"),
+    ],
+)
+def test_isolated_answers_are_shown_beside_a_curve(text: str, isolated: dict[str, float], free: str) -> None:
+    result = solver.solve(rulesheets.loads(text))
+    assert str(result.status) == "solved"
+    assert [dict(answer) for answer in result.solutions] == [pytest.approx(isolated)]
+    assert not result.complete
+    (note,) = result.diagnoses
+    assert (note.code, note.variables) == ("S596", (free,))
