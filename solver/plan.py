@@ -21,7 +21,6 @@ from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
 from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf
-from solver.solution.limits import with_limits
 from solver.solution.narrowing import explore_required
 from solver.trace.paths import CompiledPaths
 from solver.verdicts.explain import explain
@@ -220,6 +219,8 @@ class Plan:
         found = explore_required(self.model, values, self.want, self.guesses, self.want)
         verdict, by = judge(self.model, found, values, self.guesses), self.model
         if by.limits and verdict.status is not Status.SOLVED:
+            from solver.solution.limits import with_limits
+
             by, found = with_limits(by, found, values, self.want, self.guesses, self.want)
             verdict = replace(judge(by, found, values, self.guesses), reread=True)
         if verdict.status in (Status.SINGULAR, Status.PARTIAL):

@@ -17,10 +17,8 @@ from solver.path.steps import Path
 from solver.ranking.ranking import Ranking
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
-from solver.solution.limits import with_limits
 from solver.solution.narrowing import explore_required
 from solver.verdicts.fixed import fixed_otherwise
-from solver.verdicts.limit import at_a_limit
 from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
@@ -94,9 +92,13 @@ def _solved(
             by, found, verdict = behind or (by, found, verdict)
     with suppress(TimeIsUp):
         if limits:
+            from solver.solution.limits import with_limits
+
             by, found = with_limits(model, found, given, wanted, hints, judged)
             verdict = judge(by, found, given, hints)
         elif verdict.status is Status.FAILED:
+            from solver.verdicts.limit import at_a_limit
+
             verdict = at_a_limit(model, verdict, given, wanted, hints, judged) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
             verdict = fixed_otherwise(model, verdict, given) or verdict

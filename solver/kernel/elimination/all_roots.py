@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rulesheets.algebra.eliminant import eliminant
 from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
 from solver.kernel.elimination.polynomial_block import (
@@ -32,6 +31,8 @@ def counted(question: Question, candidates: Candidates) -> bool:
     forms = explicit_forms(question)
     if forms is None:
         return False
+    from rulesheets.algebra.eliminant import eliminant  # sympy waits until a search has left something open
+
     equation = question.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in question.here.items() if isinstance(value, float)}
     polynomial = eliminant(equation.left, equation.right, block.tears[0], forms, known)
