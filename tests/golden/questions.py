@@ -14,6 +14,7 @@ from benchmarks import hostile_kinds, standard
 from rulesheets.model import Model, Value
 from tests.everyday.corpus import sheets
 from tests.oracles import random_sheets, redistribution
+from tests.oracles.differences import Differences
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 CORPUS, CHOICES, HOSTILE = 7, 10, 300
@@ -44,18 +45,27 @@ def _loaded(name: str) -> Model:
 
 
 def _models() -> Iterator[Question]:
-    """Every model as it stands, and every single swap of a number that is given and one that is computed."""
+    """Every model as it stands, and every well-posed swap of a given number and a computed one."""
     for path in sorted(MODELS.glob("*/model.tk")):
         name = path.parent.name
         model, read = _loaded(name), lambda name=name: _loaded(name)
         yield Question("models", name, read)
-        first = solver.solve(model).solutions[:1]
-        numbers = {n: v for answer in first for n, v in answer.items() if not isinstance(v, str)}
-        given = [n for n, variable in model.variables.items() if n in numbers and variable.value is not None]
-        asked = [n for n in numbers if n not in given and model.variables[n].posted]
-        for out in asked:
-            for into in given:
-                yield Question("models", f"{name}: {out} > {into}", read, {out: numbers[out], into: None})
+        first = solver.solve(model).solutions[0]
+        for out, into in _swaps(model, first):
+            yield Question("models", f"{name}: {out} > {into}", read, {out: first[out], into: None})
+
+
+def _swaps(model: Model, state: Mapping[str, Value]) -> Iterator[tuple[str, str]]:
+    """The swaps after which the rules that are active at a state still reach every number."""
+    known = {name for name, variable in model.variables.items() if variable.value is not None}
+    rows = [set(equation.names) for equation in Differences(model, state, known).equations]
+    numbers = [name for name, value in state.items() if not isinstance(value, str)]
+    asked = [name for name in numbers if name not in known and model.variables[name].posted]
+    for out in asked:
+        for into in sorted(known.intersection(numbers)):
+            unknown = set(numbers) - known - {out} | {into}
+            if not random_sheets.undetermined([row & unknown for row in rows], unknown):
+                yield out, into
 
 
 def _corpus() -> Iterator[Question]:
