@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator
 
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
+from rulesheets.units.library import library
+from rulesheets.units.unit import ANGLE
 
-_UNITS = frozenset({"deg", "degree", "degrees", "°", "rad", "radian", "radians", "turn", "rev"})
 _FUNCTIONS = frozenset({"sin", "cos", "tan", "sind", "cosd", "tand"})
 _INVERSES = frozenset({"asin", "acos", "atan", "atan2", "asind", "acosd", "atand", "atan2d"})
 
@@ -16,7 +17,7 @@ def angles(model: Model) -> frozenset[str]:
     """Variables in degrees or radians, arguments of sines, results of their inverses, and what is
     added to any of these.
     """
-    found = {name for name, variable in model.variables.items() if variable.unit in _UNITS}
+    found = {n for n, variable in model.variables.items() if variable.unit and _is_angular(variable.unit)}
     sums: list[frozenset[str]] = []
     for equation in model.equations:
         for call in _calls(equation):
@@ -32,6 +33,10 @@ def angles(model: Model) -> frozenset[str]:
         before = len(found)
         found.update(name for added in sums if not added.isdisjoint(found) for name in added)
     return frozenset(found)
+
+
+def _is_angular(text: str) -> bool:
+    return library().unit(text).bases == {ANGLE: 1}
 
 
 def _calls(equation: Equation) -> Iterator[Call]:

@@ -12,16 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from rulesheets.model import Model, Variable
+from rulesheets.units.library import library
 from solver.ranking.angles import angles
 from solver.ranking.homogeneity import Scalings
 from solver.ranking.sizes import MANY
 
-ABSOLUTE_ZERO = {
-    **dict.fromkeys(("K", "kelvin", "degR", "°R"), 0.0),
-    **dict.fromkeys(("degC", "°C", "celsius"), -273.15),
-    **dict.fromkeys(("degF", "°F", "fahrenheit"), -459.67),
-}
-"""Units of temperature with their absolute zero: a negative value that is below it counts double."""
 DIGITS = 6
 
 
@@ -60,8 +55,12 @@ class Signs:
         }
 
     def cold(self, name: str) -> float:
-        """Absolute zero in the unit of a variable; minus infinity where it is no temperature."""
-        return ABSOLUTE_ZERO.get(self.model.variables[name].unit or "", -np.inf)
+        """Absolute zero as a variable reads it; minus infinity where it is no temperature."""
+        text = self.model.variables[name].unit
+        unit = library().unit(text) if text else None
+        if unit is None or unit.bases != {"K": 1}:
+            return -np.inf
+        return float(-unit.offset / unit.factor)
 
 
 def signs_of(model: Model) -> Signs:

@@ -83,6 +83,20 @@ def test_a_temperature_above_absolute_zero_comes_first() -> None:
     assert first(SHIELD, "T3") == pytest.approx(brentq(balance, 293, 800), rel=1e-12)
 
 
+@pytest.mark.parametrize(("unit", "zero"), [("degC", -273.15), ("degF", -459.67), ("K", 0.0)])
+def test_only_what_is_below_absolute_zero_counts_double(unit: str, zero: float) -> None:
+    """An answer with one negative number comes before one with a temperature that there is not."""
+    model = rulesheets.loads(f"variables\n  T [{unit}]\n  a\n  b\n  c\nrules\n  a + b + c + T = d\n")
+    rule = Ranking(model, ["d"])
+    place = {name: k for k, name in enumerate(rule.read)}
+
+    def row(**values: float) -> list[float]:
+        return [values.get(name, 1.0) for name in sorted(place, key=place.__getitem__)]
+
+    cold, one, two = row(T=zero - 1), row(a=-1.0), row(a=-1.0, b=-1.0, c=-1.0)
+    assert rule.order_of_rows([two, cold, one], [2.0]) == [2, 1, 0]
+
+
 def test_a_flash_has_fractions_between_0_and_1() -> None:
     def balance(v: float) -> float:
         pairs = ((0.3, 1.9), (0.4, 1.1), (0.3, 0.2))
