@@ -1,0 +1,64 @@
+"""Which answer the rows of a sweep show: a branch kept along a line, the rule for unrelated rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rulesheets
+import solver
+
+LINE = "variables\n  s\n  x\n  y\nrules\n  x^2 - 3*x = s\n  y = 2*x\n"
+"""x = 1.5 ± sqrt(2.25 + s): both are positive below 0, and the lower one is negative above."""
+
+
+def lower(s: np.ndarray) -> np.ndarray:
+    return 1.5 - np.sqrt(2.25 + s)
+
+
+def upper(s: np.ndarray) -> np.ndarray:
+    return 1.5 + np.sqrt(2.25 + s)
+
+
+@pytest.mark.parametrize("rows", [9, 700, 2000])
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_branch_does_not_jump_while_it_exists(rows: int, jobs: int) -> None:
+    """Through pieces of a sweep, in one process or in several, in the direction in which it is asked."""
+    model = rulesheets.loads(LINE)
+    for s in (np.linspace(-2, 2, rows), np.linspace(2, -2, rows)):
+        table = solver.sweep(model, {"s": s}, ["x"], jobs=jobs)
+        first = float(solver.solve(model, {"s": float(s[0])})["x"])
+        branch = min((lower, upper), key=lambda curve: abs(curve(s)[0] - first))
+        assert table["x"] == pytest.approx(branch(s), rel=1e-12, abs=1e-12)
+        assert (table.answers == 2).all()
+        plan = solver.prepare(model, ["s"], ["x"])
+        assert plan.sweep(s)["x"] == pytest.approx(branch(s), rel=1e-12, abs=1e-12)
+
+
+def test_unrelated_rows_have_each_their_own_first_answer() -> None:
+    model = rulesheets.loads(LINE)
+    plan = solver.prepare(model, ["s"], ["x", "y"])
+    s = np.random.default_rng(3).permutation(np.linspace(-2, 40, 41) ** 2 * 0.1 - 1)
+    table = plan.sweep(s)
+    alone = np.array([plan(value) for value in s.tolist()])
+    assert (abs(table["x"] - alone[:, 0]) <= 1e-12 * abs(alone[:, 0])).mean() > 0.9
+    assert table.answers.tolist() == [len(plan.all(value)) for value in s.tolist()]
+
+
+def test_a_branch_ends_where_its_answers_do() -> None:
+    """Below s = -2.25 there is none: the rule decides again where there is one."""
+    model = rulesheets.loads(LINE)
+    s = np.array([-1.0, -1.5, -2.0, -2.5, -3.0, -2.5, -2.0, -1.5, -1.0, -0.5, 0.5])
+    table = solver.sweep(model, {"s": s}, ["x"])
+    assert table.answers.tolist() == [2, 2, 2, 0, 0, 0, 2, 2, 2, 2, 2]
+    assert np.isnan(table["x"][3:6]).all()
+    assert table["x"][6] == pytest.approx(float(solver.solve(model, {"s": -2.0})["x"]), rel=1e-12)
+
+
+def test_lines_of_a_grid_begin_anew() -> None:
+    model = rulesheets.loads("variables\n  s\n  k\n  x\nrules\n  k*x^2 - 3*x = s\n")
+    s, k = np.linspace(-0.5, 2, 26), np.array([1.0, 1.5])
+    table = solver.sweep(model, {"k": k, "s": s}, ["x"], grid=True)
+    for place, factor in enumerate(k.tolist()):
+        line = solver.sweep(model, {"s": s}, ["x"], given={"k": factor})
+        assert table["x"][26 * place : 26 * place + 26] == pytest.approx(line["x"], rel=1e-12)
