@@ -84,7 +84,7 @@ def parse_input(
     """
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
     middle, _, size = text.rpartition(sign) if sign else ("", "", text)
-    measured = None if variable is None else parted(size)
+    measured = None if sign and size.rstrip().endswith("%") else parted(size)
     if variable is not None and measured is not None:
         return _measured(*parse_input(f"{middle}{sign}{measured[0]}", place), measured[1], variable, place)
     if not sign:

@@ -91,6 +91,18 @@ def folder() -> str | None:
     return os.path.join(base if os.path.isabs(base) else os.path.join(home, ".cache"), "backsolve")
 
 
+def place(name: str) -> str | None:
+    """The file of that name for a library that keeps its own entry; None where nothing is to be kept."""
+    base = folder()
+    if base is None or not trusted(base):
+        return None
+    try:
+        _make_folder(base)
+    except OSError:
+        return None
+    return os.path.join(base, name + _SUFFIX)
+
+
 def usage() -> tuple[int, int]:
     """How many entries there are, and their size in bytes."""
     sizes = [found.st_size for _, found in _entries(folder())]

@@ -11,14 +11,16 @@ from typing import Any
 
 from lark import Lark
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+from lark.lexer import TerminalDef
 
+from rulesheets import store
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line
 from rulesheets.parse.words import Word
 from rulesheets.source import Source
 
-KINDS = ["rule", "row", "use", "head", "parameters", "figure", "mark"]
-"""Kinds of lines: the start rules of the grammar."""
+KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
+"""Kinds of lines beside rows: start rules of the grammar."""
 
 _ONLY_IN = {"LOCAL": "mark", "PLUS_MINUS": "row", "PERCENT": "row"}
 """Terminals that are words in lines of one kind alone: in a rule ``+-`` is a plus and a sign."""
@@ -35,17 +37,26 @@ class Unparsed(Exception):
 
 
 class Grammar(threading.local):
-    """Lark with the grammar of a line, one for each thread, as the builder holds the current line."""
+    """Lark with the grammar of a line, one for each thread, as the builder holds the current line.
+
+    Rows have a parser of their own: the lexer of the others does not know the sign of a tolerance.
+    """
 
     def __init__(self) -> None:
         self._builder = Builder()
         self._patterns: dict[frozenset[str], re.Pattern[str]] = {}
-        self._lark = Lark(
+        self._lark = self._parser("lines", KINDS)
+        self._of_rows = self._parser("rows", ["row"])
+
+    def _parser(self, name: str, start: list[str]) -> Lark:
+        """A parser whose tables lark keeps on disk, where there is a folder for that."""
+        return Lark(
             _GRAMMAR.read_text(encoding="utf-8"),
             parser="lalr",
-            start=KINDS,
+            start=start,
             transformer=self._builder,
             maybe_placeholders=True,
+            cache=store.place(f"grammar-{name}") or False,
         )
 
     def read(self, source: Source, line: Line, kind: str) -> Any:
@@ -56,7 +67,8 @@ class Grammar(threading.local):
         """
         self._builder.begin(source, line.start, kind)
         try:
-            return self._lark.parse(line.code, start=kind)
+            parser = self._of_rows if kind == "row" else self._lark
+            return parser.parse(line.code, start=kind)
         except UnexpectedToken as stop:
             ended = stop.token.type == "$END"
             raise Unparsed(len(line.code) if ended else int(stop.token.start_pos or 0)) from None
@@ -70,11 +82,18 @@ class Grammar(threading.local):
         left_out = {name for name, only in _ONLY_IN.items() if only != kind} | {*self._lark.ignore_tokens}
         return tuple(_words(self._pattern(frozenset(left_out)), line.code))
 
+    def _terminals(self) -> list[TerminalDef]:
+        """Those of all lines, each once."""
+        found = {
+            terminal.name: terminal for lark in (self._of_rows, self._lark) for terminal in lark.terminals
+        }
+        return list(found.values())
+
     def _pattern(self, left_out: frozenset[str]) -> re.Pattern[str]:
         """One regular expression for all terminals, in the order in which lark itself tries them."""
         if left_out not in self._patterns:
             ordered = sorted(
-                (terminal for terminal in self._lark.terminals if terminal.name not in left_out),
+                (terminal for terminal in self._terminals() if terminal.name not in left_out),
                 key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
             )
             found = "|".join(f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})" for terminal in ordered)
