@@ -32,6 +32,7 @@ COMMANDS = {
     "check": "read a sheet and say what is wrong with it",
     "format": "print a sheet in its canonical form",
     "open": "open a sheet as a page in the browser",
+    "export": "write a sheet as one file with sliders",
     "models": "list the sheets that come with Backsolve",
     "codes": "say what the code of a message means",
     "cache": "show what is kept between runs, or clear it",

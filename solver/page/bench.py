@@ -98,7 +98,8 @@ class Bench:
             known = self._model().variables
             inputs = {n: v for n, v in _values(question, "inputs").items() if n in known}
             guesses = {n: v for n, v in _guesses(question).items() if n in known}
-            self.last = key, solve(self._model(), inputs, guesses=guesses)
+            limit = question.get("timeout")
+            self.last = key, solve(self._model(), inputs, guesses=guesses, timeout=limit)
         return self.last[1]
 
     def solve(self, question: Json) -> Json:

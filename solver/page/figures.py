@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.nodes import Figure
-from solver.report.drawing.diagram import Diagram, diagram, lacking, variables
+from solver.report.drawing.diagram import Diagram, Place, diagram, lacking, variables
 
-__all__ = ["Diagram", "coordinates", "diagrams", "geometry", "needed", "outline"]
+__all__ = ["Diagram", "coordinates", "diagrams", "geometry", "needed", "outline", "rectangle"]
 
 
 def outline(figure: Figure) -> dict[str, Any]:
@@ -61,3 +63,13 @@ def coordinates(figure: Figure, point: str) -> tuple[str, ...]:
     """Names of the variables in the coordinates of one point."""
     alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
     return variables([Figure(figure.name, figure.unit, alone)]) if alone else ()
+
+
+def rectangle(places: Sequence[Place], polar: bool) -> list[float]:
+    """Left, bottom, right and top of places; of a ``polar`` figure all but the most distant few.
+
+    Velocities and accelerations may grow without bound.
+    """
+    share = 3.0 if polar else 0.0
+    low, high = np.percentile(np.array(places), [share, 100.0 - share], axis=0)
+    return [*low.tolist(), *high.tolist()]

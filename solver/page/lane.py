@@ -15,6 +15,9 @@ Json = dict[str, Any]
 LARGEST = 64 * 2**20
 """Bytes of one answer."""
 
+SHARE = 0.8
+"""Of the time that a question is given, what the solver may take until it says what it knows."""
+
 PATIENCE = 0.5
 """Seconds after which a question that has become pointless is given up for its successor."""
 
@@ -54,7 +57,8 @@ class Lane:
                 self._process, self._loaded = await self.workers.take(), False
             self._since, self._doing, self._superseded = time.monotonic(), question["do"], False
             try:
-                return await asyncio.wait_for(self._answer(question), self.timeout)
+                asked = {**question, "timeout": SHARE * self.timeout}
+                return await asyncio.wait_for(self._answer(asked), self.timeout)
             except TimeoutError:
                 _log.warning("gave up %s after %g s", question["do"], self.timeout)
                 await self.stop()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rulesheets.model import Model, Value
-from solver.page.figures import diagrams, needed
+from solver.page.figures import diagrams, needed, rectangle
 from solver.page.handles import Handle
 from solver.path.planner import planner
 from solver.path.steps import equations_of
@@ -193,7 +193,7 @@ def extents(model: Model, rails: Sequence[Rail]) -> list[list[float] | None]:
         figures = [some[number] for some in drawn]
         places = [place for one in figures if one for place in one.places.values()]
         polar = any(one.polar for one in figures if one)
-        found.append(_rectangle(np.array(places), polar) if places else None)
+        found.append(rectangle(places, polar) if places else None)
     return found
 
 
@@ -201,12 +201,6 @@ def _spread(curve: Rail) -> Iterator[Row]:
     table = curve.plan.sweep([row[curve.parameter] for row in curve.rows])
     for number in np.flatnonzero(table.solved):
         yield {**curve.plan.given, **{name: table[name][number] for name in table}}
-
-
-def _rectangle(places: np.ndarray[Any, np.dtype[np.float64]], polar: bool) -> list[float]:
-    share = 3.0 if polar else 0.0
-    low, high = np.percentile(places, [share, 100.0 - share], axis=0)
-    return [*low.tolist(), *high.tolist()]
 
 
 def golden_section(size: Callable[[float], float], low: float, high: float) -> float:

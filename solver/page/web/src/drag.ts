@@ -1,7 +1,7 @@
 // One drag, from the grab to the release: one step of undo, one question in flight, the latest value wins.
 import { type Leg, legAt, legsOf, onLeg, project, type Spot, wrapped } from "./rail";
 import { niceStep, readable, rounded } from "./format";
-import { about, commit, doc, draw, flash, inputs, live, model, motion, shown, stroke, swapped, view } from "./state";
+import { about, commit, doc, draw, flash, inputs, live, model, motion, shown, stroke, strokeEnd, swapped, view } from "./state";
 import type { Doc } from "./state";
 import { ask } from "./talk";
 import type { Frame, Handle, Place, Rail, Values } from "./types";
@@ -60,9 +60,7 @@ class Drag {
     this.over = past;
     this.value = wrapped(rounded(past ? limit + spot.beyond : spot.value, this.step), turn);
     if (past) {
-      const sign = spot.beyond > 0 ? "≤" : "≥";
-      const from = this.rail.from.length ? ` (from ${this.rail.from.join(", ")})` : "";
-      stroke.value = `end of stroke: ${variable} ${sign} ${readable(limit, 6)}${from}`;
+      stroke.value = strokeEnd(variable, spot.beyond > 0 ? "≤" : "≥", limit, this.rail.from);
     } else stroke.value = null;
     const inside = past ? within(leg, spot.end) : onLeg(leg, this.value, variable).value;
     const near = onLeg(leg, inside, variable).near;

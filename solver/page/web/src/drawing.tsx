@@ -114,6 +114,8 @@ function Joint({ kind, place, unit }: { kind: string; place: Place; unit: number
   );
 }
 
+const JOINTS = new Set(["slider", "block", "trunnion"]);
+
 /** Names of points beside them, away from the strokes that meet there; of arrows beside their middle. */
 function Labels({ outline, places, unit }: { outline: Outline; places: Map<string, Place>; unit: number }) {
   const texts: { text: string; at: Place; off: Place }[] = [];
@@ -127,7 +129,9 @@ function Labels({ outline, places, unit }: { outline: Outline; places: Map<strin
       continue;
     }
     taken.push(at);
-    texts.push({ text: name, at, off: away(at, name, outline, places) });
+    const jointed = outline.strokes.some(({ kind, points }) => JOINTS.has(kind) && points[0] === name);
+    const [x, y] = away(at, name, outline, places);
+    texts.push({ text: name, at, off: jointed ? [0.35 * Math.sign(x), 1.35] : [1.15 * x, 1.15 * y] });
   }
   for (const stroke of outline.strokes) {
     const [a, b] = stroke.points.map((point) => places.get(point)!);

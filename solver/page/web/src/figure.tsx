@@ -58,7 +58,7 @@ export function Figure({ outline, index }: { outline: Outline; index: number }) 
       <figcaption>
         <span>{outline.title}</span>
         {box && <ScaleBar unit={unit} name={outline.unit} />}
-        {now?.stale && <em class="stale-label">{now.stale}</em>}
+        {now?.stale && !outline.polar && <em class="stale-label">{now.stale}</em>}
       </figcaption>
     </figure>
   );

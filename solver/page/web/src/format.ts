@@ -27,6 +27,12 @@ export function niceStep(size: number): number {
   return Number(((lead >= 5 ? 5 : lead >= 2 ? 2 : 1) * power).toPrecision(1));
 }
 
+/** The least of 1, 2 or 5 times a power of ten that is not below `size`. */
+export function roundAbove(size: number): number {
+  const power = 10 ** Math.floor(Math.log10(size));
+  return [1, 2, 5, 10].map((lead) => lead * power).find((one) => one >= size * (1 - 1e-9)) ?? 10 * power;
+}
+
 /** The nearest multiple of a step, without the noise of its power of ten. */
 export function rounded(value: number, step: number): number {
   const digits = Math.max(0, Math.min(15, Math.ceil(-Math.log10(step)) + 1));

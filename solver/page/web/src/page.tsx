@@ -12,6 +12,7 @@ import { Sensitivity } from "./sensitivity";
 import { Sheet } from "./sheet";
 import {
   answer,
+  beyond,
   connectedAgain,
   dirty,
   future,
@@ -48,7 +49,7 @@ const MEANINGS: Record<string, string> = {
 const verdict = computed<[string, string]>(() => {
   if (!connected.value) return ["no connection", "bad"];
   if (trouble.value) return [trouble.value.text, "bad"];
-  if (stroke.value) return [stroke.value, "warn"];
+  if (stroke.value ?? beyond.value) return [(stroke.value ?? beyond.value)!, "warn"];
   const found = answer.value;
   if (!found) return ["…", ""];
   if (found.status === "solved") {

@@ -1,5 +1,5 @@
 // Small plots of a sweep, one above the other, with a cursor that follows the sheet.
-import { niceStep, readable } from "./format";
+import { readable, roundAbove } from "./format";
 
 export interface Series {
   name: string;
@@ -79,10 +79,11 @@ function curve(x: number[], values: (number | null)[], px: (at: number) => numbe
   return text;
 }
 
+/** Multiples of a round step within a range, about so many. */
 function ticks(low: number, high: number, count: number): number[] {
-  let step = niceStep((high - low) / count);
-  while ((high - low) / step > count + 1) step = niceStep(step * 2.01);
-  const found: number[] = [];
-  for (let at = Math.ceil(low / step) * step; at <= high + 1e-9 * step; at += step) found.push(Number(at.toPrecision(10)) + 0);
-  return found;
+  const step = roundAbove((high - low) / count);
+  const first = Math.ceil(low / step - 1e-9);
+  const last = Math.floor(high / step + 1e-9);
+  if (!(last - first < 50)) return [];
+  return Array.from({ length: last - first + 1 }, (_, k) => Number(((first + k) * step).toPrecision(10)) + 0);
 }

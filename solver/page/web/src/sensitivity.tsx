@@ -1,5 +1,5 @@
 // How much each output moves when an input moves, as bars.
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { untracked, useSignal, useSignalEffect } from "@preact/signals";
 import { readable } from "./format";
 import { about, answered, chosen, inputs, shown, troubleOf } from "./state";
 import { ask } from "./talk";
@@ -10,7 +10,8 @@ export function Sensitivity() {
   const found = useSignal<Sensitivities | null>(null);
   const problem = useSignal("");
   useSignalEffect(() => {
-    if (answered.value) void run(answered.value, chosen.value);
+    const [document, number] = [answered.value, chosen.value];
+    if (document) untracked(() => void run(document, number));
   });
   async function run(document: NonNullable<typeof answered.value>, number: number): Promise<void> {
     const reply = await ask<Sensitivities>({ do: "sensitivity", answer: number, ...about(document) });

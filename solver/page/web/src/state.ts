@@ -1,5 +1,6 @@
 // The state of one tab: the sheet as it is edited, its last answer, and what can be undone.
 import { batch, computed, signal } from "@preact/signals";
+import { readable } from "./format";
 import { ask } from "./talk";
 import type { Answer, Complaint, Frame, Geometry, Model, Motion, Reply, Value, Values } from "./types";
 
@@ -76,6 +77,24 @@ export const shown = computed<Shown | null>(() => {
   }
   return last.value && { ...last.value, stale: last.value.stale || "last answer" };
 });
+
+/** What a value beyond the stroke means; null for one within. */
+export const beyond = computed<string | null>(() => {
+  if (answer.value?.status === "solved" || trouble.value) return null;
+  for (const rail of Object.values(motion.value?.rails ?? {})) {
+    for (const [name, [low, high]] of Object.entries(rail.limits)) {
+      const value = inputs.value[name];
+      if (typeof value !== "number") continue;
+      if (high !== null && value > high) return strokeEnd(name, "≤", high, rail.from);
+      if (low !== null && value < low) return strokeEnd(name, "≥", low, rail.from);
+    }
+  }
+  return null;
+});
+
+export function strokeEnd(name: string, sign: string, limit: number, from: string[]): string {
+  return `end of stroke: ${name} ${sign} ${readable(limit, 6)}${from.length ? ` (from ${from.join(", ")})` : ""}`;
+}
 
 /** The inputs in force. */
 export const inputs = computed<Record<string, Value>>(() => {
@@ -248,6 +267,7 @@ export function flash(names: string[], text: string): void {
   flashed.value = new Set(names);
   notice.value = text;
   setTimeout(() => (flashed.value = new Set()), 1600);
+  setTimeout(() => notice.value === text && (notice.value = ""), 6000);
 }
 
 export function choose(number: number): void {

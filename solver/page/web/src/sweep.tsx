@@ -1,7 +1,7 @@
 // A sweep over one input, as plots with a cursor.
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { untracked, useSignal, useSignalEffect } from "@preact/signals";
 import { plainNumber, plural } from "./format";
-import { about, doc, inputs, model, setInput, setView, shown, troubleOf, view } from "./state";
+import { about, doc, inputs, model, motion, setInput, setView, shown, troubleOf, view } from "./state";
 import { ask } from "./talk";
 import { Plot } from "./plot";
 import type { Sweep as Swept } from "./types";
@@ -12,6 +12,9 @@ const TURNS: Record<string, number> = { deg: 360, "°": 360, rad: 6.2831853 };
 function firstRange(name: string): [number, number, number] {
   const unit = model.value!.variables.find((one) => one.name === name)?.unit ?? "";
   const turn = TURNS[unit];
+  const rail = Object.values(motion.value?.rails ?? {}).find((one) => name in one.limits);
+  const [low, high] = rail?.limits[name] ?? [null, null];
+  if (low !== null && high !== null) return [low, high, (high - low) / 60].map((one) => Number(one.toPrecision(6))) as [number, number, number];
   if (turn) return [0, turn, Number((turn / 72).toPrecision(6))];
   const value = Number(inputs.value[name]) || 1;
   return [value * 0.5, value * 1.5, value / 50].map((one) => Number(one.toPrecision(6))) as [number, number, number];
@@ -22,7 +25,8 @@ export function Sweep() {
   const found = useSignal<Swept | null>(null);
   const problem = useSignal("");
   const spec = view.value.sweep;
-  const turning = numbers.find((name) => TURNS[model.value!.variables.find((one) => one.name === name)?.unit ?? ""]);
+  const driver = (motion.value?.handles ?? []).flatMap((one) => [one.driver, one.variable]).find((one) => numbers.includes(one));
+  const turning = driver ?? numbers.find((name) => TURNS[model.value!.variables.find((one) => one.name === name)?.unit ?? ""]);
   const name = spec && numbers.includes(spec.name) ? spec.name : (turning ?? numbers[0]);
   const [start, stop, step] = spec?.name === name ? [spec.start, spec.stop, spec.step] : name ? firstRange(name) : [0, 1, 1];
   // The sweep depends on every input but its own.
@@ -32,7 +36,7 @@ export function Sweep() {
     const key = JSON.stringify([doc.value.text, rest, view.value.sweep, own]);
     if (own && key !== asked) {
       asked = key;
-      void run();
+      untracked(() => void run());
     }
   });
   async function run(): Promise<void> {
@@ -88,7 +92,7 @@ export function Sweep() {
       {table && (
         <div class="plots">
           {Object.keys(table.columns)
-            .filter((one) => one !== table.name && table.columns[one].some((value) => value !== null))
+            .filter((one) => one !== table.name && isVariable(one) && table.columns[one].some((value) => value !== null))
             .slice(0, 24)
             .map((one) => (
               <Plot
@@ -108,6 +112,10 @@ export function Sweep() {
 }
 
 let asked = "";
+
+function isVariable(name: string): boolean {
+  return model.value?.variables.some((one) => one.name === name) ?? false;
+}
 
 function unitOf(name: string): string {
   return model.value?.variables.find((one) => one.name === name)?.unit ?? "";

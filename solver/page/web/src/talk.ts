@@ -46,7 +46,7 @@ function lost(): void {
 
 /** Ask; `quiet` questions do not count as work that the page waits for. */
 export async function ask<T>(question: { do: string } & Record<string, unknown>, quiet = false): Promise<Reply<T>> {
-  if (!quiet) waiting.value += 1;
+  if (!quiet) waiting.value = waiting.peek() + 1;
   try {
     socket ??= connect();
     const open = await socket;
@@ -56,6 +56,6 @@ export async function ask<T>(question: { do: string } & Record<string, unknown>,
       open.send(JSON.stringify({ ...question, id }));
     });
   } finally {
-    if (!quiet) waiting.value -= 1;
+    if (!quiet) waiting.value = waiting.peek() - 1;
   }
 }

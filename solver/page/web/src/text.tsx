@@ -1,5 +1,5 @@
 // The text of the sheet, checked while it is typed; it is taken over with Ctrl+Enter or after a pause.
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { untracked, useSignal, useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { commit, dirty, doc, save, sheet, troubleOf } from "./state";
 import { ask } from "./talk";
@@ -15,8 +15,10 @@ export function Text() {
   const timer = useRef(0);
   useSignalEffect(() => {
     const now = doc.value.text;
-    if (now !== text.peek()) text.value = now;
-    void check(now);
+    untracked(() => {
+      text.value = now;
+      void check(now);
+    });
   });
   async function check(now: string): Promise<boolean> {
     const reply = await ask({ do: "check", text: now });

@@ -1,5 +1,5 @@
 // Why a number is what it is.
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { untracked, useSignal, useSignalEffect } from "@preact/signals";
 import { about, answered, model, setView, troubleOf, view } from "./state";
 import { ask } from "./talk";
 import { Formula } from "./math";
@@ -11,7 +11,7 @@ export function Why() {
   useSignalEffect(() => {
     const name = view.value.why;
     const document = answered.value;
-    if (name && document) void run(name, document);
+    if (name && document) untracked(() => void run(name, document));
   });
   async function run(name: string, document: NonNullable<typeof answered.value>): Promise<void> {
     const reply = await ask<Derivation>({ do: "why", name, ...about(document) });
