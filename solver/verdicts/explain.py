@@ -196,8 +196,8 @@ class _Explanation:
                 message = f"this rule is undefined at the answer (0/0), and taken by its limit {limit:.10g}"
                 return self._note("S595", message, (equation,))
             case Beside(equations, free, values):
-                where = listed([f"{name} = {number_text(value)}" for name, value in values])
-                rest = f" where {where}" if values else ""
+                kept = [f"{name} = {number_text(value)}" for name, value in values]
+                rest = f" where {listed(kept)}" if kept else ""
                 message = f"beside these answers there is a curve of others: {listed(free)} can vary{rest}"
                 return self._note("S596", message, equations, free)
             case Fixed(name, value, given, unknown, equations):

@@ -7,6 +7,7 @@ by 1 + 1/d², where d is the distance from the values that unknowns keep along t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from solver.facts import Beside, RankLoss
@@ -17,8 +18,10 @@ from solver.kernel.search.free_curve import curve_through
 from solver.kernel.search.start_search import sizes_of, starts_of
 from solver.numerics.newton import NewtonLimits, newton
 
-STARTS = 12
+STARTS = 16
 MAX_UNKNOWNS = 12
+NEAREST = 1e-30
+"""The least square of a distance, so that a search may start on what is left out."""
 LIMITS = NewtonLimits(iterations=40, escapes=2)
 
 
@@ -27,13 +30,16 @@ def with_isolated(question: Question, curve: BlockOutcome) -> BlockOutcome:
     known = dict(curve.answers[0].values) if curve.answers else {}
     if not known or len(question.unknowns) > MAX_UNKNOWNS or not question.kernel.smooth:
         return curve
-    found = Candidates(question)
-    deflated = _Deflated(question, known)
+    found, deflated = Candidates(question), _Deflated(question)
+    deflated.leave_out(known)
     for start in starts_of(question, sizes_of(question), 0, STARTS).tolist():
         sizes = [max(abs(v), s) for v, s in zip(start, question.scale(), strict=True)]
         end = newton(deflated.residual, deflated.jacobian, start, sizes, LIMITS)
+        count = len(found.answers)
         if end.outcome.found:
             found.refine(end.x)
+        for answer in found.answers[count:]:
+            deflated.leave_out(answer.values)
     regular = [answer for answer in found.answers if answer.double is None]
     answers = tuple(answer for answer in regular if curve_through(question, answer.values) is None)
     return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
@@ -47,28 +53,32 @@ def beside(curve: BlockOutcome) -> Beside:
 
 
 class _Deflated:
-    """The residual of a block without the answers at which some unknowns have the ``known`` values."""
+    """The residual of a block without what it has been told to leave out."""
 
-    def __init__(self, question: Question, known: Mapping[str, float]) -> None:
+    def __init__(self, question: Question) -> None:
         self.question = question
-        places = [k for k, name in enumerate(question.unknowns) if name in known]
-        scale = question.scale()
-        self.kept = [(k, known[question.unknowns[k]], scale[k] or 1.0) for k in places]
+        self.scale = [size or 1.0 for size in question.scale()]
+        self.out: list[list[tuple[int, float]]] = []
+
+    def leave_out(self, values: Mapping[str, float]) -> None:
+        """The points at which these unknowns have these values."""
+        self.out.append([(k, values[n]) for k, n in enumerate(self.question.unknowns) if n in values])
 
     def residual(self, x: Sequence[float]) -> list[float]:
-        factor = 1.0 + 1.0 / self._square(x)
+        factor = math.prod(1.0 + 1.0 / self._square(x, known) for known in self.out)
         return [factor * value for value in self.question.residual(x)]
 
     def jacobian(self, x: Sequence[float]) -> list[list[float]]:
-        square = self._square(x)
+        factor = math.prod(1.0 + 1.0 / self._square(x, known) for known in self.out)
         slopes = [0.0] * len(x)
-        for k, value, size in self.kept:
-            slopes[k] = -2.0 * (x[k] - value) / (size * square) ** 2
-        factor = 1.0 + 1.0 / square
+        for known in self.out:
+            square = self._square(x, known)
+            for k, value in known:
+                slopes[k] -= 2.0 * factor * (x[k] - value) / (self.scale[k] ** 2 * square * (square + 1.0))
         rows = zip(self.question.residual(x), self.question.jacobian(x), strict=True)
         return [
             [factor * a + value * slope for a, slope in zip(row, slopes, strict=True)] for value, row in rows
         ]
 
-    def _square(self, x: Sequence[float]) -> float:
-        return sum(((x[k] - value) / size) ** 2 for k, value, size in self.kept)
+    def _square(self, x: Sequence[float], known: Sequence[tuple[int, float]]) -> float:
+        return max(NEAREST, sum(((x[k] - value) / self.scale[k]) ** 2 for k, value in known))
