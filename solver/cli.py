@@ -9,18 +9,16 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from argparse import ArgumentParser, Namespace
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from rulesheets.source import escaped
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
-    from types import SimpleNamespace
-    from typing import NoReturn
 
     from rulesheets.diagnosis import RuleSheetError
-    from solver.commands.syntax import Syntax
 
 COMMANDS = {
     "solve": "solve a sheet and print its variable sheet",
@@ -100,16 +98,14 @@ def _dispatch(words: list[str]) -> int:
 
 def _run(command: str, words: list[str]) -> int:
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
-    from solver.commands.syntax import Syntax
-
     gc.set_threshold(*COLLECTION)
     module = import_module(f"solver.commands.{command}")
-    syntax = Syntax()
-    module.add_arguments(syntax)
+    parser = _Parser(command)
+    module.add_arguments(parser)
     if command not in UNKEPT:
-        syntax.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
+        parser.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
     try:
-        arguments = syntax.read(words) or _parsed(command, syntax, words)
+        arguments = parser.read(words)
     except SystemExit as end:
         return int(end.code or 0)
     if getattr(arguments, "no_cache", False):
@@ -129,25 +125,23 @@ def _run(command: str, words: list[str]) -> int:
         return _report(wrong, arguments)
 
 
-def _parsed(command: str, syntax: Syntax, words: list[str]) -> SimpleNamespace:
-    """What ``argparse`` takes the words for. Raises SystemExit after help and mistakes."""
-    from argparse import ArgumentParser
-    from types import SimpleNamespace
+class _Parser(ArgumentParser):
+    """The arguments of one command. Mistakes raise SystemExit when they are told."""
 
-    class Parser(ArgumentParser):
-        def error(self, message: str) -> NoReturn:
-            raise SystemExit(_misused(command, message))
+    def __init__(self, command: str) -> None:
+        about = f"{COMMANDS[command][0].upper()}{COMMANDS[command][1:]}."
+        super().__init__(prog=f"backsolve {command}", description=about, allow_abbrev=False)
+        self._command = command
 
-    about = f"{COMMANDS[command][0].upper()}{COMMANDS[command][1:]}."
-    parser = Parser(prog=f"backsolve {command}", description=about, allow_abbrev=False)
-    syntax.declare(parser)
-    options = {option for action in parser._actions for option in action.option_strings}
-    for word in words:
-        if word == "--":
-            break
-        if word.startswith("--") and word.partition("=")[0] not in options:
-            raise SystemExit(_unknown_option(command, word.partition("=")[0], options))
-    return SimpleNamespace(**vars(parser.parse_intermixed_args(words)))
+    def read(self, words: list[str]) -> Namespace:
+        options = {option for action in self._actions for option in action.option_strings}
+        for word in words[: words.index("--")] if "--" in words else words:
+            if word.startswith("--") and word.partition("=")[0] not in options:
+                raise SystemExit(_unknown_option(self._command, word.partition("=")[0], options))
+        return self.parse_intermixed_args(words)
+
+    def error(self, message: str) -> NoReturn:
+        raise SystemExit(_misused(self._command, message))
 
 
 def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
@@ -166,7 +160,7 @@ def _misused(command: str, message: str, *notes: str) -> int:
     return WRONG
 
 
-def _report(wrong: RuleSheetError, arguments: SimpleNamespace) -> int:
+def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
     """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
     from rulesheets.diagnosis import render
     from solver.report.screen import screen_of
