@@ -188,10 +188,11 @@ def test_a_sweep_keeps_the_rows_that_were_solved_in_time(monkeypatch: pytest.Mon
 
     before = solver.plan.Plan.judged
     monkeypatch.setattr(solver.plan.Plan, "judged", judged)
+    monkeypatch.setattr(solver.plan.Plan, "learn", lambda *given: None)
     table = solver.sweep(model(), {"c": values}, ["x"], timeout=1e6)
     done = np.flatnonzero(table.solved)
     assert 0 < len(done) < 4
-    assert np.array_equal(table["x"][done], whole["x"][done])
+    assert np.allclose(table["x"][done], whole["x"][done], rtol=1e-12, atol=0.0)
     rest = np.setdiff1d(np.arange(4), done)
     assert {str(table.STATUSES[code]) for code in table.status[rest]} == {"failed"}
     assert np.isnan(table["x"][rest]).all()

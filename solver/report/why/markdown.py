@@ -14,7 +14,7 @@ from solver.report.why.page import Page, iterated
 def why_markdown(derivation: Derivation) -> str:
     """The same as a numbered list; mathematics between dollars, rules as code."""
     page = Page(derivation, Tex())
-    parts = [page.head(_code)]
+    parts = [page.head(code_span)]
     if derivation.inputs and derivation.links:
         parts.append("Given:\n\n" + "\n".join(_known(page, derivation.inputs)))
     if derivation.assumed:
@@ -32,7 +32,7 @@ def _text(text: str) -> str:
     return _SPECIAL.sub(r"\\\1", text)
 
 
-def _code(text: str) -> str:
+def code_span(text: str) -> str:
     """A code span, between more backticks than there are in the text."""
     fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
     pad = " " if text.startswith("`") or text.endswith("`") else ""
@@ -65,9 +65,9 @@ def _direct(page: Page, link: Direct) -> Iterator[str]:
 
 def _rule(page: Page, equation: Equation, guards: Sequence[Guard]) -> Iterator[str]:
     place, rule = page.rule(equation)
-    lines = [f"{_code(rule)} ({_text(place)})"]
+    lines = [f"{code_span(rule)} ({_text(place)})"]
     for word, condition, read in page.guards(guards):
-        lines.append(f"{word} ${condition}$" + (f" ({_code(read)})" if read else ""))
+        lines.append(f"{word} ${condition}$" + (f" ({code_span(read)})" if read else ""))
     yield from (line + "  " for line in lines[:-1])
     yield lines[-1]
 
