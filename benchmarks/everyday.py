@@ -45,13 +45,13 @@ def trial(
     group: str, label: str, limit: int, ask: Callable[[], Verdict], planted: Mapping[str, Any]
 ) -> Trial:
     started = time.process_time()
-    signal.alarm(limit)
+    signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         found = ask()
     except Late:
         return Trial(group, label, "late", (), time.process_time() - started, f"over {limit} s")
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
     text = f"{found}, first: {dict(found.result.solutions[0]) if found.result.solutions else None}"
     return Trial(group, label, mark(found, planted), found.false, time.process_time() - started, text)
 
@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("--each", action="store_true")
     parser.add_argument("--limit", type=int, default=30, metavar="SECONDS")
     options = parser.parse_args()
-    signal.signal(signal.SIGALRM, _late)
+    signal.signal(signal.SIGPROF, _late)
     parts = [of_random(options.random, options.seed, options.limit)] if options.random else []
     if options.corpus or not parts:
         parts.insert(0, of_corpus(options.limit))

@@ -76,7 +76,7 @@ def main() -> None:
     parser.add_argument("--source", choices=SOURCES)
     parser.add_argument("--every", type=int, default=1, metavar="N", help="each N-th question only")
     parser.add_argument("--from", type=int, default=0, metavar="K", dest="first", help="the first of them")
-    parser.add_argument("--limit", type=int, default=60, metavar="SECONDS")
+    parser.add_argument("--limit", type=int, default=60, metavar="SECONDS", help="of the processor")
     options = parser.parse_args()
     sources = [options.source] if options.source else SOURCES
     asked = [question for source in sources for question in SOURCES[source]()][options.first :: options.every]

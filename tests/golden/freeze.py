@@ -15,7 +15,7 @@ from .record import answered, file_of, write
 def main() -> None:
     parser = argparse.ArgumentParser(description="Record what every golden question is answered today.")
     parser.add_argument("--source", choices=SOURCES)
-    parser.add_argument("--limit", type=int, default=60, metavar="SECONDS")
+    parser.add_argument("--limit", type=int, default=60, metavar="SECONDS", help="of the processor")
     options = parser.parse_args()
     for source in [options.source] if options.source else SOURCES:
         started = time.process_time()

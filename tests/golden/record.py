@@ -31,8 +31,8 @@ def _late(*_: object) -> None:
 
 def answered(question: Question, limit: int) -> Entry:
     """``values``: a row for every answer; ``bars``: the estimated errors of the first."""
-    signal.signal(signal.SIGALRM, _late)
-    signal.alarm(limit)
+    signal.signal(signal.SIGPROF, _late)
+    signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         return entry(question.asked())
     except Late:
@@ -40,7 +40,7 @@ def answered(question: Question, limit: int) -> Entry:
     except RuleSheetError as refused:
         return {"status": "refused", "codes": sorted({d.code for d in refused.diagnoses})}
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def entry(result: solver.Result) -> Entry:
