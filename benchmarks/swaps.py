@@ -124,7 +124,7 @@ def difference(plan: Any, point: float) -> str:
         return f"{point!r}: solved, not {result.status}"
     name = plan.want[0]
     wanted = list(dict.fromkeys(s[name] for s in result.solutions))
-    bars = [s.errors[name] if hasattr(s, "errors") else 0.0 for s in result.solutions]
+    bars = [s.error[name] for s in result.solutions]
     found = [row[0] for row in rows]
     if len(found) != len(wanted):
         return f"{point!r}: {len(found)} answers, not {len(wanted)}"

@@ -11,7 +11,7 @@ from solver.compiled.flow import NotCompilable
 from solver.compiled.magnitude import vanishing, whole
 from solver.compiled.preimages import Preimages
 from solver.compiled.program import Ending
-from solver.compiled.rounding import accurate, apart_from_edges
+from solver.compiled.rounding import apart_from_edges
 from solver.compiled.schedule import LEAVES, schedule
 from solver.compiled.testimony import Testimony
 from solver.compiled.trim import trimmed
@@ -48,7 +48,6 @@ class Finish(Preimages, Testimony):
         self._required(way)
         for name, variable in self.model.variables.items():
             self._turned(way, name, variable)
-        self._accurate(way)
         results = tuple(self._result(way, name) for name in self.pattern.want)
         for told in apart_from_edges(flow, [node for node in results if isinstance(node, int)]):
             flow.require(told)
@@ -109,12 +108,6 @@ class Finish(Preimages, Testimony):
             square = flow.add("mul", share, share)
             total = square if total is None else flow.add("add", total, square)
         return [] if total is None else [total]
-
-    def _accurate(self, way: Way) -> None:
-        if self.pattern.accuracy is not None:
-            names, share = self.pattern.accuracy
-            found = [way.values[name] for name in names if name in way.values and name not in self.given]
-            self.flow.require(accurate(self.flow, found, share))
 
     def _known_to_some_digits(self, results: Iterable[int | str]) -> None:
         for node in results:

@@ -45,18 +45,6 @@ class Bound:
         return self.share == 0.0 and self.rest is None
 
 
-def accurate(flow: Flow, results: Sequence[int], share: float) -> int:
-    """The node that is true where no result can be off by more than that share of itself.
-
-    Raises NotCompilable where an operation has no known effect on errors.
-    """
-    analysis = Analysis(flow)
-    every = flow.true
-    for node in dict.fromkeys(results):
-        every = flow.add("and", every, analysis.within(node, share))
-    return every
-
-
 def quiet(flow: Flow, node: int, known: Iterable[int], share: float) -> int:
     """The node that is true where the rounding on the way from ``known`` nodes moves a result by no more
     than that share of itself. Raises NotCompilable as ``accurate`` does."""

@@ -36,8 +36,6 @@ class Single(Preimages):
             return
         found = self._preimages(way, isolation)
         self._drown(way, equation)
-        for node in found:
-            self._quiet(way, node)
         if _linear(isolation):
             self._certify(way, equation, isolation, found[0])
         variable = self.model.variables[unknown]
@@ -74,7 +72,6 @@ class Single(Preimages):
             self._drown(way, index)
             with flow.only_if(active):
                 (node,) = self._preimages(way, isolation)
-                self._quiet(way, node)
                 if _linear(isolation):
                     self._certify(way, index, isolation, node)
             groups[node] = flow.add("or", groups[node], active) if node in groups else active
@@ -113,13 +110,6 @@ class Single(Preimages):
     def _drown(self, way: Way, equation: int) -> None:
         turns = not self.flow.plain
         way.drowned = way.drowned or covered(self.model.equations[equation], turns) > HARMLESS
-
-    def _quiet(self, way: Way, node: int) -> None:
-        """Where every value is to satisfy its rule as written, require that no rounding inside of the rule
-        (of ``x + 90`` at a small x) is worth more than its variables explain."""
-        if self.pattern.as_written:
-            # The bounds take twice of what a rounding is.
-            self.flow.require(quiet(self.flow, node, way.values.values(), 2.0 * BACKWARD))
 
 
 def _linear(isolation: Isolation) -> bool:

@@ -29,10 +29,6 @@ class Pattern:
     pruned: tuple[str, ...] | None = ()
     """The names that the path is pruned to where it is not to ``want``; None: a path to all there is."""
     clear: float = CLEAR
-    as_written: bool = False
-    """Whether every value must satisfy the rules as they are evaluated in floats."""
-    accuracy: tuple[tuple[str, ...], float] | None = None
-    """Names whose values count only if rounding cannot have changed them by more than a share."""
 
 
 @dataclass
