@@ -230,7 +230,9 @@ def _contradicted(found: Exploration) -> Verdict:
         leaf = min(refused, key=_short)
         status = Status.INFEASIBLE if _conclusive(found) else Status.FAILED
         return Verdict(status, (leaf,), leaf.conflicts)
-    undefined = [leaf for leaf in found.dead if all(isinstance(c, Indeterminacy) for c in leaf.conflicts)]
+    undefined = [
+        leaf for leaf in found.dead if all(isinstance(fact, Indeterminacy | Unmet) for fact in leaf.conflicts)
+    ]
     if undefined:
         return Verdict(Status.SINGULAR, (undefined[0],), undefined[0].conflicts)
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))

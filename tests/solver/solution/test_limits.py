@@ -128,3 +128,9 @@ def test_a_setting_is_no_variable() -> None:
     assert solver.solve(sheet)["y"] == 1.0
     assert solver.prepare(sheet, ["x"])(0.0) == (1.0,)
     assert "limits" in rulesheets.loads("limits = 2*x").variables
+
+
+def test_a_broken_requirement_beside_a_zero_by_zero() -> None:
+    result = solver.solve(rulesheets.loads("0 < x < 3.5\nx = abs(x)/x"), {"x": 0.0})
+    assert str(result.status) == "singular"
+    assert {"S535", "S545"} == {diagnosis.code for diagnosis in result.diagnoses}
