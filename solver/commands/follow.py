@@ -19,6 +19,7 @@ ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 
 def follow(arguments: Namespace) -> int:
     """Follow, write and tell. The exit code is 0 where there are branches and only limits are singular."""
+    from rulesheets.deadline import expired
     from rulesheets.diagnosis import RuleSheetError
     from solver.commands.option import Option
     from solver.commands.over import read_axes
@@ -36,7 +37,11 @@ def follow(arguments: Namespace) -> int:
     given = {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(request.model, name, values, request.want, given, request.guesses)
     _write(table, arguments.output)
-    print("\n".join(_summary(table)), file=sys.stderr)
+    late = expired()
+    if late:
+        print("the time was up: there may be branches that were not found", file=sys.stderr)
+    if table.branches or not late:
+        print("\n".join(_summary(table)), file=sys.stderr)
     return 0 if len(table.status) and _only_limits(table) else 1
 
 

@@ -208,6 +208,15 @@ def test_rows_that_take_too_long_fail(tmp_path: Path, capsys: pytest.CaptureFixt
     assert said.err.splitlines()[0] == "the time was up: rows that were not solved by then are failed"
 
 
+def test_a_curve_that_takes_too_long_is_not_said_to_be_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "endless.tk").write_text(endless().replace("exp(x0/5)", "exp(x0/5) + c"))
+    words = ("sweep", str(tmp_path / "endless.tk"), "--follow", "--over", "c=1:3:1", "--want", "x1")
+    assert main((*words, "--timeout", "1")) == 1
+    assert capsys.readouterr().err == "the time was up: there may be branches that were not found\n"
+
+
 # --- the command ----------------------------------------------------------------
 
 
