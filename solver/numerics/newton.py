@@ -32,12 +32,14 @@ SLOW = 6
 
 @dataclass(frozen=True, slots=True)
 class NewtonLimits:
-    """``shortest`` is the least damping factor, ``escapes`` how often Levenberg–Marquardt may take over."""
+    """``shortest`` is the least damping factor, ``escapes`` how often Levenberg–Marquardt may take over,
+    ``halvings`` how many full steps at most show that a slow end is a multiple root."""
 
     iterations: int = 100
     shortest: float = 1e-6
     polish: int = 12
     escapes: int = 6
+    halvings: int = 60
     termination: Termination = field(default_factory=Termination)
 
 
@@ -127,11 +129,23 @@ class _Search:
         return self.limits.termination.step_is_rounding(norm) and self._explains(step)
 
     def _degenerate(self) -> bool:
-        """At a multiple root the Newton step is short although it contracts slowly; at a minimum of |F| it
-        is long, or (rank lost) it leaves the residual as it was."""
-        step = self.point.correction(self.point.residual)
-        short = scaled_norm(step, self.point.weight) <= self.limits.termination.degenerate
-        return short and self._explains(step)
+        """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
+        residual until it is rounding; at a minimum of |F| the step is long, or leaves the residual as it was.
+        """
+        test = self.limits.termination
+        for _ in range(self.limits.halvings):
+            p = self.point
+            step = p.correction(p.residual)
+            if scaled_norm(step, p.weight) > test.degenerate or not self._explains(step):
+                return False
+            if test.residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
+                return True
+            following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
+            if following is None or not test.falls(following.residual, p.residual):
+                return False
+            self.point = following
+            self.iterations += 1
+        return False
 
     # -- one damped step -------------------------------------------------------------------------------
 

@@ -32,7 +32,8 @@ def fix_and_release(
     """Search a root of F: Rⁿ → Rⁿ with the unknown ``held`` fixed at its ``start`` (n,) first.
 
     ``scale`` (n,) gives typical magnitudes of the unknowns, two at least. The outcome is that of the smaller
-    system where that has no answer, DOMAIN where F is undefined at the start, else how the curve ended.
+    system where that has no answer, STALLED where it has none that is isolated, DOMAIN where F is undefined
+    at the start, else how the curve ended.
     """
     system = System(residual, jacobian, [abs(s) or 1.0 for s in scale])
     point = system.point([float(v) for v in start])
@@ -44,7 +45,8 @@ def fix_and_release(
     found = newton(*inner, [start[j] for j in free], [scale[j] for j in free], HELD)
     x = [*found.x[:held], point.x[held], *found.x[held:]]
     if found.outcome is not Outcome.CONVERGED:
-        return NewtonResult(tuple(x), found.residual, found.outcome, found.iterations)
+        ended = Outcome.STALLED if found.outcome.found else found.outcome  # of the smaller system alone
+        return NewtonResult(tuple(x), tuple(system.residual_at(x) or ()), ended, found.iterations)
     used = found.iterations
     for forward in (True, False):
         end = follow_homotopy(residual, jacobian, x, scale, limits, forward)

@@ -30,6 +30,15 @@ class Termination:
         """``sizes[i]`` is Σ_j |J_ij x_j|, so that the test reads: backward error at rounding level."""
         return all(abs(r) <= self.residual * size for r, size in zip(residual, sizes, strict=True))
 
+    def residual_is_rounding(self, residual: Sequence[float], sizes: Sequence[float]) -> bool:
+        """Nothing beside ``sizes[i]`` = Σ_j |J_ij| w_j: for roots where the rows themselves vanish with x."""
+        return all(abs(r) <= self.vanishing * size for r, size in zip(residual, sizes, strict=True))
+
+    def falls(self, residual: Sequence[float], before: Sequence[float]) -> bool:
+        """Whether a full step led on towards a root: it leaves a quarter of the residual at a double one,
+        (1 - 1/m)^m of it at one of multiplicity m, and all of it at a minimum."""
+        return max(map(abs, residual), default=0.0) <= 0.5 * max(map(abs, before), default=0.0)
+
     def step_vanishes(self, step: Sequence[float], x: Sequence[float]) -> bool:
         """Every component of the step is lost in the last bit of x."""
         return all(abs(d) <= EPS * abs(v) for d, v in zip(step, x, strict=True))

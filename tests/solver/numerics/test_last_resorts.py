@@ -92,6 +92,29 @@ def test_what_is_called_a_root_is_one(search: Search, p: float, q: float, x: flo
 
 
 @pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("apart", [1e-8, 1e-10, 0.5])
+def test_conics_that_all_but_touch_have_no_root(search: Search, apart: float) -> None:
+    """A circle of radius 2, and a line ``apart`` from it: |F| has a minimum, and no root."""
+
+    def residual(v: Sequence[float]) -> list[float]:
+        return [v[0] ** 2 + v[1] ** 2 - 4, v[0] + v[1] - (2 + apart) * math.sqrt(2)]
+
+    for start in ([1.0, 2.0], [-2.0, -2.0], [1.5, 1.4]):
+        found = search(residual, lambda v: [[2 * v[0], 2 * v[1]], [1.0, 1.0]], start, [1.0, 1.0])
+        assert not found.outcome.found
+
+
+@pytest.mark.parametrize("search", [dogleg, newton])
+def test_conics_that_touch_have_a_double_root(search: Search) -> None:
+    def residual(v: Sequence[float]) -> list[float]:
+        return [v[0] ** 2 + v[1] ** 2 - 25, 3 * v[0] + 4 * v[1] - 25]
+
+    found = search(residual, lambda v: [[2 * v[0], 2 * v[1]], [3.0, 4.0]], [2.0, 5.0], [1.0, 1.0])
+    assert found.outcome is Outcome.SINGULAR_JACOBIAN
+    assert found.x == pytest.approx((3.0, 4.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("search", SEARCHES)
 def test_a_start_outside_the_domain_is_told(search: Search) -> None:
     def residual(x: Sequence[float]) -> list[float]:
         return [math.sqrt(x[0]) - 2, x[1] - x[0]]
