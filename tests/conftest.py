@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -13,6 +14,31 @@ from hypothesis import settings
 settings.register_profile("backsolve", deadline=None, derandomize=True)
 settings.register_profile("random", deadline=None, derandomize=False)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "backsolve"))
+
+
+QUICK = (
+    *("test_architecture.py", "test_diagnostics.py", "test_slider_crank.py"),
+    *("rulesheets/test_variables.py", "rulesheets/functions/test_degrees.py"),
+    *(
+        "solver/test_arguments.py",
+        "solver/test_front_door.py",
+        "solver/test_columns.py",
+        "solver/test_codes.py",
+    ),
+    *("solver/accuracy/test_attained.py", "solver/compiled/test_folding.py"),
+    *("solver/derivatives/test_tolerances.py", "solver/kernel/steps", "solver/numerics/test_newton.py"),
+    *("solver/path/test_closed_form.py", "solver/ranking/test_homogeneity.py", "solver/report/test_table.py"),
+    *("solver/solution/test_turns.py", "solver/structure/test_matching.py", "solver/trace/test_record.py"),
+    *("solver/verdicts/test_close_answers.py", "solver/kernel/elimination/test_unattained.py"),
+)
+"""At least one of each room: what `pytest -m quick` runs, beside tests that say so themselves."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    chosen = [Path(__file__).parent / name for name in QUICK]
+    for item in items:
+        if any(item.path.is_relative_to(place) for place in chosen) and "slow" not in item.keywords:
+            item.add_marker(pytest.mark.quick)
 
 
 @pytest.fixture(scope="session", autouse=True)

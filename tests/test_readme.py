@@ -29,6 +29,8 @@ RESIDUAL = re.compile(r"worst residual \S+")
 def test_a_page_says_what_happens(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    for extra in ("flint", "matplotlib", "pyarrow"):
+        pytest.importorskip(extra)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for language, name, text in blocks(page):

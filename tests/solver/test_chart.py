@@ -22,6 +22,9 @@ from solver.report.chart.picture import speed_picture, stability_picture
 from solver.report.chart.text import COLUMNS, chart_csv, stability_table
 from tests.oracles.slider_crank import Crank, forward
 
+pytest.importorskip("matplotlib")
+pytest.importorskip("flint")
+
 CRANK = Path(__file__).parent.parent.parent / "models" / "offset_slider_crank" / "model.tk"
 
 

@@ -12,6 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+pytest.importorskip("flint")
+
 import rulesheets
 import solver
 from benchmarks.interval_systems import SYSTEMS, IntervalSystem, economics, more_cosnard, yamamura

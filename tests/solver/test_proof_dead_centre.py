@@ -13,6 +13,8 @@ import solver
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 
+pytest.importorskip("flint")
+
 MODEL = rulesheets.load(Path(__file__).parent.parent.parent / "models/offset_slider_crank/model.tk")
 AO, AB, OFFSET, OMEGA, ALPHA = 3.0, 8.0, 2.0, -15.0, -10.0
 OUTPUTS = ("xA", "thetaAB", "m2", "vB", "omegaAB", "aB", "alphaAB")

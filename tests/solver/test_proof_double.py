@@ -12,6 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+pytest.importorskip("flint")
+
 import rulesheets
 import solver
 from rulesheets.evaluate import differentiate

@@ -188,6 +188,8 @@ def test_a_file_that_cannot_be_written(
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_full_disk_leaves_the_old_file(sheet: Path, tmp_path: Path, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
     file = tmp_path / f"table.{ending}"
     file.write_text("old")
     limit = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)); "
@@ -217,6 +219,8 @@ def test_what_is_no_file_is_written_directly(tmp_path: Path) -> None:
 def test_an_interrupt_leaves_what_is_done(
     sheet: Path, tmp_path: Path, ending: str, jobs: int, sent: signal.Signals
 ) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
     file = tmp_path / f"table.{ending}"
     words = ("sweep", sheet, "--over", "u=100:1000:1e-5", "--want", "v", "-o", file, "--jobs", jobs)
     process = subprocess.Popen(
