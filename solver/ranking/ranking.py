@@ -66,7 +66,7 @@ class Ranking:
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]
         self._angles = [name in self.signs.angles for name in self.names]
-        self._right = [(graph.turn(name) or 360.0) / 4.0 for name in self.names]
+        self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
         self._cold = [self.signs.cold(name) for name in self.names]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
