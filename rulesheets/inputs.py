@@ -80,7 +80,7 @@ def parse_input(
 
     A unit after it (``3 in``, ``3 ± 0.1 [mm]``) is converted to that of the ``variable``. Raises
     RuleSheetError as :func:`parse_value` does, for a tolerance that cannot be one (E405) and for units
-    (E440, E441).
+    (E460, E461).
     """
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
     middle, _, size = text.rpartition(sign) if sign else ("", "", text)
@@ -99,7 +99,7 @@ def parse_input(
 def _measured(
     value: Value, tolerance: Tolerance | None, unit: str, variable: Variable, place: Span | None
 ) -> tuple[Value, Tolerance | None]:
-    """A value and its tolerance in the unit of a variable. Raises RuleSheetError (E406, E440, E441)."""
+    """A value and its tolerance in the unit of a variable. Raises RuleSheetError (E406, E460, E461)."""
     if isinstance(value, str):
         text = f"'{value} [{unit}]"
         where = place or Span(Source("<value>", text), 0, len(text))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rulesheets.loading import load, loads
     from solver.derivation import Derivation, why
     from solver.plan import Plan, Unsolved, prepare
     from solver.report.drawing import draw
@@ -28,6 +29,8 @@ _HOMES = {
     "Table": "solver.table",
     "Unsolved": "solver.plan",
     "draw": "solver.report.drawing",
+    "load": "rulesheets.loading",
+    "loads": "rulesheets.loading",
     "monte_carlo": "solver.sampling",
     "prepare": "solver.plan",
     "solve": "solver.solving",
@@ -45,6 +48,8 @@ __all__ = [
     "Table",
     "Unsolved",
     "draw",
+    "load",
+    "loads",
     "monte_carlo",
     "prepare",
     "solve",

@@ -45,6 +45,21 @@ class Status(Enum):
         return 0 if self is Status.SOLVED else 1
 
 
+class UnknownName(KeyError):
+    """A name that is not there. ``str`` is a sentence with the name that may be meant."""
+
+    def __init__(self, name: object, known: Iterable[str]) -> None:
+        super().__init__(name)
+        self.known = tuple(known)
+
+    def __str__(self) -> str:
+        from rulesheets.spelling import suggestion
+
+        name = self.args[0]
+        meant = suggestion(name, self.known) if isinstance(name, str) else ()
+        return f"there is no variable {name}" + (f": {meant[0]}" if meant else "")
+
+
 @dataclass(frozen=True)
 class Solution(Mapping[str, Value]):
     """One answer: values by full name, inputs included. Names without a value are absent.
@@ -88,6 +103,8 @@ class Solution(Mapping[str, Value]):
         return {**own, "residual": self.worst_residual, "measure": None, "accuracy": self.accuracy}
 
     def __getitem__(self, name: str) -> Value:
+        if name not in self.by_name:
+            raise UnknownName(name, self.by_name)
         return self.by_name[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -131,9 +148,15 @@ class Result:
         Raises KeyError for a name that the model does not have.
         """
         if name not in self.model.variables:
-            raise KeyError(name)
+            raise UnknownName(name, self.model.variables)
         known = self.solutions[0] if self.solutions else self.partial
         return known.get(name)
+
+    def _repr_html_(self) -> str:
+        """The variable sheet, as a notebook shows it."""
+        from solver.report.html import result_html
+
+        return result_html(self)
 
     def __repr__(self) -> str:
         from rulesheets.spelling import plural

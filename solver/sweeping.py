@@ -7,6 +7,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 from math import inf
 from time import time
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,7 @@ def sweep(
 ) -> Table:
     """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
+    ``inputs`` is a mapping of names to columns, or a data frame (pandas, polars, Arrow) with these columns.
     With ``all`` every answer has a row of its own and a number in the column ``answer`` (0: none),
     which stays with its branch from row to row. With ``jit`` the rows run through machine code (extra
     ``jit``), which pays from about 1e5 of them. ``jobs`` processes share the work (None: as many as pay),
@@ -58,6 +60,7 @@ def sweep(
     a wrong number of ``jobs``.
     """
     expect_model(model)
+    inputs = columns_of(inputs)
     if jobs is not None and jobs < 1:
         raise ValueError(f"{jobs} is no number of processes")
     if follow:
@@ -67,7 +70,7 @@ def sweep(
             raise ValueError("a curve is followed over one swept variable")
         with time_limit(timeout):
             return follow_sweep(model, *next(iter(inputs.items())), want, given, guesses)
-    if not inputs:
+    if not len(inputs):
         raise ValueError("a sweep needs an input that varies")
     axes = tuple(listed(values, name) for name, values in inputs.items())
     if not grid:
@@ -81,6 +84,16 @@ def sweep(
     table = joined([piece.table for piece in pieces if piece.table is not None])
     answers = np.concatenate([piece.answers for piece in pieces])
     return Table(table.values, table.status, model.files, answers)
+
+
+def columns_of(inputs: Any) -> Mapping[str, Column]:
+    """The columns of a mapping or of a data frame by name."""
+    if isinstance(inputs, Mapping):
+        return inputs
+    names = getattr(inputs, "column_names", None) or getattr(inputs, "columns", None)
+    if names is None:
+        raise TypeError(f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}")
+    return {str(name): np.asarray(inputs[name]) for name in names}
 
 
 def work_of(

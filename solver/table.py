@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solver.files.columns import Columns
-from solver.result import Status
+from solver.files.columns import Columns, free_name
+from solver.result import Status, UnknownName
 
 Column: TypeAlias = ArrayLike
 
@@ -39,6 +40,8 @@ class Table(Mapping[str, NDArray[Any]]):
         self.answers = self.solved.astype(np.int64) if answers is None else answers
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._columns:
+            raise UnknownName(name, self._columns)
         return self._columns[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -46,6 +49,26 @@ class Table(Mapping[str, NDArray[Any]]):
 
     def __len__(self) -> int:
         return len(self._columns)
+
+    def to_pandas(self) -> Any:
+        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError where pandas is absent."""
+        return import_module("pandas").DataFrame(self._frame())
+
+    def to_polars(self) -> Any:
+        """The columns and the status as a ``polars.DataFrame``. Raises ImportError where polars is absent."""
+        return import_module("polars").DataFrame(self._frame())
+
+    def _frame(self) -> dict[str, Any]:
+        return {**self._columns, free_name("status", self._columns): self._words()}
+
+    def _words(self) -> list[str]:
+        return [str(self.STATUSES[code]) for code in self.status]
+
+    def _repr_html_(self) -> str:
+        """The first rows, as a notebook shows them."""
+        from solver.report.html import table_html
+
+        return table_html(self._columns, self._words())
 
     def __repr__(self) -> str:
         names = ", ".join(self._columns)

@@ -1,16 +1,16 @@
-"""Units that are unknown or do not fit: E440 and E441, and the warnings of the check, W601 and W602."""
+"""Units that are unknown or do not fit: E460 and E461, and the warnings of the check, W601 and W602."""
 
 from __future__ import annotations
 
 from rulesheets.catalogue.entry import Entry
 
 UNITS: dict[str, Entry] = {
-    "E440": Entry(
+    "E460": Entry(
         "an unknown unit",
         "A unit is a name such as mm, psi or degC, or a product of powers of names such as W/m^2-K.",
         "Correct the name, or define it in a units section.",
     ),
-    "E441": Entry(
+    "E461": Entry(
         "a value in a unit that does not fit",
         "A value is converted to the unit of its variable, so both must measure the same kind of quantity.",
         "Give the value in a unit of that kind, or leave the unit out.",

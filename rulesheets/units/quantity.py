@@ -48,7 +48,7 @@ def converted(
 
 
 def unit_named(text: str, place: Span | None = None) -> Unit:
-    """The unit of a text. Raises RuleSheetError (E440) with what may be meant."""
+    """The unit of a text. Raises RuleSheetError (E460) with what may be meant."""
     try:
         return library().unit(text)
     except UnitError as wrong:
@@ -58,12 +58,12 @@ def unit_named(text: str, place: Span | None = None) -> Unit:
 def _unknown(wrong: UnitError, text: str, place: Span | None) -> Diagnosis:
     notes = suggestion(wrong.name, library().names()) if wrong.name else ()
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
-    return error("E440", message, *labels((place, "")), notes=notes)
+    return error("E460", message, *labels((place, "")), notes=notes)
 
 
 def _no_unit(variable: Variable, unit: str, place: Span | None) -> Diagnosis:
     return error(
-        "E441",
+        "E461",
         f"{variable.name} has no unit, so a value in {unit} cannot be converted",
         *labels((place, "")),
         notes=(f"leave the unit out, or write {variable.name} [{unit}] in the variables section",),
@@ -77,12 +77,12 @@ def _other_kind(variable: Variable, unit: str, source: Unit, target: Unit, place
     else:
         message = f"{variable.name} is in {variable.unit}, and {unit} measures something else"
         notes = (f"give {variable.name} in {variable.unit} or a unit of its kind",)
-    return error("E441", message, *labels((place, "")), notes=notes)
+    return error("E461", message, *labels((place, "")), notes=notes)
 
 
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
     message = f"{name} is in {unit}, and cannot be shown in {display}"
-    return error("E441", message, *labels((place, "")), notes=("show it in a unit of its kind",))
+    return error("E461", message, *labels((place, "")), notes=("show it in a unit of its kind",))
 
 
 def shown(number: float, variable: Variable, difference: bool = False) -> float:

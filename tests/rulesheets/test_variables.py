@@ -67,7 +67,7 @@ def test_locals_are_named_in_full(tmp_path):
         ("Name,Input\n,3\n", "E413", 2, 1),
         ("Name,Input\nAO,3\nAO,4\n", "E414", 3, 1),
         ("Name,Input\nAO,3,4\n", "E415", 2, 1),
-        ("Name,Input,Unit\nAO,3,kg\n", "E441", 2, 4),
+        ("Name,Input,Unit\nAO,3,kg\n", "E461", 2, 4),
         ("Name,Input\nA0,3\n", "E407", 2, 1),
         ("Name,Input\nAO,1/0\n", "E402", 2, 4),
         ("Name,Input\nAO,nan\n", "E402", 2, 4),

@@ -181,7 +181,7 @@ def test_output_is_the_same_twice(run: Run) -> None:
         (["--set", "=3"], "E420", "--set NAME=VALUE"),
         (["--set", "a=1", "--set", "a=2"], "E421", "a is given twice"),
         (["--set", "a=1", "--clear", "a"], "E421", "a is given twice"),
-        (["--set", "a=1 [kg]"], "E441", "give a in mm"),
+        (["--set", "a=1 [kg]"], "E461", "give a in mm"),
         (["--set", "kind='left [mm]"], "E406", "a symbol has no unit"),
         (["--guess", "a=1"], "E423", "add --clear a"),
         (["--guess", "c='large"], "E423", "symbol"),

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent.parent
 def test_the_codes_said_are_those_of_the_catalogue() -> None:
     rooms = [*(ROOT / "rulesheets").rglob("*.py"), *(ROOT / "solver").rglob("*.py")]
     texts = [file.read_text(encoding="utf-8") for file in rooms if "catalogue" not in str(file)]
-    said = {code for text in texts for code in re.findall(r'"([ES]\d{3})"', text)}
+    said = {code for text in texts for code in re.findall(r'"([ESW]\d{3})"', text)}
     assert said == catalogue().keys()
 
 

@@ -49,9 +49,9 @@ def test_an_output_is_shown_in_its_display_unit() -> None:
 @pytest.mark.parametrize(
     ("sheet", "code"),
     [
-        ("variables\n x [smoot]", "E440"),
-        ("variables\n x [m -> kg]", "E441"),
-        ("variables\n x = 3 [m -> inn]", "E440"),
+        ("variables\n x [smoot]", "E460"),
+        ("variables\n x [m -> kg]", "E461"),
+        ("variables\n x = 3 [m -> inn]", "E460"),
     ],
 )
 def test_a_wrong_unit_of_a_sheet_is_told(sheet: str, code: str) -> None:
