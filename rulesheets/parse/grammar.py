@@ -79,7 +79,7 @@ class Grammar(threading.local):
 
     def words(self, line: Line, kind: str) -> tuple[Word, ...]:
         """The words of a line, right or wrong: a character that no terminal matches is an ``UNKNOWN``."""
-        left_out = {name for name, only in _ONLY_IN.items() if only != kind} | {*self._lark.ignore_tokens}
+        left_out = {name for name, only in _ONLY_IN.items() if only != kind} | {"BLANK"}
         return tuple(_words(self._pattern(frozenset(left_out)), line.code))
 
     def _terminals(self) -> list[TerminalDef]:

@@ -36,6 +36,8 @@ from rulesheets.nodes import (
     children,
 )
 from rulesheets.parse import parse
+from rulesheets.parse.grammar import Grammar, Unparsed
+from rulesheets.parse.layout import logical_lines
 from rulesheets.reading import read_source
 from rulesheets.source import Source
 from tests.oracles.operations import operations
@@ -442,3 +444,16 @@ def test_missing_files_and_folders_are_refused(tmp_path: Path) -> None:
         with pytest.raises(RuleSheetError) as caught:
             read_source(path)
         assert caught.value.diagnoses[0].code == code
+
+
+def test_tables_that_were_kept_read_and_explain_alike(monkeypatch, tmp_path):
+    monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "store"))
+    source = Source("<text>", "a + = 2")
+    (line,) = logical_lines(source.text)
+    for _ in range(2):
+        grammar = Grammar()
+        assert [str(word) for word in grammar.words(line, "rule")] == ["a", "+", "=", "2"]
+        with pytest.raises(Unparsed) as stop:
+            grammar.read(source, line, "rule")
+        assert stop.value.place == 4
+    assert len(list((tmp_path / "store").iterdir())) == 2

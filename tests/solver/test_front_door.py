@@ -71,7 +71,7 @@ def test_what_is_returned_reads_in_a_line() -> None:
     assert repr(solver.solve(model, {"v": 60})) == "<Result inconsistent, no answer>"
     assert repr(solver.prepare(model, ["u"], ["v"])) == "<Plan (u) -> (v)>"
     table = solver.sweep(model, {"u": [50.0, 75.0]}, ["v"])
-    assert repr(table) == "<Table of 2 rows, 1 solved: u, v>"
+    assert repr(table) == "<Table of 2 rows, 1 solved: u, v, answers>"
 
 
 @pytest.mark.parametrize("prove", [False, pytest.param(True, id="proved")])
