@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_value
 from rulesheets.loading import loads
@@ -158,11 +160,12 @@ class Bench:
             return {"handles": []}
         number = _answer(question, result)
         values, found = result.solutions[number], handles(result, number)
-        rails = {}
-        for driver in list(dict.fromkeys(handle.driver for handle in found))[:RAILS]:
-            group = [handle for handle in found if handle.driver == driver]
-            if (curve := rail(model, result.inputs, values, group)) is not None:
-                rails[driver] = curve
+        rails: dict[str, Rail] = {}
+        with suppress(TimeIsUp), time_limit(question.get("timeout")):
+            for driver in list(dict.fromkeys(handle.driver for handle in found))[:RAILS]:
+                group = [handle for handle in found if handle.driver == driver]
+                if (curve := rail(model, result.inputs, values, group)) is not None:
+                    rails[driver] = curve
         return {
             "handles": [vars(handle) for handle in found],
             "rails": {driver: _rail(model, curve) for driver, curve in rails.items()},

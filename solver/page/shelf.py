@@ -70,9 +70,14 @@ class Shelf:
             for name in sorted(files):
                 if name.endswith(".tk") and len(found) < LISTED:
                     key = (Path(place) / name).relative_to(self.folder).as_posix()
-                    found.append({"key": key, "name": key})
+                    found.append({"key": key, "name": self._name(key)})
         shipped = [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
         return found + shipped
+
+    def _name(self, key: str) -> str:
+        """The path from the folder; a folder in place of the ``model.tk`` in it."""
+        parent = os.path.dirname(key)
+        return key if os.path.basename(key) != MAIN_SHEET else parent or self.folder.name
 
     def sheet(self, key: str) -> Sheet:
         """The sheet of that key. Raises Refused for one that is outside the folder."""

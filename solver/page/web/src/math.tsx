@@ -10,7 +10,7 @@ export function Formula({ tex, text }: { tex: string; text: string }) {
     katex ??= import("katex");
     void katex.then(({ default: render }) => {
       const options = { throwOnError: false, trust: false, maxExpand: 100, strict: false, displayMode: false } as const;
-      if (there) setHtml(render.renderToString(tex, options));
+      if (there) setHtml(render.renderToString(`\\displaystyle ${tex}`, options));
     });
     return () => void (there = false);
   }, [tex]);
