@@ -122,9 +122,9 @@ class BlockNewton:
 
     def array(self, *known: Any) -> Array:
         """The roots (unknowns, n); nan where the branch is not followed."""
-        columns = np.array(np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in known)))
-        columns = np.atleast_2d(columns)
-        count = columns.shape[1]
+        given = [np.atleast_1d(np.asarray(column, dtype=float)) for column in known]
+        count = max(map(len, given), default=1)
+        columns = np.array([np.broadcast_to(column, count) for column in given]).reshape(len(given), count)
         start = np.repeat(np.array(self.start)[:, None], count, axis=1)
         sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
         with np.errstate(all="ignore"):

@@ -12,6 +12,9 @@ import pytest
 
 import rulesheets
 import solver
+from solver.kernel.code.block import kernel_of
+from solver.path.planner import planner
+from solver.path.steps import SolveBlock
 from solver.trace.newton import BlockNewton
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -116,3 +119,12 @@ def test_a_branch_that_ends_is_no_answer() -> None:
         plan(0.38)
     for x in (row[0] for row in plan.all(0.36787)):
         assert x * math.exp(-x) == pytest.approx(0.36787, rel=1e-13)
+
+
+def test_a_block_of_constants_is_followed_on_rows() -> None:
+    model = rulesheets.loads("variables\n b = 1\n x in [0, 2]\n z\nrules\n x = cos(x)\n z = b*x\n")
+    plan = solver.prepare(model, ["b"], ["z"])
+    table = plan.sweep(np.linspace(1.0, 2.0, 40))
+    assert table["z"] == pytest.approx(0.7390851332151607 * np.linspace(1.0, 2.0, 40), rel=1e-14)
+    newton = BlockNewton(kernel_of(planner(model).graph, SolveBlock((0,), ("x",), ("x",))), [0.74], [])
+    assert newton.array() == pytest.approx(np.array([[0.7390851332151607]]), rel=1e-15)
