@@ -160,9 +160,9 @@ def test_a_wrong_picture(capsys: pytest.CaptureFixture[str], words: list[str], c
 
 DOLLARS = """\
 variables
-  x = 1 [$/$x_{]
+  x = 1 [$/h]
   k = 1
-  y [$a^$]
+  y [$*$/h]
 rules
   y = x^2 + k
 figure f [$_{$] " a $caption^{$ of 5$
