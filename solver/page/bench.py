@@ -17,11 +17,12 @@ from rulesheets.loading import loads
 from rulesheets.model import Model, Value
 from solver.derivation import why
 from solver.page.answers import answered, finite
+from solver.page.branches import apart, turn
 from solver.page.derivations import derived
 from solver.page.description import complaint, described, typeset
 from solver.page.figures import geometry, needed
 from solver.page.handles import handles
-from solver.page.rail import Rail, apart, extents, rail, turn
+from solver.page.rail import Rail, extents, rail
 from solver.plan import Plan, Unsolved, prepare
 from solver.result import Result, Status
 from solver.solving import solve

@@ -1,6 +1,6 @@
 // Builds src into ../static, or into the folder that is named: the same input gives the same bytes.
 import { build } from "esbuild";
-import { copyFile, mkdir, readFile, rm } from "node:fs/promises";
+import { copyFile, mkdir, readFile, rm, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -50,3 +50,9 @@ await build({
   outdir: out,
 });
 for (const name of ["index.html", "icon.svg"]) await copyFile(join(here, "src", name), join(out, name));
+
+const licences = ["preact", "@preact/signals", "@preact/signals-core", "katex"].map(async (name) => {
+  const text = await readFile(join(here, "node_modules", name, "LICENSE"), "utf8");
+  return `${name}\n\n${text.trim()}\n`;
+});
+await writeFile(join(out, "licences.txt"), (await Promise.all(licences)).join("\n\n"));

@@ -120,7 +120,7 @@ const JOINTS = new Set(["slider", "block", "trunnion"]);
 function Labels({ outline, places, unit }: { outline: Outline; places: Map<string, Place>; unit: number }) {
   const texts: { text: string; at: Place; off: Place }[] = [];
   const taken: Place[] = [];
-  for (const { name } of outline.places) {
+  for (const { name, kind: joint } of outline.places) {
     const at = places.get(name)!;
     if (name.startsWith("_")) continue;
     const same = taken.findIndex((other) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 3 * unit);
@@ -131,7 +131,7 @@ function Labels({ outline, places, unit }: { outline: Outline; places: Map<strin
     taken.push(at);
     const jointed = outline.strokes.some(({ kind, points }) => JOINTS.has(kind) && points[0] === name);
     const [x, y] = away(at, name, outline, places);
-    texts.push({ text: name, at, off: jointed ? [0.35 * Math.sign(x), 1.35] : [1.15 * x, 1.15 * y] });
+    texts.push({ text: name, at, off: joint === "pin" ? [x > 0 ? 1 : -1, 0.6] : jointed ? [0.35 * Math.sign(x), 1.35] : [1.15 * x, 1.15 * y] });
   }
   for (const stroke of outline.strokes) {
     const [a, b] = stroke.points.map((point) => places.get(point)!);
