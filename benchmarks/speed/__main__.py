@@ -3,7 +3,7 @@
     python -m benchmarks.speed [PART…] [--rounds N] [--rows N] [--to-disk N] [--write]
 
 prints a table for each part (all where none is named) and says what it is held to. ``--write`` puts the
-tables into docs/speed.md and README.md and the bars into docs/pictures/speed.png. Peers that are not
+tables into docs/speed.md and the bars into docs/pictures/speed.png. Peers that are not
 installed are left out, and named (``pip install numba cffi casadi jax``).
 """
 
@@ -16,13 +16,13 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.pages import markdown_table, place
+from benchmarks.pages import place
 from benchmarks.speed import compiling, every_model, many_rows, one_solve, solvers, whole_commands
 from benchmarks.speed.page import Section
 from benchmarks.speed.picture import draw
 
 ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "docs" / "speed.md", ROOT / "README.md")
+PAGE = ROOT / "docs" / "speed.md"
 PICTURE = ROOT / "docs" / "pictures" / "speed.png"
 
 
@@ -64,44 +64,11 @@ def machine() -> str:
 
 def write(sections: list[Section]) -> None:
     for section in sections:
-        if not place(PAGES[0], f"speed: {section.name}", section.markdown()):
+        if not place(PAGE, f"speed: {section.name}", section.markdown()):
             sys.exit(f"docs/speed.md has no place for {section.name}: <!-- speed: {section.name} -->")
     if {"one", "rows"} <= {section.name for section in sections}:  # the tables that peers stand in
-        place(PAGES[0], "speed: machine", machine())
-        place(PAGES[1], "speed: summary", summary(sections))
+        place(PAGE, "speed: machine", machine())
         draw(sections, PICTURE)
-
-
-def summary(sections: list[Section]) -> str:
-    """The times of a few contestants, for the first page."""
-    bars = {title: {name: number for name, number, _ in each} for s in sections for title, _, each in s.bars}
-    columns = list(bars.values())
-    rows = [(words, *(one_or_none(column, names) for column in columns)) for words, names in IN_SHORT.items()]
-    head = (
-        "processor time",
-        "one solve, µs",
-        "both answers backward, µs",
-        "a row of 1e6, ns",
-        "a row backward, ns",
-    )
-    return markdown_table(head, rows)
-
-
-IN_SHORT = {
-    "Backsolve, every answer checked": (one_solve.OURS, many_rows.OURS),
-    "Backsolve, machine code": (many_rows.JIT,),
-    "closed form by hand, Python; blocked numpy": (one_solve.HAND, many_rows.NUMPY),
-    "closed form by hand, numba, parallel": (many_rows.PARALLEL,),
-    "sympy.lambdify with cse": ("sympy.lambdify with cse", "sympy.lambdify with cse, numpy"),
-    "scipy fsolve with Jacobian, five equations": (one_solve.FIVE, "scipy fsolve with Jacobian, a loop"),
-    "scipy fsolve with Jacobian, the rules of the sheet": (one_solve.RULES,),
-}
-
-
-def one_or_none(column: dict[str, float], names: tuple[str, ...]) -> str:
-    from benchmarks.speed.page import figures
-
-    return next((figures(column[name]) for name in names if name in column), "–")
 
 
 if __name__ == "__main__":
