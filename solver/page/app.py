@@ -31,7 +31,7 @@ Json = dict[str, Any]
 STATIC = Path(__file__).parent / "static"
 
 QUICK = frozenset({"check", "value", "frame", "warm"})
-SLOW = frozenset({"solve", "typeset", "motion", "swap", "sweep", "sensitivity", "why"})
+SLOW = frozenset({"solve", "typeset", "motion", "rail", "swap", "sweep", "sensitivity", "why"})
 
 KEPT = 200_000
 """Characters of a tab's state that the server keeps for a sheet."""

@@ -33,9 +33,6 @@ Json = dict[str, Any]
 ROWS = 2000
 """Rows of a sweep that a page draws at most."""
 
-RAILS = 3
-"""Inputs whose motion is followed."""
-
 PLANS = 8
 """Prepared plans that are kept."""
 
@@ -56,6 +53,7 @@ class Bench:
             "warm": self.warm,
             "typeset": self.typeset,
             "motion": self.motion,
+            "rail": self.rail,
             "swap": self.swap,
             "sweep": self.sweep,
             "sensitivity": self.sensitivity,
@@ -155,23 +153,22 @@ class Bench:
     # --- dragging ---
 
     def motion(self, question: Json) -> Json:
-        """The handles of the figures, and of every driver the curve that its points are dragged along."""
-        result, model = self._result(question), self._model()
+        """The handles of the figures."""
+        result = self._result(question)
         if not result.solutions:
             return {"handles": []}
+        return {"handles": [vars(handle) for handle in handles(result, _answer(question, result))]}
+
+    def rail(self, question: Json) -> Json:
+        """The curve that the points of one driver are dragged along, and the room that the figures need."""
+        result, model = self._result(question), self._model()
         number = _answer(question, result)
-        values, found = result.solutions[number], handles(result, number)
-        rails: dict[str, Rail] = {}
+        group = [one for one in handles(result, number) if one.driver == question["driver"]]
         with suppress(TimeIsUp), time_limit(question.get("timeout")):
-            for driver in list(dict.fromkeys(handle.driver for handle in found))[:RAILS]:
-                group = [handle for handle in found if handle.driver == driver]
-                if (curve := rail(model, result.inputs, values, group)) is not None:
-                    rails[driver] = curve
-        return {
-            "handles": [vars(handle) for handle in found],
-            "rails": {driver: _rail(model, curve) for driver, curve in rails.items()},
-            "extents": extents(model, list(rails.values())),
-        }
+            curve = rail(model, result.inputs, result.solutions[number], group) if group else None
+            if curve is not None:
+                return {"rail": _rail(model, curve), "extents": extents(model, curve)}
+        return {}
 
     def frame(self, question: Json) -> Json:
         """All values and figures for one value of the dragged variable, on the branch of ``near``."""

@@ -100,7 +100,12 @@ class _Motion:
         names = [driver, *(n for n in self.slopes.outputs if self.slopes[n, driver] and n in near)]
         lengths = {n: self._length(n, driver, wanted) for n in names if self.model.variables[n].posted}
         reached = {n: length for n, length in lengths.items() if length is not None}
-        return min(reached, key=lambda n: reached[n]) if reached else driver
+        return min(reached, key=lambda n: (not self._declared(n), reached[n])) if reached else driver
+
+    def _declared(self, name: str) -> bool:
+        """Whether the sheet says something of a variable: its unit, its comment or its value."""
+        variable = self.model.variables[name]
+        return bool(variable.unit or variable.comment) or variable.value is not None
 
     def _length(self, name: str, driver: str, wanted: tuple[str, ...]) -> int | None:
         """The rules that lead from a variable as the input to the coordinates; None where they do not.

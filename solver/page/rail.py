@@ -174,12 +174,12 @@ class _Motion:
         return nearest(plan, golden_section(size, low, high), rows[place])
 
 
-def extents(model: Model, rails: Sequence[Rail]) -> list[list[float] | None]:
-    """The rectangle (left, bottom, right, top) that every figure needs over the motions.
+def extents(model: Model, curve: Rail) -> list[list[float] | None]:
+    """The rectangle (left, bottom, right, top) that every figure needs over the motion.
 
     Of velocities and accelerations the largest few are left out: they may grow without bound.
     """
-    drawn = [diagrams(model, row) for curve in rails for row in _spread(curve)]
+    drawn = [diagrams(model, row) for row in _spread(curve)]
     found: list[list[float] | None] = []
     for number in range(len(model.figures)):
         figures = [some[number] for some in drawn]

@@ -105,7 +105,7 @@ def test_the_slider_and_the_crank_are_handles_with_a_common_rail(tab: WebSocketT
     ask(tab, "open", sheet=CRANK)
     reply = ask(tab, "motion")
     assert {one["point"]: one["variable"] for one in reply["handles"]} == {"A": "thetaAO", "B": "xB"}
-    low, high = reply["rails"]["thetaAO"]["limits"]["xB"]
+    low, high = ask(tab, "rail", driver="thetaAO")["rail"]["limits"]["xB"]
     assert high == pytest.approx((11**2 - 2**2) ** 0.5, rel=1e-14)
     assert low == pytest.approx((5**2 - 2**2) ** 0.5, rel=1e-14)
 

@@ -2,7 +2,7 @@
 import { batch, computed, signal } from "@preact/signals";
 import { readable } from "./format";
 import { ask } from "./talk";
-import type { Answer, Complaint, Frame, Geometry, Model, Motion, Reply, Value, Values } from "./types";
+import type { Answer, Complaint, Frame, Geometry, Model, Motion, Rail, Reply, Value, Values } from "./types";
 
 /** What undo restores. `inputs` override those of the sheet, null clears one; `near` tells answers apart. */
 export interface Doc {
@@ -169,11 +169,33 @@ async function followMotion(): Promise<void> {
   const number = asked;
   const reply = await ask<Motion>({ do: "motion", answer: chosen.value, ...about() });
   if (number !== asked || troubleOf(reply)) return;
-  motion.value = { handles: [], rails: {}, extents: [], ...reply };
+  motion.value = { handles: reply.handles ?? [], rails: {}, extents: [] };
+  for (const driver of new Set(motion.value.handles.map((one) => one.driver))) {
+    const more = await ask<Followed>({ do: "rail", driver, answer: chosen.value, ...about() });
+    if (number !== asked) return;
+    if (more.rail && more.extents) motion.value = joined(motion.value, driver, more as Followed);
+  }
   const now = new Set(motion.value.handles.flatMap((one) => [one.driver, one.variable]));
   const still = Object.entries(inputs.value).filter(([name]) => !now.has(name));
   followed = JSON.stringify([doc.value.text, still, count]);
   onMotion?.();
+}
+
+interface Followed {
+  rail: Rail;
+  extents: Motion["extents"];
+}
+
+/** The motion with one more rail, and with room for it. */
+function joined(before: Motion, driver: string, { rail, extents }: Followed): Motion {
+  const wider = extents.map((one, k) => {
+    const other = before.extents[k];
+    if (!one || !other) return one ?? other ?? null;
+    const [a, b, c, d] = one;
+    const [e, f, g, h] = other;
+    return [Math.min(a, e), Math.min(b, f), Math.max(c, g), Math.max(d, h)] as [number, number, number, number];
+  });
+  return { ...before, rails: { ...before.rails, [driver]: rail }, extents: wider };
 }
 
 /** Called when there are new handles. */
