@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 
 from rulesheets.checks import check, check_figures
@@ -9,14 +10,31 @@ from rulesheets.declarations import declared
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.expand import Expansion, expand
 from rulesheets.model import Model, Variable
-from rulesheets.nodes import Call, CallRule, Equality, Expression, Function, Name, RuleSheet, names
+from rulesheets.nodes import (
+    Call,
+    CallRule,
+    Condition,
+    Equality,
+    Expression,
+    Function,
+    Name,
+    RuleSheet,
+    names,
+    numbers,
+)
 from rulesheets.program import Program, bodies, components, operands, rules_of, walk
+from rulesheets.units.quantity import unit_named
+
+_MEASURE = re.compile(r"[\d.]\[")
+_PI = re.compile("Pi|PI")
 
 
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     """Check a program and expand it. Raises RuleSheetError with every complaint found."""
     check(program)
     variables = declared(program.rows)
+    if wrong := tuple(_wrong_units(program)):
+        raise RuleSheetError(*wrong)
     expansion = expand(program)
     model = Model(
         name=name,
@@ -35,14 +53,32 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     return model
 
 
-def _respelt(program: Program) -> Iterator[Diagnosis]:
-    """A note on the first ``Pi``, which is read as the number."""
+def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Condition]:
+    """The expressions of all rules, where a source of the program has what the pattern matches."""
     owners: list[RuleSheet | Function] = [program.sheet, *program.functions.values()]
     sources = dict.fromkeys(owner.span.source for owner in owners if owner.span is not None)
-    if not any("Pi" in source.text or "PI" in source.text for source in sources):
-        return
+    if not any(said.search(source.text) for source in sources):
+        return []
     rules = (rule for owner in owners for rule in rules_of(owner))
-    parts = [part for rule in rules for body in bodies(rule.body) for part in operands(body)]
+    return [part for rule in rules for body in bodies(rule.body) for part in operands(body)]
+
+
+def _wrong_units(program: Program) -> Iterator[Diagnosis]:
+    """Numbers of rules whose units are unknown."""
+    for part in _rule_parts(program, _MEASURE):
+        for number in numbers(part):
+            try:
+                if number.unit is not None:
+                    unit_named(number.unit, number.span)
+            except RuleSheetError as wrong:
+                yield from wrong.diagnoses
+
+
+def _respelt(program: Program) -> Iterator[Diagnosis]:
+    """A note on the first ``Pi``, which is read as the number."""
+    parts = _rule_parts(program, _PI)
+    if not parts:
+        return
     parts += [row.value for row in program.rows if row.value is not None]
     for node in (node for part in parts for node in walk(part)):
         if isinstance(node, Call) and node.function == "pi" and node.span is not None:

@@ -12,9 +12,9 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.evaluate import Undefined, value
 from rulesheets.input_messages import names_variable, no_tolerance, not_finite, outside_range, symbol_as_guess
 from rulesheets.model import Tolerance, Value, Variable
-from rulesheets.nodes import Expression, Range, Symbol, VariableRow, names
+from rulesheets.nodes import Expression, Negative, Number, Range, Symbol, VariableRow, names, units_of
 from rulesheets.source import Span
-from rulesheets.units.quantity import cannot_show, unit_named
+from rulesheets.units.quantity import cannot_show, converted, part_with_unit, unit_named
 
 
 def constant(expression: Expression) -> Value:
@@ -28,6 +28,9 @@ def constant(expression: Expression) -> Value:
     name = next(names(expression), None)
     if name is not None:
         raise RuleSheetError(names_variable(name, expression.span))
+    unit = next(units_of(expression), None)
+    if unit is not None:
+        raise RuleSheetError(part_with_unit(unit, expression.span))
     complaints = tuple(check_constant(expression))
     if complaints:
         raise RuleSheetError(*complaints)
@@ -66,8 +69,8 @@ def _variable(row: VariableRow) -> Variable:
         )
     variable = Variable(
         name=row.name,
-        value=None if row.value is None else constant(row.value),
-        guess=None if row.guess is None else _guess(row.guess),
+        value=None if row.value is None else _given(row.value, row),
+        guess=None if row.guess is None else _guess(row.guess, row),
         unit=row.unit,
         display_unit=row.display_unit,
         low=bounds.low,
@@ -84,6 +87,18 @@ def _variable(row: VariableRow) -> Variable:
     return variable
 
 
+def _given(expression: Expression, row: VariableRow, difference: bool = False) -> Value:
+    """The value of an input; ``3[in]`` in the unit of its row."""
+    match expression:
+        case Negative(Number(value, unit=str(unit))):
+            number = -value
+        case Number(number, unit=str(unit)):
+            pass
+        case _:
+            return constant(expression)
+    return converted([number], unit, Variable(row.name, unit=row.unit), expression.span, difference)[0]
+
+
 def _place_of(unit: str | None, row: VariableRow) -> Span | None:
     """Where the unit of a row stands in its text."""
     if row.span is None or unit is None:
@@ -94,14 +109,14 @@ def _place_of(unit: str | None, row: VariableRow) -> Span | None:
 
 
 def _tolerance(written: nodes.Tolerance, row: VariableRow) -> Tolerance:
-    size = constant(written.size)
+    size = _given(written.size, row, difference=not written.percent)
     if isinstance(row.value, Symbol) or isinstance(size, str) or size < 0.0:
         raise RuleSheetError(no_tolerance(isinstance(row.value, Symbol), written.span))
     return Tolerance(size, written.percent)
 
 
-def _guess(expression: Expression) -> float:
-    guess = constant(expression)
+def _guess(expression: Expression, row: VariableRow) -> float:
+    guess = _given(expression, row)
     if isinstance(guess, str):
         raise RuleSheetError(symbol_as_guess(guess, expression.span))
     return guess

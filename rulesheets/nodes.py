@@ -18,8 +18,11 @@ from rulesheets.source import Span
 
 @dataclass(frozen=True, slots=True)
 class Number:
+    """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, which no solve sees."""
+
     value: float
     span: Span | None = field(default=None, compare=False, repr=False)
+    unit: str | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -366,3 +369,19 @@ def names(node: Expression | Condition) -> Iterator[str]:
             yield item.name
         elif parts := _PARTS.get(type(item)):
             stack.extend(parts(item)[::-1])
+
+
+def numbers(node: Expression | Condition) -> Iterator[Number]:
+    """The numbers in a node, left to right."""
+    stack = [node]
+    while stack:
+        item = stack.pop()
+        if type(item) is Number:
+            yield item
+        elif parts := _PARTS.get(type(item)):
+            stack.extend(parts(item)[::-1])
+
+
+def units_of(node: Expression | Condition) -> Iterator[str]:
+    """The units of numbers in a node that have one."""
+    return (number.unit for number in numbers(node) if number.unit is not None)

@@ -52,8 +52,9 @@ def _expression(node: Expression, place: int) -> str:
 def _bound(node: Expression) -> tuple[str, int]:
     """The text of a node without parentheses around it, and how tightly it binds."""
     match node:
-        case Number(value):
-            return format_number(value), _ATOM if value >= 0 else _FACTOR
+        case Number(value, unit=unit):
+            text = format_number(value) + ("" if unit is None else f"[{unit}]")
+            return text, _ATOM if value >= 0 else _FACTOR
         case Name(name):
             return name, _ATOM
         case Symbol(name):

@@ -14,6 +14,7 @@ from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.parse.function import Head
 from rulesheets.parse.ranges import Bound, bounded, limit
+from rulesheets.parse.words import Word
 from rulesheets.source import Source, Span
 
 Children: TypeAlias = Sequence[Any]
@@ -85,6 +86,13 @@ class Builder:
                 )
             )
         return nodes.Number(value, self._of(token))
+
+    def measure(self, children: Children) -> nodes.Number:
+        """``9.81[m/s^2]``"""
+        token = children[0]
+        digits, _, unit = token.partition("[")
+        number = self.number([Word.at(digits, "NUMBER", token.start_pos)])
+        return replace(number, span=self._of(token), unit=unit[:-1].strip())
 
     def symbol(self, children: Children) -> nodes.Symbol:
         return nodes.Symbol(str(children[0])[1:], self._of(children[0]))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from lark import Lark
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
-from lark.lexer import TerminalDef
+from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
 from rulesheets.parse.builder import Builder, Misplaced
@@ -46,9 +46,11 @@ class Grammar(threading.local):
         self._builder = Builder()
         self._patterns: dict[frozenset[str], re.Pattern[str]] = {}
         self._lark = self._parser("lines", KINDS)
-        self._of_rows = self._parser("rows", ["row"])
+        self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
-    def _parser(self, name: str, start: list[str]) -> Lark:
+    def _parser(
+        self, name: str, start: list[str], edit: Callable[[TerminalDef], object] | None = None
+    ) -> Lark:
         """A parser whose tables lark keeps on disk, where there is a folder for that."""
         return Lark(
             _GRAMMAR.read_text(encoding="utf-8"),
@@ -56,6 +58,7 @@ class Grammar(threading.local):
             start=start,
             transformer=self._builder,
             maybe_placeholders=True,
+            edit_terminals=edit,
             cache=store.place(f"grammar-{name}") or False,
         )
 
@@ -80,25 +83,32 @@ class Grammar(threading.local):
     def words(self, line: Line, kind: str) -> tuple[Word, ...]:
         """The words of a line, right or wrong: a character that no terminal matches is an ``UNKNOWN``."""
         left_out = {name for name, only in _ONLY_IN.items() if only != kind} | {"BLANK"}
-        return tuple(_words(self._pattern(frozenset(left_out)), line.code))
+        return tuple(_words(self._pattern(frozenset(left_out), kind == "row"), line.code))
 
-    def _terminals(self) -> list[TerminalDef]:
-        """Those of all lines, each once."""
-        found = {
-            terminal.name: terminal for lark in (self._of_rows, self._lark) for terminal in lark.terminals
-        }
+    def _terminals(self, row: bool) -> list[TerminalDef]:
+        """Those of all lines, each once, as a row or any other line reads them."""
+        parsers = (self._lark, self._of_rows) if row else (self._of_rows, self._lark)
+        found = {terminal.name: terminal for lark in parsers for terminal in lark.terminals}
         return list(found.values())
 
-    def _pattern(self, left_out: frozenset[str]) -> re.Pattern[str]:
+    def _pattern(self, left_out: frozenset[str], row: bool) -> re.Pattern[str]:
         """One regular expression for all terminals, in the order in which lark itself tries them."""
         if left_out not in self._patterns:
             ordered = sorted(
-                (terminal for terminal in self._terminals() if terminal.name not in left_out),
+                (terminal for terminal in self._terminals(row) if terminal.name not in left_out),
                 key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
             )
             found = "|".join(f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})" for terminal in ordered)
             self._patterns[left_out] = re.compile(rf"\s*(?:{found}|(?P<UNKNOWN>\S))")
         return self._patterns[left_out]
+
+
+def _before_a_unit(terminal: TerminalDef) -> None:
+    """In a row, a number has a unit of its own only where that of the row follows."""
+    if terminal.name == "MEASURE":
+        terminal.pattern = PatternRE(
+            rf"{terminal.pattern.value}(?=[^\n]*\[[^\[\],\n]*\])", terminal.pattern.flags
+        )
 
 
 def _words(pattern: re.Pattern[str], code: str) -> Iterator[Word]:

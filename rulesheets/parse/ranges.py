@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import Comparison, Expression, Name, Range, names
+from rulesheets.nodes import Comparison, Expression, Name, Range, names, units_of
 from rulesheets.source import Span
 
 
@@ -23,6 +23,8 @@ class Bound:
 
 def limit(expression: Expression) -> float | Expression:
     """The value of an expression of numbers; one that names variables as it is."""
+    if (unit := next(units_of(expression), None)) is not None:
+        raise RuleSheetError(_wrong(f"a bound is in the unit of its row, not in {unit}", expression.span))
     if any(names(expression)):
         return expression
     try:

@@ -13,10 +13,10 @@ from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Call, Expression, Name, children
+from rulesheets.nodes import Call, Expression, Name, children, numbers
 from rulesheets.units.dimensions import Dimensions, Exponents, Mismatch
 from rulesheets.units.library import library
-from rulesheets.units.scales import alike, bare, explained, numbers, scale
+from rulesheets.units.scales import alike, bare, explained, scale
 from rulesheets.units.unit import Unit
 
 DEGREES = {"sind": "sin", "cosd": "cos", "tand": "tan"}
@@ -29,8 +29,8 @@ def check_units(model: Model) -> tuple[Diagnosis, ...]:
     if not units:
         return ()
     checked = [e for e in model.equations if not _unchecked(e)]
-    numbers = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
-    dimensions = Dimensions({name: unit.dimension for name, unit in units.items()}, numbers)
+    given = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
+    dimensions = Dimensions({name: unit.dimension for name, unit in units.items()}, given)
     dimensions.infer((e.index, e.left, e.right) for e in checked)
     said: dict[tuple[int, int], Diagnosis] = {}
     for mismatch in dimensions.mismatches:
@@ -102,7 +102,9 @@ def _power(base: str, exponent: Fraction) -> str:
 
 def _factors(equation: Equation, units: Mapping[str, Unit]) -> Iterator[Diagnosis]:
     """The first place of a rule where scales differ, and no number in the rule explains by how much."""
-    written = sorted({abs(n) for side in (equation.left, equation.right) for n in numbers(side)})
+    written = sorted(
+        {abs(n.value) for side in (equation.left, equation.right) for n in numbers(side) if n.unit is None}
+    )
     for one, other in (*alike(equation.left), *alike(equation.right), (equation.left, equation.right)):
         first, second = scale(one, units), scale(other, units)
         if bare(one) or bare(other) or first is None or second is None or explained(first / second, written):

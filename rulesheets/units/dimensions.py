@@ -27,6 +27,7 @@ from rulesheets.nodes import (
     Symbol,
     names,
 )
+from rulesheets.units.library import library
 
 Exponents = dict[str, Fraction]
 
@@ -118,6 +119,8 @@ class Dimensions:
     def form(self, node: Expression, index: int) -> Form:
         """The exponents of an expression of the rule ``index``; what is in it must fit together."""
         match node:
+            case Number(unit=str(unit)):
+                return Form(library().unit(unit).dimension)
             case Number():
                 return Form(any=True)
             case Symbol():

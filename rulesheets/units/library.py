@@ -133,9 +133,8 @@ def _from_pint(name: str) -> Unit | None:
     """
     if len(name) < SHORTEST:
         return None
-    try:
-        registry = _registry()
-    except ImportError:
+    registry = _registry()
+    if registry is None:
         return None
     try:
         found = registry.Quantity(1, registry.parse_units(name, as_delta=True)).to_base_units()
@@ -163,8 +162,10 @@ _BASES = {
 
 @cache
 def _registry() -> Any:
-    from pint import UnitRegistry
-
+    try:
+        from pint import UnitRegistry
+    except ImportError:
+        return None
     return UnitRegistry(non_int_type=Fraction)
 
 

@@ -80,6 +80,11 @@ def _other_kind(variable: Variable, unit: str, source: Unit, target: Unit, place
     return error("E461", message, *labels((place, "")), notes=notes)
 
 
+def part_with_unit(unit: str, place: Span | None) -> Diagnosis:
+    notes = ("write one number with its unit, as in x = 3[in] [mm]",)
+    return error("E461", f"{unit} stands inside an expression of numbers", *labels((place, "")), notes=notes)
+
+
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
     message = f"{name} is in {unit}, and cannot be shown in {display}"
     return error("E461", message, *labels((place, "")), notes=("show it in a unit of its kind",))

@@ -18,7 +18,9 @@ from rulesheets.nodes import (
     Sum,
     children,
     names,
+    units_of,
 )
+from rulesheets.units.library import library
 from rulesheets.units.unit import ANGLE, Unit
 
 RELATIVE = 1e-3
@@ -37,17 +39,17 @@ def alike(node: Expression) -> Iterator[tuple[Expression, Expression]]:
 
 
 def bare(node: Expression) -> bool:
-    """Whether an expression is a number alone: it adopts the unit of what it is added to or equals."""
-    return next(names(node), None) is None
+    """Whether an expression is a plain number: it adopts the unit of what it is added to or equals."""
+    return next(names(node), None) is None and next(units_of(node), None) is None
 
 
 def scale(node: Expression, units: Mapping[str, Unit]) -> float | None:
     """One of the unit of an expression in base units, numbers aside; None where it is not known."""
     match node:
-        case Number():
+        case Number(unit=None):
             return 1.0
-        case Name(name):
-            unit = units.get(name)
+        case Name() | Number():
+            unit = units.get(node.name) if isinstance(node, Name) else library().unit(node.unit or "")
             return None if unit is None or unit.bases.get(ANGLE) else unit.scale
         case Negative(operand):
             return scale(operand, units)
@@ -78,10 +80,3 @@ def explained(factor: float, written: Iterable[float]) -> bool:
     powers = [number**e for number in usual for e in (1, -1, 2, -2, 0.5, -0.5)]
     products = (*powers, *(a * b for a, b in combinations(powers, 2)))
     return any(math.isclose(factor, product, rel_tol=RELATIVE) for product in products)
-
-
-def numbers(node: Expression) -> Iterator[float]:
-    if isinstance(node, Number):
-        yield node.value
-    for part in children(node):
-        yield from numbers(part)  # type: ignore[arg-type]

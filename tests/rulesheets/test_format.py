@@ -74,6 +74,7 @@ def test_numbers_are_short(value: float, text: str) -> None:
     [
         "a - b + c",
         "a - (b + c)",
+        "m*9.81[m/s^2] + 5.67e-8[W/m^2-K^4]",
         "-a^2",
         "(-a)^2",
         "a^b^c",

@@ -150,6 +150,8 @@ def _misplaced(stop: Stop) -> Diagnosis | None:
     if word.type in ("UNIT", "IN"):
         what = "a unit" if word.type == "UNIT" else "a range"
         note = "write it there, beside the name of its variable"
+        if stop.before is not None and stop.before.type == "NUMBER":
+            note += f"; the unit of a number follows it at once: {stop.before}{word}"
         return stop.error("E101", f"{what} belongs to the variables section", stop.here, "", note)
     return None
 

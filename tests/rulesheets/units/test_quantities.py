@@ -111,3 +111,42 @@ def test_rules_that_do_not_fit_are_warned_of(variables: str, rules: str, said: s
 @pytest.mark.parametrize("name", rulesheets.shipped_models())
 def test_the_shipped_models_have_units_that_fit(name: str) -> None:
     assert check_units(rulesheets.load(name)) == ()
+
+
+def test_a_number_of_a_row_is_converted_to_its_unit() -> None:
+    rows = "x = 3[in] [mm]\n T = -40[degF] [K]\n y = 2[in]\n z = 1[m] ± 1[in] [mm]\n w ~ 1[ft] [in]"
+    variables = rulesheets.loads(f"variables\n {rows}\nrules\n w = x + y").variables
+    assert (variables["x"].value, variables["T"].value, variables["z"].value) == (76.2, 233.15, 1000.0)
+    assert (variables["y"].value, variables["y"].unit) == (2.0, "in")
+    assert variables["z"].tolerance is not None and variables["z"].tolerance.size == 25.4
+    assert variables["w"].guess == 12.0
+
+
+def test_a_number_of_a_rule_is_used_as_written() -> None:
+    model = rulesheets.loads("variables\n m = 2 [kg]\n F [kN]\nrules\n F = m*9.81[m/s^2]/1000")
+    assert solver.solve(model)["F"] == pytest.approx(0.01962, rel=1e-15)
+    assert check_units(model) == ()
+
+
+def test_a_number_with_a_unit_does_not_explain_a_factor() -> None:
+    (message,) = warnings("F [kN],m [kg]", "F = m*1000[m/s^2]")
+    assert "factor of 1000" in message
+    (message,) = warnings("F [kN],m [kg]", "F = m*9.81[m/s]")
+    assert "the units do not fit" in message
+
+
+@pytest.mark.parametrize(
+    ("sheet", "code", "line"),
+    [
+        ("variables\n x = 2*3[in] [mm]\nrules\n x = y", "E461", 2),
+        ("variables\n x = 3[kg] [mm]\nrules\n x = y", "E461", 2),
+        ("variables\n x > 3[in] [mm]\nrules\n x = y", "E121", 2),
+        ("x = 3*y\ny = 9.81[smoot]*x", "E460", 2),
+        ("x = 3 [mm]", "E101", 1),
+    ],
+)
+def test_a_misplaced_unit_of_a_number_is_told(sheet: str, code: str, line: int) -> None:
+    with pytest.raises(RuleSheetError) as wrong:
+        rulesheets.loads(sheet)
+    assert [d.code for d in wrong.value.diagnoses] == [code]
+    assert wrong.value.diagnoses[0].labels[0].span.line == line
