@@ -14,11 +14,10 @@ from rulesheets.model import Model, Value
 from solver.facts import OutOfTime, Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
-from solver.ranking.ranking import Ranking
+from solver.ranking.unlikely import unlikely
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.narrowing import explore_required
-from solver.verdicts.fixed import fixed_otherwise
 from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
@@ -101,6 +100,8 @@ def _solved(
 
             verdict = at_a_limit(model, verdict, given, wanted, hints, judged) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
+            from solver.verdicts.fixed import fixed_otherwise
+
             verdict = fixed_otherwise(model, verdict, given) or verdict
     near = partial(_near, model, wanted, judged)
     result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
@@ -228,9 +229,7 @@ def _solutions(
     proved: bool,
 ) -> tuple[Solution, ...]:
     answers = [leaf.branch.values for leaf in leaves]
-    among = {name for values in answers for name in values}
-    marks = Ranking(model, inputs, among, guesses).unlikely(answers, inputs)
-    pairs = zip(leaves, marks, strict=True)
+    pairs = zip(leaves, unlikely(model, answers, inputs, guesses), strict=True)
     return tuple(replace(_solution(model, leaf, inputs, proved), unlikely=names) for leaf, names in pairs)
 
 

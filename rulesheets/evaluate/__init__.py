@@ -6,15 +6,17 @@ What a plain solve has no need of is loaded at its first use: symbolic derivativ
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
 from rulesheets.evaluate.conditions import holds
-from rulesheets.evaluate.enclosure import enclose
 from rulesheets.evaluate.gradient import derivatives, rounded_derivatives
 from rulesheets.evaluate.number import Undefined, value
-from rulesheets.evaluate.precise import extended
-from rulesheets.evaluate.precise_gradient import extended_derivatives
+
+if TYPE_CHECKING:
+    from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
+    from rulesheets.evaluate.enclosure import enclose
+    from rulesheets.evaluate.precise import extended
+    from rulesheets.evaluate.precise_gradient import extended_derivatives
 
 __all__ = [
     "NotDifferentiable",

@@ -16,7 +16,6 @@ from solver.path.activity import activity
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
 from solver.path.needed import given_by, needed_steps
-from solver.path.simultaneous import simultaneous_steps
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, Step, equations_of
 from solver.structure.frontier import Frontier
 
@@ -221,6 +220,10 @@ class _Building:
 
     def _blocks(self) -> bool:
         remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
+        if not remaining:
+            return False
+        from solver.path.simultaneous import simultaneous_steps
+
         steps = simultaneous_steps(self.graph, self.frontier, remaining)
         for step in steps:
             self.steps.append(step)

@@ -24,8 +24,6 @@ def simultaneous_steps(
 
     Of over-determined equations it is the first block of a square part alone; the others will check it.
     """
-    if not remaining:
-        return ()
     part = _Remaining(graph, frontier, remaining)
     return tuple(map(part.step, part.blocks()))
 

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.model import Equation
 from rulesheets.nodes import (
@@ -29,11 +28,14 @@ from rulesheets.nodes import (
     Sum,
 )
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+
 _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod"})
 _DIRECTIONS = frozenset({"atan2", "atan2d"})
 RANK = 1e-9
-
-Vector = NDArray[np.float64]
 
 
 class Scalings:

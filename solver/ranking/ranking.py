@@ -13,16 +13,17 @@ It is written once, over numbers or arrays of them.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.model import Model, Value
 from solver.path.planner import planner
 from solver.ranking.arithmetic import ARRAYS, FLOATS, LEAST, Arithmetic
 from solver.ranking.signs import signs_of
-from solver.ranking.sizes import Suggestions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
@@ -61,7 +62,7 @@ class Ranking:
         self.read = tuple(sorted((name for name in there if name not in known), key=_own_first))
         self.names = tuple(name for name in self.read if "." not in name)
         self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
-        self._suggestions = Suggestions(model, self.known, self.names)
+        self._suggestions = self.signs.suggestions(self.known, self.names)
         graph = planner(model).graph
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]

@@ -6,7 +6,7 @@ a negative velocity, and that of the slider may have either sign.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -15,18 +15,29 @@ from rulesheets.model import Model, Variable
 from rulesheets.units.library import library
 from solver.ranking.angles import angles
 from solver.ranking.homogeneity import Scalings
-from solver.ranking.sizes import MANY
+from solver.ranking.sizes import MANY, Suggestions
 
 DIGITS = 6
 
 
 class Signs:
-    """``angles``, the ``aside`` ones whose signs do not count, and the ``kinds`` of the others by number."""
+    """``angles``, the ``aside`` ones whose signs do not count, and the ``kinds`` of the others by number.
+
+    The sizes that a model suggests are kept here as well, by the pattern of its inputs.
+    """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         self.angles = angles(model)
         self.aside = self._following() | {n for n, v in model.variables.items() if _reaches_below(v)}
+        self._suggestions: dict[tuple[Sequence[str], Sequence[str]], Suggestions] = {}
+
+    def suggestions(self, known: tuple[str, ...], names: tuple[str, ...]) -> Suggestions:
+        """The sizes of ``names`` that follow from those of ``known``."""
+        pattern = known, names
+        if pattern not in self._suggestions:
+            self._suggestions[pattern] = Suggestions(self.model, known, names)
+        return self._suggestions[pattern]
 
     def _following(self) -> frozenset[str]:
         """The angles, and what rules tell from them alone."""

@@ -9,14 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from math import log10, pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.ranking.arithmetic import ARRAYS, FLOATS, Arithmetic
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
@@ -30,8 +34,6 @@ _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod", "hypot"}
 _DIRECTIONS = frozenset({"atan2", "atan2d"})
 _UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
 _LOGARITHMS = frozenset({"ln", "log", "log10", "log2", "log1p"})
-
-Vector = NDArray[np.float64]
 
 
 class Suggestions:

@@ -26,7 +26,6 @@ from solver.facts import (
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
-from solver.ranking.ranking import Ranking
 from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf, leaf_errors
 from solver.solution.turns import within_one_turn
@@ -338,6 +337,8 @@ def _ordered(
     """Leaves by the rule of ``solver.ranking``."""
     if len(leaves) < 2:
         return leaves
+    from solver.ranking.ranking import Ranking  # a sheet with one answer needs no numpy
+
     among = {name for leaf in leaves for name in leaf.branch.values}
     order = Ranking(model, inputs, among, guesses).order([leaf.branch.values for leaf in leaves], inputs)
     return [leaves[place] for place in order]

@@ -53,6 +53,16 @@ def test_the_published_slider_crank(run: Run) -> None:
         assert round(float(value(out, name)), digits) == printed
 
 
+def test_a_sheet_of_direct_steps_loads_no_heavy_package() -> None:
+    code = (
+        "import sys; from solver.cli import main; main(['solve', 'offset_slider_crank'])\n"
+        "heavy = {'numpy', 'scipy', 'sympy', 'mpmath', 'pint', 'rich'} & set(sys.modules)\n"
+        "sys.exit(' '.join(heavy))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_any_number_is_the_crossed_branch(run: Run) -> None:
     code, out, _ = run("solve", "offset_slider_crank", "--set", "branch=0")
     assert code == 0

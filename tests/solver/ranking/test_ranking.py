@@ -217,3 +217,9 @@ def test_an_only_answer_is_listed_whatever_its_size() -> None:
     large = solver.solve(rulesheets.loads("a = 3\nb = a*c\nexp(c/50) = 1e30\n"))
     assert large["c"] == pytest.approx(50 * 30 * math.log(10), rel=1e-12)
     assert large.solutions[0].unlikely == ()
+
+
+@pytest.mark.parametrize(("b", "marked"), [("1 + 1e-12", ("c",)), ("1 + 1e-5", ()), ("1 - 1e-12", ("c",))])
+def test_an_only_answer_is_marked_where_it_is_far_too_large(b: str, marked: tuple[str, ...]) -> None:
+    """Its size follows from a and b, which suggest 1."""
+    assert solver.solve(rulesheets.loads(f"a = 1\nb = {b}\nc = 1/(b - a)\n")).solutions[0].unlikely == marked
