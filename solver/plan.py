@@ -21,10 +21,10 @@ from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
 from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf
-from solver.solution.narrowing import explore_required
 from solver.trace.paths import CompiledPaths
+from solver.verdicts.conclusion import conclude
 from solver.verdicts.explain import explain
-from solver.verdicts.verdict import Verdict, judge
+from solver.verdicts.verdict import Verdict
 
 if TYPE_CHECKING:
     import numpy as np
@@ -211,25 +211,11 @@ class Plan:
             return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
         try:
             with time_limit(self.timeout):
-                return self._solved(self._values(numbers))
+                values, limits = self._values(numbers), self.model.limits
+                said = conclude(self.model, values, self.want, self.guesses, self.want, limits=limits)
+                return said.verdict, said.found
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
-
-    def _solved(self, values: Mapping[str, Value]) -> tuple[Verdict, Exploration]:
-        found = explore_required(self.model, values, self.want, self.guesses, self.want)
-        verdict, by = judge(self.model, found, values, self.guesses), self.model
-        if by.limits and verdict.status is not Status.SOLVED:
-            from solver.solution.limits import with_limits
-
-            by, found = with_limits(by, found, values, self.want, self.guesses, self.want)
-            verdict = replace(judge(by, found, values, self.guesses), reread=True)
-        if verdict.status in (Status.SINGULAR, Status.PARTIAL):
-            from solver.verdicts.vanishing import look_behind
-
-            behind = look_behind(self.model, found, verdict, values, self.want, self.guesses, self.want)
-            if behind is not None:
-                return behind[2], behind[1]
-        return verdict, found
 
     def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
         """The first number that lies outside the range that the sheet declares."""

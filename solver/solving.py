@@ -18,6 +18,7 @@ from solver.ranking.unlikely import unlikely
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.narrowing import explore_required
+from solver.verdicts.conclusion import conclude
 from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
@@ -81,30 +82,10 @@ def _solved(
     limits: bool,
 ) -> Result:
     judged = wanted if wanted is not None else posted(model)
-    found = explore_required(model, given, wanted, hints, judged, always=prove)
-    verdict, by = judge(model, found, given, hints), model
-    if verdict.status in (Status.SINGULAR, Status.PARTIAL):
-        from solver.verdicts.vanishing import look_behind
-
-        with suppress(TimeIsUp):
-            behind = look_behind(model, found, verdict, given, wanted, hints, judged, always=prove)
-            by, found, verdict = behind or (by, found, verdict)
-    with suppress(TimeIsUp):
-        if limits:
-            from solver.solution.limits import with_limits
-
-            by, found = with_limits(model, found, given, wanted, hints, judged)
-            verdict = judge(by, found, given, hints)
-        elif verdict.status is Status.FAILED:
-            from solver.verdicts.limit import at_a_limit
-
-            verdict = at_a_limit(model, verdict, given, wanted, hints, judged) or verdict
-        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
-            from solver.verdicts.fixed import fixed_otherwise
-
-            verdict = fixed_otherwise(model, verdict, given) or verdict
+    said = conclude(model, given, wanted, hints, judged, prove=prove, limits=limits)
+    found, verdict = said.found, said.verdict
     near = partial(_near, model, wanted, judged)
-    result = _result(model, by, verdict, found.complete, given, hints, judged, near, prove)
+    result = _result(model, said.model, verdict, found.complete, given, hints, judged, near, prove)
     if result.status is Status.SOLVED and not result.complete:
         result = _with_gaps(result, found.gaps)
     return result
