@@ -8,7 +8,6 @@ Metamathematics*, 1952, section 64).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -127,30 +126,6 @@ def _polarities(condition: Condition, holds: bool) -> Iterator[tuple[Comparison,
     elif isinstance(condition, And | Or):
         for term in condition.terms:
             yield from _polarities(term, holds)
-
-
-def possible(signs: Mapping[Pair, int]) -> bool:
-    """Whether the assumed signs leave room for the variables that are compared with numbers."""
-    ranges: dict[str, tuple[float, float]] = {}
-    points: dict[str, float] = {}
-    for (left, right), sign in signs.items():
-        match left, right:
-            case Name(name), Number(number):
-                pass
-            case Number(number), Name(name):
-                sign = sign if sign == DIFFERENT else -sign
-            case _:
-                continue
-        low, high = ranges.get(name, (-math.inf, math.inf))
-        if sign == EQUAL and points.setdefault(name, number) != number:
-            return False
-        if sign in (GREATER, AT_LEAST):
-            low = max(low, number if sign == AT_LEAST else math.nextafter(number, math.inf))
-        elif sign in (LESS, AT_MOST):
-            high = min(high, number if sign == AT_MOST else math.nextafter(number, -math.inf))
-        ranges[name] = (low, high)
-    inside = all(low <= high for low, high in ranges.values())
-    return inside and all(ranges[name][0] <= point <= ranges[name][1] for name, point in points.items())
 
 
 def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rulesheets import nodes
 from rulesheets.model import Premise, Value
 from solver.path.activity import outcomes
+from solver.path.consistency import compatible
 from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
 
@@ -74,7 +75,7 @@ def outlook(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] 
 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
     """
-    ahead = _Ahead(planner, want)
+    ahead = _Ahead(planner, inputs, want)
     known, decided = frozenset(inputs), outcomes(planner.graph.model, inputs, inputs)
     found = ahead.outlook(known, decided, frozenset(), 0)
     for depth in range(1, len(planner.graph.model.conditions) + 1):
@@ -88,8 +89,8 @@ def outlook(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] 
 class _Ahead:
     """Plans again after each question; ``told`` are the equations that earlier steps have used."""
 
-    def __init__(self, planner: Planner, want: frozenset[str] | None) -> None:
-        self.planner, self.want = planner, want
+    def __init__(self, planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None) -> None:
+        self.planner, self.inputs, self.want = planner, inputs, want
         self.model = planner.graph.model
 
     def outlook(
@@ -98,6 +99,10 @@ class _Ahead:
         """The path from what is known, its questions followed up ``depth`` times."""
         path = _without(self.planner.path(known, decided, want=self.want), told)
         conditions = question(path)
+        possible = {condition: self._outcomes(decided, condition) for condition in conditions}
+        implied = {condition: found[0] for condition, found in possible.items() if len(found) == 1}
+        if implied:
+            return self.outlook(known, {**decided, **implied}, told, depth)
         if not depth or not conditions or len(conditions) > MAX_CONDITIONS:
             return Outlook(path)
         told = told.union(*map(equations_of, path.steps))
@@ -115,17 +120,28 @@ class _Ahead:
         if not open_:
             return (Case((), self.outlook(known, decided, told, depth)),)
         first, rest = open_[0], open_[1:]
-        yes, no = (
+        found = [
             self._cases(known | self._said(first, outcome), {**decided, first: outcome}, told, rest, depth)
-            for outcome in (True, False)
-        )
-        if yes == no:
-            return yes
+            for outcome in self._outcomes(decided, first)
+        ]
+        if found[0] == found[-1]:
+            return found[0]
         return tuple(
             Case((Premise(first, outcome), *case.outcomes), case.outlook)
-            for outcome, cases in ((True, yes), (False, no))
+            for outcome, cases in zip((True, False), found, strict=True)
             for case in cases
         )
+
+    def _outcomes(self, decided: Mapping[int, bool], condition: int) -> list[bool]:
+        """How a condition can come out where others are decided."""
+        return [
+            outcome
+            for outcome in (True, False)
+            if compatible(
+                ((self.model.conditions[k], holds) for k, holds in {**decided, condition: outcome}.items()),
+                self.inputs,
+            )
+        ] or [True, False]
 
     def _said(self, condition: int, outcome: bool) -> frozenset[str]:
         """``mode = 'open`` that holds says what ``mode`` is."""

@@ -8,6 +8,7 @@ from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
 from solver.path.cases import MEANING, Pair, assumed_outcome, cases_of, comparisons, outcome
+from solver.path.consistency import possible
 from solver.solution.leaves import Branch
 
 
@@ -71,11 +72,11 @@ class Casework:
         return holds(condition, branch.values, self.inputs)
 
     def contradicted(self, branch: Branch) -> bool:
-        """Whether a comparison came out otherwise than assumed."""
+        """Whether a comparison came out otherwise than assumed, or all of them cannot come out so."""
         return any(
             self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False
             for pair, sign in branch.signs.items()
-        )
+        ) or not possible(branch.signs.items(), branch.values)
 
     def unverified(self, branch: Branch) -> bool:
         return any(self._settle(nodes.Comparison("=", *pair), branch) is None for pair in branch.signs)

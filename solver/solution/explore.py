@@ -14,7 +14,7 @@ from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.steps.step import solve_step
 from solver.path.activity import activity
-from solver.path.cases import EQUAL, Pair, possible, value_of_equality
+from solver.path.cases import EQUAL, Pair, value_of_equality
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework
@@ -353,7 +353,7 @@ class Explorer:
         if said is not None:
             case.values.setdefault(*said)
         self.casework.infer(case)
-        if possible(case.signs) and not self.casework.contradicted(case):
+        if not self.casework.contradicted(case):
             self._explore(case)
 
     # --- the end of a branch ---

@@ -79,12 +79,41 @@ def test_cases_are_shown_with_their_conditions() -> None:
     assert text.endswith("At most 3 answers.")
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "inputs"),
+    [
+        ("x < 0", "x < -2", {}),
+        ("x < a", "x < b", {"a": 0.0, "b": -2.0}),
+        ("2*x - a < 0", "b > x", {"a": 0.0, "b": -2.0}),
+        ("x < a or x > 5", "x < b and w > 1", {"a": 0.0, "b": -2.0}),
+        ("x < w", "x + 2 < w", {}),
+    ],
+)
+def test_an_arm_out_of_reach_is_no_case(first: str, second: str, inputs: dict[str, Value]) -> None:
+    rules = f"if {first} then y = 1 else if {second} then z = w*5 else y = 3\nx^2 + y*x = 4"
+    text, found = ahead(rules, inputs, "x")
+    assert [block.split("\n")[0] for block in text.split("\n\n")[1:3]] == [
+        f"Where {first}:",
+        f"Where not ({first}):",
+    ]
+    assert "z = w*5" not in text
+    assert len(list(found.ends())) == 2
+    assert found.branches == 4
+
+
+def test_an_arm_that_its_inputs_let_in_is_a_case() -> None:
+    rules = "if x < a then y = 1 else if x < b then y = 2 else y = 3\nx^2 + y*x = 4"
+    text, found = ahead(rules, {"a": -2.0, "b": 0.0})
+    assert "Where not (x < a) and x < b:" in text
+    assert len(list(found.ends())) == 3
+
+
 def test_a_decision_on_what_is_computed_first_has_its_cases() -> None:
     rules = "a = b^3 + 1\nif a > 0 then p + q = 3\nif a <= 0 then p + q + r = 5\np - q = 1"
     text, found = ahead(rules, {"b": 1.0})
     assert "(decides)" in text
     blocks = {block.split("\n")[0]: block for block in text.split("\n\n")}
-    either = blocks["Where a > 0 and not (a <= 0):"]
+    either = blocks["Where a > 0:"]
     assert "block of 2" in either and "iterating on" in either and "Not reached: r." in either
     assert "Not reached: p, q, r." in blocks["Where not (a > 0):"]
     assert found.branches is None

@@ -6,7 +6,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, cases_of, possible
+from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, cases_of
 
 
 def cases(*rules: str) -> tuple[int, ...]:
@@ -36,16 +36,6 @@ def test_equality_goes_with_a_side_that_loses_no_rule(
     rules: tuple[str, ...], expected: tuple[int, ...]
 ) -> None:
     assert cases(*rules) == expected
-
-
-def test_closed_ranges_may_meet_in_a_point() -> None:
-    condition = rulesheets.loads(
-        "if x <= 5 then y = 1\nif x >= 5 then y = 2\nif x <= 4 then y = 3"
-    ).conditions
-    (at_most, at_least, less) = ((c.left, c.right) for c in condition)  # type: ignore[union-attr]
-    assert possible({at_most: AT_MOST}) and possible({at_least: AT_LEAST})
-    assert not possible({at_least: AT_LEAST, less: AT_MOST})
-    assert not possible({at_least: GREATER, less: AT_MOST})
 
 
 @pytest.mark.parametrize("edge", [10.0, 10.000000000000002, 9.999999999999998])
@@ -82,3 +72,26 @@ def test_a_case_that_its_own_rules_exclude_hides_no_answer(
     assert result.complete
     assert str(result.status) == ("solved" if expected else "infeasible")
     assert answers == pytest.approx(expected)
+
+
+def test_an_arm_that_no_value_reaches_takes_no_answer_away() -> None:
+    """x < 0: x² + x = 4, (-1 - √17)/2. Else, as x < -2 comes too late: x² + 3x = 4, 1."""
+    arms = "if x < a then y = 1 else if x < b then z = w*5 else y = 3\nx^2 + y*x = 4"
+    literal = arms.replace("< a", "< 0").replace("< b", "< -2")
+    scaled = arms.replace("x < a", "a - 2*x > 0").replace("x < b", "x/3 - b/3 < 0")
+    for sheet in (arms, literal, scaled):
+        given = {} if sheet is literal else {"a": 0.0, "b": -2.0}
+        result = solver.solve(rulesheets.loads(sheet), given)
+        answers = {s["y"]: s["x"] for s in result.solutions}
+        assert answers == pytest.approx({1.0: (-1 - 17**0.5) / 2, 3.0: 1.0})
+        assert {name for d in result.diagnoses for name in ("z", "w") if name in d.message} == {"z", "w"}
+
+
+def test_thresholds_that_an_arm_gives_count_too() -> None:
+    """Where x >= 0, b = -2 and so y = 1, x + y = 3. Where x < 0, x = -1, b = -9 and y = 1."""
+    first = "if x >= 0 then b = -2 else b = -9\nif x >= 0 then x + y = 3 else x = -1"
+    second = "if x < b then z = w else y = 1"
+    result = solver.solve(rulesheets.loads(f"{first}\n{second}"), {}, want=["x", "y", "b"])
+    assert str(result.status) == "solved"
+    assert result.complete
+    assert sorted((s["x"], s["y"], s["b"]) for s in result.solutions) == [(-1.0, 1.0, -9.0), (2.0, 1.0, -2.0)]
