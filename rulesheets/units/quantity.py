@@ -86,8 +86,14 @@ def part_with_unit(unit: str, place: Span | None) -> Diagnosis:
 
 
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
-    message = f"{name} is in {unit}, and cannot be shown in {display}"
-    return error("E461", message, *labels((place, "")), notes=("show it in a unit of its kind",))
+    own = f"is in {unit}" if unit else "has no unit"
+    message = f"{name} {own}, and cannot be shown in {display}"
+    return error(
+        "E461",
+        message,
+        *labels((place, "")),
+        notes=("show it in a unit of its kind" if unit else f"write {name} [{display}] in its row",),
+    )
 
 
 def shown(number: float, variable: Variable, difference: bool = False) -> float:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, render
 from rulesheets.input_messages import symbol_for_number
 from rulesheets.kinds import quantities
+from rulesheets.units.display import with_display_unit, with_display_units
 from solver.commands.option import Option
 
 if TYPE_CHECKING:
@@ -83,6 +84,13 @@ def add_input_options(parser: ArgumentParser, *, want: bool = True) -> None:
         add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
 
 
+def add_display_options(parser: ArgumentParser) -> None:
+    """Units to show values in."""
+    add = parser.add_argument
+    add("--unit", metavar="NAME=UNIT", action="append", default=[], help="show a variable in this unit")
+    add("--units", choices=("si", "us"), help="show every variable in units of this system")
+
+
 def _seconds(text: str) -> float:
     from argparse import ArgumentTypeError
 
@@ -124,9 +132,11 @@ def read_request(arguments: Namespace) -> Request:
 
         model = with_tolerances(model, tolerances)
     guesses.update(reading.guesses(arguments.guess, inputs))
+    shown = reading.units(getattr(arguments, "unit", ()))
     want = reading.names("want", getattr(arguments, "want", ()))
     if reading.complaints:
         raise RuleSheetError(*reading.complaints)
+    model = with_display_units(model, getattr(arguments, "units", None), shown)
     given = frozenset(name for name, value in options.items() if value is not None)
     return Request(model, inputs, guesses, want or None, given, files)
 
@@ -164,6 +174,18 @@ class _Reading:
                 self.complaints.append(_symbol_guess(option, name, text))
             elif value is not None:
                 found[name] = value
+        return found
+
+    def units(self, given: Iterable[str]) -> dict[str, str]:
+        """The units to show variables in."""
+        found: dict[str, str] = {}
+        for option, name, unit in self._assignments("unit", given):
+            self._once(option, name, found)
+            try:
+                with_display_unit(self.model.variables[name], unit, option.place(unit))
+                found[name] = unit
+            except RuleSheetError as wrong:
+                self.complaints.extend(wrong.diagnoses)
         return found
 
     def names(self, option: str, texts: Iterable[str]) -> tuple[str, ...]:

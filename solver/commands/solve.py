@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from solver.commands.derived import add_derived_options, asked, derived_json, derived_text
-from solver.commands.inputs import add_input_options, read_request
+from solver.commands.inputs import add_display_options, add_input_options, read_request
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
+    add_display_options(parser)
     parser.add_argument("--all", action="store_true", help="show every answer, side by side")
     parser.add_argument("--explain", action="store_true", help="show locals, path, and rules used")
     parser.add_argument(

@@ -34,6 +34,7 @@ def result_json(
         {
             "status": str(result.status),
             "solutions": solutions,
+            **_units(result, solutions),
             **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
             **_proofs(result, solutions),
             **_unlikely(result),
@@ -62,6 +63,14 @@ def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Jso
         for name in result.model.variables
         if name in answer and (explain or name in rows) and _finite(answer[name])
     }
+
+
+def _units(result: Result, shown: list[Json]) -> Json:
+    """The unit of each value: that in which the rules compute, whatever a table shows."""
+    variables = result.model.variables
+    found = {name: variables[name].unit for name in variables if any(name in some for some in shown)}
+    units = {name: unit for name, unit in found.items() if unit}
+    return {"units": units} if units else {}
 
 
 def _proofs(result: Result, shown: list[Json]) -> Json:
