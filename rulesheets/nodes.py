@@ -385,3 +385,8 @@ def numbers(node: Expression | Condition) -> Iterator[Number]:
 def units_of(node: Expression | Condition) -> Iterator[str]:
     """The units of numbers in a node that have one."""
     return (number.unit for number in numbers(node) if number.unit is not None)
+
+
+def bare(node: Expression) -> bool:
+    """Whether an expression is a plain number: it adopts the unit of what it is added to or equals."""
+    return next(names(node), None) is None and next(units_of(node), None) is None

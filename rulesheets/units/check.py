@@ -13,18 +13,35 @@ from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Call, Expression, Name, children, numbers
-from rulesheets.units.dimensions import Dimensions, Exponents, Mismatch
+from rulesheets.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Product,
+    Quotient,
+    bare,
+    children,
+    numbers,
+)
+from rulesheets.units.dimensions import Dimensions, Exponents, Form, Mismatch
 from rulesheets.units.library import library
-from rulesheets.units.scales import alike, bare, explained, scale
+from rulesheets.units.scales import alike, explained, scale
 from rulesheets.units.unit import Unit
 
 DEGREES = {"sind": "sin", "cosd": "cos", "tand": "tan"}
+LARGEST_COUNT = 10
+"""Integers up to this are counts and factors of formulas (`m*v^2/2`), not constants that have a unit."""
 RADIANS = {radian: degree for degree, radian in DEGREES.items()}
 
 
-def check_units(model: Model) -> tuple[Diagnosis, ...]:
-    """Warnings about rules whose sides differ in dimension or by a factor; none for a model without units."""
+def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
+    """Warnings about rules whose sides differ in dimension or by a factor; none for a model without units.
+
+    ``sure`` leaves out what may be right: a mismatch that the unit of a written constant would cure, and a
+    common logarithm of a quantity, which is that of its reading (pH, decibels).
+    """
     units = {n: library().unit(v.unit) for n, v in model.variables.items() if v.unit}
     if not units:
         return ()
@@ -33,12 +50,16 @@ def check_units(model: Model) -> tuple[Diagnosis, ...]:
     dimensions = Dimensions({name: unit.dimension for name, unit in units.items()}, given)
     dimensions.infer((e.index, e.left, e.right) for e in checked)
     said: dict[tuple[int, int], Diagnosis] = {}
+    skipped: set[tuple[int, int]] = set()
     for mismatch in dimensions.mismatches:
         equation = model.equations[mismatch.equation]
+        if sure and _curable(mismatch, equation):
+            skipped.add((equation.rule.start, equation.rule.end))
+            continue
         said.setdefault((equation.rule.start, equation.rule.end), _mismatch(mismatch, model))
     for equation in checked:
         place = (equation.rule.start, equation.rule.end)
-        found = next(_factors(equation, units), None) if place not in said else None
+        found = next(_factors(equation, units), None) if place not in said and place not in skipped else None
         if found is not None:
             said[place] = found
     return tuple(said[place] for place in sorted(said))
@@ -55,6 +76,23 @@ def _unchecked(equation: Equation) -> bool:
 # --- dimensions -------------------------------------------------------------------------
 
 
+def _constants(equation: Equation) -> list[float]:
+    """Written numbers that may well have a unit: 9.81, 8.314 and 3600, but not 2 or 1/2."""
+    written = dict.fromkeys(
+        n.value for side in (equation.left, equation.right) for n in numbers(side) if n.unit is None
+    )
+    return [n for n in written if not (n.is_integer() and abs(n) <= LARGEST_COUNT) and n not in (0.5, 0.25)]
+
+
+def _curable(found: Mismatch, equation: Equation) -> bool:
+    """Whether the unit of a constant would cure a mismatch, or it is a common logarithm of a quantity."""
+    if _constants(equation):
+        return True
+    return found.right is None and any(
+        call.function in ("log", "log10") and call.arguments == (found.left,) for call in _calls(equation)
+    )
+
+
 def _mismatch(found: Mismatch, model: Model) -> Diagnosis:
     equation = model.equations[found.equation]
     left = unit_text(found.left_exponents)
@@ -66,7 +104,38 @@ def _mismatch(found: Mismatch, model: Model) -> Diagnosis:
     chain = sorted(index for index in found.why if index != found.equation)
     notes = tuple(f"from {model.equations[index].rule.text}" for index in chain[:4])
     cure = 'correct the rule or a unit; write " unchecked behind a formula that holds in its own units alone'
-    return _warning(equation, message, (*notes, cure))
+    return _warning(equation, message, (*notes, *_units_of_constants(found, equation), cure))
+
+
+def _units_of_constants(found: Mismatch, equation: Equation) -> tuple[str, ...]:
+    """The unit that would make the mismatch go away, if a constant of the rule had it."""
+    if found.right is None:
+        return ()
+    for side, wanted, given in (
+        (found.left, found.right_exponents, found.left_exponents),
+        (found.right, found.left_exponents, found.right_exponents),
+    ):
+        for number, power in _factors_of(side):
+            if number.unit is None and number.value in _constants(equation):
+                missing = Form(wanted).plus(Form(given), Fraction(-1)).times(1 / power).known
+                shown = _shown(number)
+                return (f"if {shown} is a constant with a unit, write it: {shown}[{unit_text(missing)}]",)
+    return ()
+
+
+def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tuple[Number, Fraction]]:
+    """Numbers that multiply or divide an expression, each with its exponent."""
+    match node:
+        case Number():
+            yield node, power
+        case Negative(operand):
+            yield from _factors_of(operand, power)
+        case Product(left, right):
+            yield from (*_factors_of(left, power), *_factors_of(right, power))
+        case Quotient(left, right):
+            yield from (*_factors_of(left, power), *_factors_of(right, -power))
+        case Call("sqrt", (argument,)):
+            yield from _factors_of(argument, power / 2)
 
 
 def _warning(equation: Equation, message: str, notes: tuple[str, ...]) -> Diagnosis:

@@ -25,6 +25,7 @@ from rulesheets.nodes import (
     Quotient,
     Sum,
     Symbol,
+    bare,
     names,
 )
 from rulesheets.units.library import library
@@ -131,10 +132,11 @@ class Dimensions:
                 return self.form(operand, index)
             case Sum(terms):
                 return self._alike(terms, index)
-            case Product(left, right):
-                return self.form(left, index).plus(self.form(right, index))
-            case Quotient(left, right):
-                return self.form(left, index).plus(self.form(right, index), Fraction(-1))
+            case Product(left, right) | Quotient(left, right):
+                one, other = self.form(left, index), self.form(right, index)
+                if one.any and other.any:
+                    return one
+                return one.plus(other, Fraction(1 if isinstance(node, Product) else -1))
             case Power(base, exponent):
                 return self._power(base, exponent, index)
             case Call(function, arguments):
@@ -153,10 +155,11 @@ class Dimensions:
         return Form(any=True) if first is None else self._resolved(first[1])
 
     def _power(self, base: Expression, exponent: Expression, index: int) -> Form:
-        self._number(exponent, index)
         below = self.form(base, index)
         if below.any or not (below.known or below.open):
-            return Form()
+            self._count(exponent, index)
+            return Form(any=below.any and bare(exponent))
+        self._number(exponent, index)
         try:
             constant = Fraction(float(value(exponent, self.numbers))).limit_denominator(60)
         except (Undefined, KeyError, ValueError, OverflowError):
@@ -175,6 +178,12 @@ class Dimensions:
         for argument in arguments:
             self._number(argument, index)
         return Form()
+
+    def _count(self, node: Expression, index: int) -> None:
+        """An exponent of a number: it has no unit, or counts periods of time, as in ``(1 + i)^n``."""
+        form = self.form(node, index)
+        if form.known.keys() != {"s"} or form.open:
+            self._number(node, index)
 
     def _number(self, node: Expression, index: int) -> None:
         """An expression that has no unit: an exponent, an argument of a logarithm."""

@@ -16,9 +16,8 @@ from rulesheets.nodes import (
     Product,
     Quotient,
     Sum,
+    bare,
     children,
-    names,
-    units_of,
 )
 from rulesheets.units.library import library
 from rulesheets.units.unit import ANGLE, Unit
@@ -36,11 +35,6 @@ def alike(node: Expression) -> Iterator[tuple[Expression, Expression]]:
                 yield first, term
     for part in children(node):
         yield from alike(part)  # type: ignore[arg-type]
-
-
-def bare(node: Expression) -> bool:
-    """Whether an expression is a plain number: it adopts the unit of what it is added to or equals."""
-    return next(names(node), None) is None and next(units_of(node), None) is None
 
 
 def scale(node: Expression, units: Mapping[str, Unit]) -> float | None:
@@ -73,10 +67,12 @@ def scale(node: Expression, units: Mapping[str, Unit]) -> float | None:
 
 
 def explained(factor: float, written: Iterable[float]) -> bool:
-    """Whether a factor is 1, or a product of powers of numbers in the rule."""
+    """Whether a factor is 1, a product of powers of numbers in the rule, or a divisor of one (32000)."""
     if math.isclose(factor, 1.0, rel_tol=1e-9):
         return True
     usual = [number for number in written if number not in (0.0, 1.0)]
+    if any(number % max(factor, 1 / factor) == 0.0 for number in usual):
+        return True
     powers = [number**e for number in usual for e in (1, -1, 2, -2, 0.5, -0.5)]
     products = (*powers, *(a * b for a, b in combinations(powers, 2)))
     return any(math.isclose(factor, product, rel_tol=RELATIVE) for product in products)

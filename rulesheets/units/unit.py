@@ -49,8 +49,8 @@ class Unit:
 
     @property
     def dimension(self) -> dict[str, Fraction]:
-        """The exponents of base units; an angle is a number."""
-        return {base: exponent for base, exponent in self.bases.items() if base != ANGLE}
+        """The exponents of base units; angles and decibels are numbers."""
+        return {base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")}
 
 
 def _rational_power(number: Fraction, exponent: Fraction) -> Fraction:

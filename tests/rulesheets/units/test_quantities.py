@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import rulesheets
@@ -150,3 +152,30 @@ def test_a_misplaced_unit_of_a_number_is_told(sheet: str, code: str, line: int) 
         rulesheets.loads(sheet)
     assert [d.code for d in wrong.value.diagnoses] == [code]
     assert wrong.value.diagnoses[0].labels[0].span.line == line
+
+
+@pytest.mark.parametrize(
+    ("variables", "rules"),
+    [
+        ("K [EUR],K0 [EUR],n [yr],p [%]", "K = K0*(1 + p/100)^n"),
+        ("s [MPa],M [N m],d [mm]", "s = 32000*M/(pi*d^3)"),
+        ("R,T [K],b", "R = exp(b*(T/300 - 1/298.15*300))"),
+        ("g [dB],v", "g = 20*log(v)"),
+    ],
+)
+def test_usual_formulas_are_not_warned_of(variables: str, rules: str) -> None:
+    assert warnings(variables, rules) == []
+
+
+def test_the_unit_of_a_constant_is_proposed() -> None:
+    model = rulesheets.loads("variables\n h [m]\n v [m/s]\nrules\n h = v^2/(2*9.81)")
+    (found,) = check_units(model)
+    assert any("9.81[m/s^2]" in note for note in found.notes)
+    assert check_units(model, sure=True) == ()
+
+
+def test_the_everyday_sheets_have_no_sure_mistakes() -> None:
+    sheets = sorted((Path(__file__).parents[2] / "everyday").glob("*/*.tk"))
+    found = {sheet.name: check_units(rulesheets.load(sheet), sure=True) for sheet in sheets}
+    assert len(found) > 100
+    assert {name: list(some) for name, some in found.items() if some} == {}
