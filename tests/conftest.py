@@ -41,6 +41,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.quick)
 
 
+# Workers of the test run have the width of its terminal; reports are compared as they are in a file.
+os.environ.pop("COLUMNS", None)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def store_of_the_run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     before = os.environ.get("BACKSOLVE_CACHE")
