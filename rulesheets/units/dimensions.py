@@ -9,6 +9,7 @@ carries the rules that it follows from, so that a conflict names its chain.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -39,6 +40,10 @@ FREE = frozenset({"sgn", "pi", "e", "atan2", "atan2d"})
 """Functions that take any unit, the same for all arguments, and give a number."""
 
 
+LONGEST_CHAIN = 16
+"""Rules after which no more are noted that a unit follows from: a message names fewer."""
+
+
 @dataclass
 class Form:
     """Exponents of an expression: known ones, and multiples of those of variables that are open.
@@ -59,7 +64,7 @@ class Form:
         return Form(
             {base: e for base, e in known.items() if e},
             {name: e for name, e in free.items() if e},
-            self.why | other.why,
+            self.why if len(self.why) > LONGEST_CHAIN else self.why | other.why,
         )
 
     def times(self, exponent: Fraction) -> Form:
@@ -91,26 +96,32 @@ class Dimensions:
 
     def infer(self, equations: Iterable[tuple[int, Expression, Expression]]) -> None:
         """Take in the rules, those that leave one variable open first."""
-        waiting = list(equations)
-        while waiting:
-            later = [one for one in waiting if not self._settled(one, 1)]
-            if len(later) == len(waiting):
-                self._take(*waiting.pop(0))
-            else:
-                waiting = later
+        rules = list(equations)
+        named = [frozenset((*names(left), *names(right))) for _, left, right in rules]
+        free = [{name for name in some if name not in self.forms} for some in named]
+        users: dict[str, list[int]] = {}
+        for place, some in enumerate(free):
+            for name in some:
+                users.setdefault(name, []).append(place)
+        ready = deque(place for place, some in enumerate(free) if len(some) < 2)
+        taken = [False] * len(rules)
+        for first in range(len(rules)):
+            while ready or not taken[first]:
+                place = ready.popleft() if ready else first
+                if taken[place]:
+                    continue
+                taken[place] = True
+                self._take(*rules[place])
+                for name in (n for n in named[place] if n in users and self.known(n) is not None):
+                    for user in users.pop(name):
+                        free[user].discard(name)
+                        if len(free[user]) < 2:
+                            ready.append(user)
 
     def known(self, name: str) -> Exponents | None:
         """The exponents of a variable, None while they are open."""
         found = self._resolved(self.forms[name]) if name in self.forms else None
         return None if found is None or found.open else found.known
-
-    def _settled(self, equation: tuple[int, Expression, Expression], most: int) -> bool:
-        index, left, right = equation
-        free = {name for name in (*names(left), *names(right)) if self.known(name) is None}
-        if len(free) > most:
-            return False
-        self._take(index, left, right)
-        return True
 
     def _take(self, index: int, left: Expression, right: Expression) -> None:
         self._equate(index, left, right, self.form(left, index), self.form(right, index))
