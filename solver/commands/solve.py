@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from solver.commands.derived import add_derived_options, asked, derived_json, derived_text
@@ -12,6 +13,10 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
     from solver.result import Result
+
+
+MOST_WARNINGS = 3
+"""Warnings of units after a table."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -50,8 +55,22 @@ def run(arguments: Namespace) -> int:
         from solver.report.csv import result_csv
 
         write_file(arguments.output, result_csv(result).encode())
-    _print(result, arguments)
+    _print(_with_unit_warnings(result, every=arguments.json), arguments)
     return result.status.exit_code
+
+
+def _with_unit_warnings(result: Result, every: bool) -> Result:
+    """The result with what is wrong with units in its rules, the first of it; its status stays."""
+    from rulesheets.units.check import check_units
+
+    warnings = check_units(result.model, sure=True)
+    if not warnings:
+        return result
+    if not every and len(warnings) > MOST_WARNINGS:
+        last = warnings[MOST_WARNINGS - 1]
+        rest = f"{len(warnings) - MOST_WARNINGS} more such warnings: see backsolve check"
+        warnings = (*warnings[: MOST_WARNINGS - 1], replace(last, notes=(*last.notes, rest)))
+    return replace(result, diagnoses=(*result.diagnoses, *warnings))
 
 
 def _print(result: Result, arguments: Namespace) -> None:

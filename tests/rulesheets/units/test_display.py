@@ -56,3 +56,16 @@ def test_the_zero_of_a_scale_is_kept() -> None:
     variable = with_display_unit(rulesheets.loads(SHEET).variables["T"], "K")
     assert variable.display_unit == "K"
     assert convert(20.0, library().unit("degC"), library().unit("K")) == 293.15
+
+
+def test_a_solve_warns_of_units_and_keeps_its_status(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
+    sheet = tmp_path / "sheet.tk"
+    rules = "".join(f" x{k} = N + A/{k}\n" for k in range(2, 7))
+    sheet.write_text(f"variables\n N = 3 [N]\n A = 4 [mm^2]\nrules\n{rules}")
+    assert main(["solve", str(sheet)]) == 0
+    out = capsys.readouterr().out
+    assert (out.count("warning[W601]"), "2 more such warnings" in out) == (3, True)
+    assert main(["solve", str(sheet), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "solved"
+    assert [d["severity"] for d in found["diagnoses"]] == ["warning"] * 5
