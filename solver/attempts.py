@@ -15,6 +15,7 @@ class Method(Enum):
     RANGE = "search of the whole range of {tear}", "range of {tear}"
     SUBSTITUTION = "substitution, and a search of the whole range of one unknown", "substitution"
     BOXES = "subdivision of the ranges", "boxes"
+    SPARSE = "damped Newton with a sparse Jacobian", "sparse Newton"
     STARTS = "damped Newton from the guess and many starts", "damped Newton"
     CURVE = "search for a curve of answers", "curve"
     FULL = "Newton at full length from the guess", "full Newton"

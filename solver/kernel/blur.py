@@ -6,11 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from solver.accuracy.witness import BACKWARD, gross, size
-from solver.kernel.question import Question
+from solver.kernel.question import Question, Sparse
 from solver.numerics.small_inverse import LARGEST, inverse
+from solver.numerics.sparse_newton import SparseFactor
 
 EPSILON = 2.0**-52
+SPARSE = 100
+"""Unknowns of a block beyond which errors are estimated by its sparse Jacobian."""
 ORDINARY = 1e8
 """Condition up to which the backward error of an answer says enough."""
 
@@ -18,14 +23,19 @@ ORDINARY = 1e8
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
     """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
-    terms, the largest of the block."""
+    terms, the largest of the block. ``relative``: of a large block the largest error beside the size of its
+    unknown, estimated at once.
+    """
 
     errors: list[float]
     steepness: float = 0.0
+    relative: float | None = None
 
 
 def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the witness admits: |J⁻¹|·t."""
+    if len(point) > SPARSE and question.sparse is not None:
+        return _sparse_uncertainty(question, question.sparse, point)
     try:
         jacobian = question.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):
@@ -33,12 +43,40 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
             [0.0] * len(point)
         )  # a slope is infinite there: nothing speaks for a multiple root
     sizes = _sizes(question, point)
-    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
-    return Uncertainty(_blur(jacobian, sizes), steepness)
+    return Uncertainty(_blur(jacobian, sizes), _steepness(sizes))
+
+
+def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
+    """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
+    as the terms of that are. Linear rules are not steep, however much cancels in their brackets."""
+    straight = zip(question.kernel.straight, _sizes(question, point), strict=True)
+    sizes = [(moves, max(moves, terms) if linear else terms) for linear, (moves, terms) in straight]
+    x = np.array(list(point.values()))
+    entries = sparse[1](x)
+    try:
+        factor = SparseFactor(entries, len(x))
+    except ArithmeticError:
+        return Uncertainty([math.inf] * len(x), _steepness(sizes), math.inf)
+    slopes, rows, columns = entries
+    terms, reach = np.array([term for _, term in sizes]), np.full(len(x), np.inf)
+    with np.errstate(all="ignore"):
+        np.minimum.at(reach, columns, np.where(slopes, terms[rows] / np.abs(slopes), np.inf))
+    weight = np.maximum(np.abs(x), np.where(np.isfinite(reach), reach, 0.0))
+    weight = np.where(weight > 0.0, weight, 1.0)
+    relative = factor.spread(np.array(_tolerances(sizes)), weight)
+    if not math.isfinite(relative):
+        relative = math.inf
+    return Uncertainty((relative * weight).tolist(), _steepness(sizes), relative)
+
+
+def _steepness(sizes: Sequence[tuple[float, float]]) -> float:
+    return max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
 
 
 def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
     """Whether rules and block are so well-conditioned at a point that it is near a root if the rules hold."""
+    if found.relative is not None:
+        return found.steepness <= ORDINARY and found.relative <= ORDINARY * EPSILON
     return found.steepness <= ORDINARY and all(
         error <= ORDINARY * EPSILON * abs(v)
         for error, v in zip(found.errors, point.values(), strict=True)
@@ -75,9 +113,12 @@ def _sizes(question: Question, point: Mapping[str, float]) -> list[tuple[float, 
 
 
 def _blur(jacobian: Sequence[Sequence[float]], sizes: Sequence[tuple[float, float]]) -> list[float]:
-    tolerance = [max(BACKWARD * moves, EPSILON * terms) for moves, terms in sizes]
-    errors = _spread(jacobian, tolerance)
+    errors = _spread(jacobian, _tolerances(sizes))
     return [error if math.isfinite(error) else math.inf for error in errors]
+
+
+def _tolerances(sizes: Sequence[tuple[float, float]]) -> list[float]:
+    return [max(BACKWARD * moves, EPSILON * terms) for moves, terms in sizes]
 
 
 def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
@@ -88,8 +129,6 @@ def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> 
         if rows is None:
             return [math.inf] * n
         return [sum(abs(entry) * t for entry, t in zip(row, tolerance, strict=True)) for row in rows]
-    import numpy as np
-
     try:
         inverted = np.linalg.inv(np.asarray(jacobian, dtype=float))
     except np.linalg.LinAlgError:

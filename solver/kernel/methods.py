@@ -17,6 +17,10 @@ from solver.kernel.code.reduction import reduced
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
+MAX_SEARCHED = 30
+"""Unknowns of a block up to which all answers are searched for."""
+MAX_TORN = 100
+"""The same where it has no more than two tears, which carry a search of their whole ranges."""
 MAX_CURVED = 40
 """Unknowns of a block up to which curves are followed: a step costs a decomposition of the Jacobian."""
 
@@ -35,8 +39,18 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
     """
     if kernel.linear:
         yield Method.LINEAR
+    elif is_large(kernel):
+        yield Method.SPARSE
     yield from _counts(kernel)
     yield from _searches(kernel, thorough)
+
+
+def is_large(kernel: BlockKernel) -> bool:
+    """Whether one answer is looked for before any others: not where one or two tears are searched as well."""
+    size, tears = len(kernel.unknowns), len(kernel.block.tears)
+    if size <= MAX_SEARCHED:
+        return False
+    return size > MAX_TORN or tears > 2 or (tears == 1 and not kernel.exhaustive)
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from rulesheets.deadline import expect_time, limited
 from rulesheets.model import Equation, Value
@@ -15,6 +15,8 @@ from solver.accuracy.effort import special_effort
 from solver.accuracy.witness import testify
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel
+from solver.numerics.batch_newton import Array
+from solver.numerics.sparse_newton import Triplets
 
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
@@ -23,6 +25,7 @@ LOOKS = 8
 
 
 Values = TypeVar("Values")
+Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 
 
 def _timed(function: Callable[[Sequence[float]], Values]) -> Callable[[Sequence[float]], Values]:
@@ -75,6 +78,12 @@ class Question:
     @cached_property
     def jacobian(self) -> Callable[[Sequence[float]], list[Sequence[float]]]:
         return _timed(self.kernel.jacobian(self.known))
+
+    @cached_property
+    def sparse(self) -> Sparse | None:
+        """Residual and sparse Jacobian on arrays; None where a derivative has no formula."""
+        system = self.kernel.sparse
+        return None if system is None else system.at(self.known)
 
     def named(self, x: Sequence[float]) -> dict[str, float]:
         return dict(zip(self.unknowns, map(float, x), strict=True))

@@ -27,6 +27,7 @@ from solver.kernel.methods import first_methods, last_resorts
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.question import Question
 from solver.kernel.search.curve_points import without_curves
+from solver.kernel.search.sparse_search import search_sparsely
 from solver.kernel.search.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
 
@@ -34,6 +35,8 @@ STARTS = 24
 FEW_STARTS = 6
 START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
+DENSE = 300
+"""Unknowns of a linear block beyond which its matrix is first taken as a sparse one."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -76,6 +79,8 @@ def _searched(
         if method is Method.STARTS and (found := _refuted(question, search.candidates, given)) is not None:
             return BlockOutcome(complete=True, facts=(found,))
         outcome = search.ways[method]()
+        if method is Method.SPARSE and search.candidates.answers and not budget.thorough:
+            return search.outcome()
         if outcome is not None:
             return outcome if assumed else search.curve_instead(outcome)
         if search.complete:
@@ -115,6 +120,7 @@ class _Search:
             Method.SUBSTITUTION: self._substitution,
             Method.BOXES: self._boxes,
             Method.STARTS: self._starts,
+            Method.SPARSE: self._sparse,
         }
 
     def outcome(self) -> BlockOutcome:
@@ -142,6 +148,10 @@ class _Search:
         return outcome if self.budget.brief else without_curves(self.question, outcome)
 
     def _linear(self) -> BlockOutcome | None:
+        if len(self.kernel.unknowns) > DENSE:
+            search_sparsely(self.question, self.candidates)
+            if self.candidates.answers:
+                return self._all(Method.LINEAR)
         linear = solve_linear_block(self.question, self.off)
         if linear is None:
             return None
@@ -157,6 +167,10 @@ class _Search:
         closed = self.kernel.closed
         solved = closed is not None and solve_by_formula(self.question, self.candidates, closed)
         return self._all(Method.FORMULA) if solved else None
+
+    def _sparse(self) -> None:
+        search_sparsely(self.question, self.candidates)
+        self.candidates.tried(Method.SPARSE)
 
     def _all(self, method: Method) -> BlockOutcome:
         self.candidates.tried(method, complete=True)

@@ -114,6 +114,7 @@ def _null_space(matrix: NDArray[Any]) -> NDArray[np.float64]:
     """Orthonormal columns that span {x: A x = 0}."""
     if not len(matrix):
         return np.eye(matrix.shape[1])
-    _, singular, right = np.linalg.svd(matrix)
+    triangle = np.linalg.qr(matrix, mode="r") if len(matrix) > matrix.shape[1] else matrix
+    _, singular, right = np.linalg.svd(triangle)
     rank = int((singular > RANK * max(singular[0], 1.0)).sum())
     return np.asarray(right[rank:].T, dtype=float)

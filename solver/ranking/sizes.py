@@ -15,6 +15,7 @@ import numpy as np
 
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from solver.numerics.sparse_least_squares import sparse_least_squares
 from solver.ranking.arithmetic import ARRAYS, FLOATS, Arithmetic
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
-MANY = 400
+MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
 RANK = 1e-9
 FREE = 1e-6
@@ -116,6 +117,33 @@ class _Sizes:
         places = [unknowns.index(name) for name in names]
         self.slopes, self.constants = -(inverse[places] @ k), -(inverse[places] @ c)
         self.determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
+
+
+def nearly_balanced(
+    equations: Sequence[Equation], unknowns: Sequence[str], known: Mapping[str, float]
+) -> NDArray[np.float64]:
+    """Sizes (n,) of the unknowns of a large block, which balance its rules about as well as they can."""
+    rows = _Rows((*unknowns, *known), {name for name, number in known.items() if not number})
+    for equation in equations:
+        rows.read(equation)
+    decades = {name: FLOATS.decade(number) for name, number in known.items() if number}
+    n = len(unknowns)
+    entries: list[tuple[float, int, int]] = []
+    rhs = np.zeros(len(rows.rows))
+    for row, (term, weight) in enumerate(rows.rows):
+        rhs[row] = -weight * term.constant
+        for name, factor in term.factors.items():
+            if isinstance(name, str) and name in decades:
+                rhs[row] -= weight * factor * decades[name]
+            else:
+                column = rows.places[name] if isinstance(name, str) else n + name
+                entries.append((weight * factor, row, column))
+    if not entries:
+        return np.ones(n)
+    data, places, columns = map(np.array, zip(*entries, strict=True))
+    shape = len(rhs), n + rows.free
+    found = sparse_least_squares((data, places, columns), shape, rhs)[:n]
+    return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
 class _Term:

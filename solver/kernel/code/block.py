@@ -14,6 +14,7 @@ from rulesheets.model import Value, Variable
 from rulesheets.nodes import Expression
 from solver.kernel.code.chain import Chain, chains, compile_chain, directions, exhaustive, jumps
 from solver.kernel.code.scalar import compile_expressions
+from solver.kernel.code.sparse_system import SparseSystem
 from solver.path.graph import ModelGraph
 from solver.path.linearity import is_linear
 from solver.path.steps import SolveBlock
@@ -32,7 +33,8 @@ class BlockKernel:
         self.equations = [graph.model.equations[e] for e in block.equations]
         self.unknowns = block.unknowns
         names = dict.fromkeys(name for e in self.equations for name in e.names)
-        self.known = tuple(name for name in names if name not in self.unknowns)
+        unknowns = frozenset(self.unknowns)
+        self.known = tuple(name for name in names if name not in unknowns)
         self.forms = [subtract(e.left, e.right) for e in self.equations]
         self._chains: tuple[Chain, ...] | None = None
         self._others: tuple[BlockKernel, ...] | None = None
@@ -72,7 +74,13 @@ class BlockKernel:
     @cached_property
     def linear(self) -> bool:
         """Whether every equation, as it is written, is linear in the unknowns."""
-        return all(is_linear(form, self.unknowns) for form in self.forms)
+        return all(self.straight)
+
+    @cached_property
+    def straight(self) -> list[bool]:
+        """Which equations, as they are written, are linear in the unknowns."""
+        unknowns = frozenset(self.unknowns)
+        return [is_linear(form, unknowns) for form in self.forms]
 
     @cached_property
     def closed(self) -> ClosedForm | None:
@@ -94,6 +102,14 @@ class BlockKernel:
     def _flat(self) -> Callable[..., Sequence[float]]:
         flat = [partial or nodes.Number(0.0) for partial in self.partials]
         return compile_expressions(flat, (*self.unknowns, *self.known))
+
+    @cached_property
+    def sparse(self) -> SparseSystem | None:
+        """The block as a sparse system; None where a derivative has no formula."""
+        try:
+            return SparseSystem(self.forms, self.unknowns, self.known)
+        except NotDifferentiable:
+            return None
 
     @cached_property
     def arrays(self) -> BlockArrays:

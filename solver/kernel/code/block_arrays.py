@@ -35,8 +35,8 @@ class BlockArrays:
         forms = [smooth(e.left, e.right) for e in kernel.equations]
         partials = _partials(forms, kernel.unknowns)
         self.places = list(partials)
-        self._forms = _compiled(forms, self.names)
-        self._partials = _compiled(list(partials.values()), self.names)
+        self._forms = compile_arrays(forms, self.names)
+        self._partials = compile_arrays(list(partials.values()), self.names)
         self.scalings = Scalings(kernel.equations, self.names)
         every = kernel.chains()
         self.chains = [_followed(kernel, chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
@@ -77,7 +77,8 @@ def _partials(forms: Sequence[Expression], unknowns: Sequence[str]) -> dict[tupl
     return found
 
 
-def _compiled(expressions: Sequence[Expression], names: Sequence[str]) -> Callable[..., Sequence[Any]]:
+def compile_arrays(expressions: Sequence[Expression], names: Sequence[str]) -> Callable[..., Sequence[Any]]:
+    """A function of arrays, in the order of ``names``, that returns the values of all expressions."""
     emitter = Emitter(names, FUNCTIONS)
     tokens = [emitter.token(expression) for expression in expressions]
     return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")

@@ -1,0 +1,75 @@
+"""One answer of a large block, the sensible one: Newton's method on all unknowns at once, none of them torn.
+
+It starts from the guesses where there are any, else from 0, where its first step solves the linearised rules,
+then from positive numbers of the sizes that balance the rules. An answer with no negative number ends the
+search; one with some is kept, and looked for is one that keeps to positive numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from solver.kernel.candidates import Candidates
+from solver.kernel.question import Question
+from solver.numerics.batch_newton import Array
+from solver.numerics.sparse_newton import sparse_newton
+from solver.ranking.sizes import nearly_balanced
+
+MOST, POSITIVE_ITERATIONS = 100, 40
+
+
+def search_sparsely(question: Question, candidates: Candidates) -> None:
+    """Try starts in turn until an answer stands that none is to be preferred to."""
+    if question.sparse is None:
+        return
+    residual, jacobian = question.sparse
+    sizes = _sizes(question)
+    for start, positive, most in _starts(question, sizes):
+        root = sparse_newton(residual, jacobian, start, sizes, positive, most)
+        if not np.isfinite(root.x).all():
+            continue
+        point = question.named(root.x.tolist())
+        candidates.note(point)
+        if root.converged and question.holds(point):
+            candidates.keep(point)
+        if candidates.answers and (question.guesses or not _negative(question, candidates)):
+            return
+
+
+def _starts(question: Question, sizes: Array) -> Iterator[tuple[Array, bool, int]]:
+    """Points, whether unknowns that are positive are kept so, and the most iterations."""
+    typical = np.where([question.turn(name) is not None for name in question.unknowns], 0.0, sizes)
+    inside = _inside(question, typical)
+    if question.guesses:
+        guesses = question.guesses
+        named = [guesses.get(n, v) for n, v in zip(question.unknowns, inside.tolist(), strict=True)]
+        yield np.array(named), False, MOST
+    yield _inside(question, np.zeros(len(sizes))), False, MOST
+    yield inside, True, POSITIVE_ITERATIONS
+    yield inside, False, MOST
+
+
+def _inside(question: Question, x: Array) -> Array:
+    """The point with every unknown in its range."""
+    low, high = np.array([(v.low, v.high) for v in question.variables]).T
+    return np.asarray(np.clip(x, low, high))
+
+
+def _sizes(question: Question) -> Array:
+    """Of a guess its own size; else that which balances the rules."""
+    names = question.kernel.known
+    known = {name: v for name in names if isinstance(v := question.here[name], float)}
+    balanced = nearly_balanced(question.kernel.equations, question.unknowns, known)
+    guessed = [abs(question.guesses.get(name, 0.0)) for name in question.unknowns]
+    angles = [math.nan if (turn := question.turn(n)) is None else turn / 4 for n in question.unknowns]
+    found = np.where(np.isnan(angles), balanced, angles)
+    return np.where(np.array(guessed) > 0.0, guessed, found)
+
+
+def _negative(question: Question, candidates: Candidates) -> bool:
+    """Whether every answer so far has a negative number where none is declared or turns."""
+    free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
+    return all(any(v < 0.0 and n in free for n, v in a.values.items()) for a in candidates.answers)

@@ -1,0 +1,137 @@
+"""Newton's method for large sparse systems, damped by the natural monotonicity test.
+
+P. Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3: a step is accepted where the
+correction that the same Jacobian gives at its end is shorter. The test does not depend on how rules are
+scaled. Steps out of the domain, where the residual is nan, are shortened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import LinearOperator, onenormest, splu
+
+from solver.numerics.batch_newton import Array
+
+Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
+"""The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
+ITERATIONS = 100
+SHORTEST = 2.0**-12
+CONVERGED = 1e-14
+"""Weighted length of a correction that only rounding is left of."""
+BACKWARDS = 0.9
+"""The largest share of a positive unknown that one step may take, where they are kept positive."""
+
+
+@dataclass(frozen=True, slots=True)
+class SparseRoot:
+    """Where the method ended, and whether its last correction was no more than rounding."""
+
+    x: Array
+    converged: bool
+    iterations: int
+
+
+class SparseFactor:
+    """LU of a Jacobian (n, n) given by its entries, rows scaled to their largest entry.
+
+    Raises ArithmeticError where an entry is not finite or the matrix is singular.
+    """
+
+    def __init__(self, entries: Triplets, n: int) -> None:
+        data, rows, columns = entries
+        if not np.isfinite(data).all():
+            raise ArithmeticError("a slope is not finite")
+        largest = np.zeros(n)
+        np.maximum.at(largest, rows, np.abs(data))
+        if not largest.all():
+            raise ZeroDivisionError("a row is 0")
+        self.rows, self.n = largest, n
+        matrix = csc_array((data / largest[rows], (rows, columns)), shape=(n, n))
+        try:
+            self.lu: Any = splu(matrix)
+        except RuntimeError as error:
+            raise ZeroDivisionError("the matrix is singular") from error
+
+    def solve(self, rhs: Array) -> Array:
+        return np.asarray(self.lu.solve(rhs / self.rows))
+
+    def spread(self, tolerance: Array, sizes: Array) -> float:
+        """The largest of |J⁻¹|·t beside the ``sizes``: a norm, estimated as by N. J. Higham & F. Tisseur
+        (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor of 3."""
+        weight = tolerance / self.rows
+
+        def transposed(v: Array) -> Array:
+            return np.asarray(weight * self.lu.solve(np.ravel(v) / sizes, "T"))
+
+        def plain(v: Array) -> Array:
+            return np.asarray(self.lu.solve(weight * np.ravel(v)) / sizes)
+
+        shape = self.n, self.n
+        operator: Any = LinearOperator(shape, matvec=transposed, rmatvec=plain, dtype=float)
+        return float(onenormest(operator))
+
+
+def sparse_newton(
+    residual: Callable[[Array], Array],
+    jacobian: Callable[[Array], Triplets],
+    start: Array,
+    sizes: Array,
+    positive: bool = False,
+    iterations: int = ITERATIONS,
+) -> SparseRoot:
+    """Search a root of F: Rⁿ → Rⁿ from ``start`` (n,) with typical magnitudes ``sizes`` (n,).
+
+    ``positive``: unknowns that are positive stay so.
+    """
+    x, f = start, residual(start)
+    if not np.isfinite(f).all():
+        return SparseRoot(x, False, 0)
+    for count in range(iterations):
+        try:
+            factor = SparseFactor(jacobian(x), len(x))
+        except ArithmeticError:
+            return SparseRoot(x, False, count)
+        step = -factor.solve(f)
+        weight = np.maximum(np.abs(x), sizes)
+        length = _length(step, weight)
+        if not np.isfinite(length):
+            return SparseRoot(x, False, count)
+        found = _damped(residual, factor, x, step, weight, positive)
+        if found is None:
+            return SparseRoot(x, length <= CONVERGED, count)
+        x, f = found
+        if length <= CONVERGED or not f.any():
+            return SparseRoot(x, True, count + 1)
+    return SparseRoot(x, False, iterations)
+
+
+def _damped(
+    residual: Callable[[Array], Array],
+    factor: SparseFactor,
+    x: Array,
+    step: Array,
+    weight: Array,
+    positive: bool,
+) -> tuple[Array, Array] | None:
+    """The point after the longest share of the step, by halves, that shortens the correction."""
+    length, share = _length(step, weight), 1.0
+    while share >= SHORTEST:
+        moved = x + share * step
+        ahead = np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved)
+        there = residual(ahead)
+        if np.isfinite(there).all():
+            left = _length(factor.solve(there), weight)
+            if left <= (1.0 - share / 2.0) * length or left <= CONVERGED:
+                return ahead, there
+        share /= 2.0
+    return None
+
+
+def _length(step: Array, weight: Array) -> float:
+    return float(np.sqrt(np.mean((step / weight) ** 2)))
