@@ -8,7 +8,7 @@ UNITS: dict[str, Entry] = {
     "E460": Entry(
         "an unknown unit",
         "A unit is a name such as mm, psi or degC, or a product of powers of names such as W/m^2-K.",
-        "Correct the name, or define it in a units section.",
+        "Correct the name. The extra units knows more names than the common ones.",
     ),
     "E461": Entry(
         "a value in a unit that does not fit",
