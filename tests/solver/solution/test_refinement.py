@@ -298,6 +298,8 @@ def test_redundant_inputs_agree_to_their_last_places() -> None:
             "alphaOB",
             "alphaBP",
             "aP",
+            "xp1",
+            "yp1",
         }
         assert result["thetaOB"] == pytest.approx(angle, rel=1e-12)
 
