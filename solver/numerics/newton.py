@@ -131,6 +131,7 @@ class _Search:
     def _degenerate(self) -> bool:
         """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
         residual until it is rounding; at a minimum of |F| the step is long, or leaves the residual as it was.
+        At a root where rounding in F keeps the residual up, the Jacobian is the same at both ends.
         """
         test = self.limits.termination
         for _ in range(self.limits.halvings):
@@ -141,11 +142,25 @@ class _Search:
             if test.residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
                 return True
             following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
-            if following is None or not test.falls(following.residual, p.residual):
+            if following is None:
+                return False
+            if self._is_straight(following, step):
+                return True
+            if not test.falls(following.residual, p.residual):
                 return False
             self.point = following
             self.iterations += 1
         return False
+
+    def _is_straight(self, following: Point, step: list[float]) -> bool:
+        """Whether F is so straight along a short full step that a simple root is near (Newton–Kantorovich):
+        |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of |F|."""
+        p, norm = self.point, scaled_norm(step, self.point.weight)
+        if norm > self.limits.termination.stagnation or p.factor.rank < p.factor.columns:
+            return False
+        ends = zip(row_products(following.jacobian, step), row_products(p.jacobian, step), strict=True)
+        bend = p.correction([ahead - here for ahead, here in ends])
+        return scaled_norm(bend, p.weight) <= FAST * norm
 
     # -- one damped step -------------------------------------------------------------------------------
 
