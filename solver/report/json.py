@@ -34,7 +34,6 @@ def result_json(
         {
             "status": str(result.status),
             "solutions": solutions,
-            **_units(result, solutions),
             **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
             **_proofs(result, solutions),
             **_unlikely(result),
@@ -42,6 +41,7 @@ def result_json(
             "undetermined": list(result.undetermined),
             "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
             "path": [_step(result.model, step) for step in told(result.path)],
+            **_units(result, solutions),
             **(also or {}),
         }
     )
