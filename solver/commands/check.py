@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from rulesheets.diagnosis import render
 from rulesheets.units.check import check_units
 from solver.commands.inputs import add_sheet_options, load_sheet
-from solver.report.json import diagnosis_json
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -27,6 +26,8 @@ def run(arguments: Namespace) -> int:
     """Load the sheet, which raises for all that is wrong; then say what it has."""
     model = load_sheet(arguments)
     if arguments.json:
+        from solver.report.json import diagnosis_json
+
         found = [diagnosis_json(warning) for warning in check_units(model)]
         print(json.dumps({"status": "ok", "diagnoses": found}, ensure_ascii=False))
     elif arguments.equations or arguments.latex:
