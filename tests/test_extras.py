@@ -12,7 +12,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-EXTRAS = ("flint", "matplotlib", "PIL", "llvmlite", "pyarrow", "distributed", "dask", "rich", "pint")
+EXTRAS = (
+    *("flint", "matplotlib", "PIL", "llvmlite", "pyarrow", "distributed", "dask", "rich", "pint"),
+    *("starlette", "uvicorn", "websockets"),
+)
 
 GUARDS = {
     "solver.proof": "require_proof",
@@ -20,6 +23,7 @@ GUARDS = {
     "solver.report.plot": "require_matplotlib",
     "solver.report.chart": "require_matplotlib",
     "solver.compiled.native": "available",
+    "solver.commands.open": "missing_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
 tried, and ImportError is caught."""
