@@ -15,7 +15,7 @@ from solver.result import Result, Solution
 def test_the_json_object_of_a_solve(solved: Result) -> None:
     found = json.loads(result_json(solved))
     assert list(found) == ["status", "solutions", "complete", "undetermined", "diagnoses", "path", "units"]
-    assert found["units"] == {name: unit for name, unit in found["units"].items() if unit}
+    assert found["units"] == {"a": "mm", "b": "mm", "c": "mm"}
     assert found["status"] == "solved"
     assert found["complete"] is True
     assert found["solutions"] == [{"a": 3, "b": 4, "c": c, "kind": "right"} for c in (5, -5)]
