@@ -23,7 +23,8 @@ from rulesheets.nodes import (
     numbers,
 )
 from rulesheets.program import Program, bodies, components, operands, rules_of, walk
-from rulesheets.units.quantity import unit_named
+from rulesheets.units.library import Library
+from rulesheets.units.quantity import library_of, unit_named
 
 _MEASURE = re.compile(r"[\d.]\[")
 _PI = re.compile("Pi|PI")
@@ -32,8 +33,9 @@ _PI = re.compile("Pi|PI")
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     """Check a program and expand it. Raises RuleSheetError with every complaint found."""
     check(program)
-    variables = declared(program.rows)
-    if wrong := tuple(_wrong_units(program)):
+    units = library_of(program.units)
+    variables = declared(program.rows, units)
+    if wrong := tuple(_wrong_units(program, units)):
         raise RuleSheetError(*wrong)
     expansion = expand(program)
     model = Model(
@@ -46,6 +48,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         limits=program.limits,
         notes=tuple(_respelt(program)),
         files=files,
+        units=units,
     )
     complaints = tuple(check_figures(program, model.variables))
     if complaints:
@@ -63,13 +66,13 @@ def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Co
     return [part for rule in rules for body in bodies(rule.body) for part in operands(body)]
 
 
-def _wrong_units(program: Program) -> Iterator[Diagnosis]:
+def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules whose units are unknown."""
     for part in _rule_parts(program, _MEASURE):
         for number in numbers(part):
             try:
                 if number.unit is not None:
-                    unit_named(number.unit, number.span)
+                    unit_named(number.unit, number.span, units)
             except RuleSheetError as wrong:
                 yield from wrong.diagnoses
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from rulesheets import nodes
 from rulesheets.checks.names import check_constant
@@ -12,8 +13,10 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.evaluate import Undefined, value
 from rulesheets.input_messages import names_variable, no_tolerance, not_finite, outside_range, symbol_as_guess
 from rulesheets.model import Tolerance, Value, Variable
-from rulesheets.nodes import Expression, Negative, Number, Range, Symbol, VariableRow, names, units_of
+from rulesheets.nodes import Expression, Range, Symbol, VariableRow, measured, names, units_of
+from rulesheets.parse.ranges import empty_range
 from rulesheets.source import Span
+from rulesheets.units.library import Library
 from rulesheets.units.quantity import cannot_show, converted, part_with_unit, unit_named
 
 
@@ -43,16 +46,16 @@ def constant(expression: Expression) -> Value:
     return number
 
 
-def declared(rows: tuple[VariableRow, ...]) -> Mapping[str, Variable]:
-    """The variables of the rows, in their order.
+def declared(rows: tuple[VariableRow, ...], units: Library) -> Mapping[str, Variable]:
+    """The variables of the rows, in their order, with the ``units`` of their sheet.
 
-    Raises RuleSheetError with everything that is wrong with values, guesses and ranges.
+    Raises RuleSheetError with everything that is wrong with units, values, guesses and ranges.
     """
     variables: dict[str, Variable] = {}
     complaints: list[Diagnosis] = []
     for row in rows:
         try:
-            variables[row.name] = _variable(row)
+            variables[row.name] = _variable(row, units)
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
     if complaints:
@@ -60,43 +63,58 @@ def declared(rows: tuple[VariableRow, ...]) -> Mapping[str, Variable]:
     return variables
 
 
-def _variable(row: VariableRow) -> Variable:
-    bounds = row.range or Range()
-    units = [unit_named(text, _place_of(text, row)) for text in (row.unit, row.display_unit) if text]
+def _variable(row: VariableRow, library: Library) -> Variable:
+    units = [unit_named(text, _place_of(text, row), library) for text in (row.unit, row.display_unit) if text]
     if len(units) == 2 and units[0].bases != units[1].bases:
         raise RuleSheetError(
             cannot_show(row.name, row.unit, row.display_unit, _place_of(row.display_unit, row))
         )
-    variable = Variable(
+    bare = Variable(
         name=row.name,
-        value=None if row.value is None else _given(row.value, row),
-        guess=None if row.guess is None else _guess(row.guess, row),
         unit=row.unit,
         display_unit=row.display_unit,
-        low=bounds.low,
-        high=bounds.high,
-        low_open=bounds.low_open,
-        high_open=bounds.high_open,
         comment=row.comment,
         posted=True,
         span=row.span,
-        tolerance=None if row.tolerance is None else _tolerance(row.tolerance, row),
+        units=library,
+    )
+    return valued(bare, row)
+
+
+def valued(bare: Variable, row: VariableRow) -> Variable:
+    """A variable with the value, guess, tolerance and range of its row, converted to its unit."""
+    bounds = row.range or Range()
+    low, high = _end(bounds.low, bounds.lower, bare), _end(bounds.high, bounds.upper, bare)
+    if low > high:
+        raise RuleSheetError(empty_range(bounds.span))
+    variable = replace(
+        bare,
+        value=None if row.value is None else _given(row.value, bare),
+        guess=None if row.guess is None else _guess(row.guess, bare),
+        low=low,
+        high=high,
+        low_open=bounds.low_open,
+        high_open=bounds.high_open,
+        tolerance=None if row.tolerance is None else _tolerance(row.tolerance, row, bare),
     )
     if row.value is not None and isinstance(variable.value, float) and not variable.admits(variable.value):
         raise RuleSheetError(outside_range(variable.value, variable, row.value.span))
     return variable
 
 
-def _given(expression: Expression, row: VariableRow, difference: bool = False) -> Value:
-    """The value of an input; ``3[in]`` in the unit of its row."""
-    match expression:
-        case Negative(Number(value, unit=str(unit))):
-            number = -value
-        case Number(number, unit=str(unit)):
-            pass
-        case _:
-            return constant(expression)
-    return converted([number], unit, Variable(row.name, unit=row.unit), expression.span, difference)[0]
+def _given(expression: Expression, variable: Variable, difference: bool = False) -> Value:
+    """The value of an input; ``3[in]`` in the unit of its variable."""
+    found = measured(expression)
+    if found is None:
+        return constant(expression)
+    return converted([found[0]], found[1], variable, expression.span, difference)[0]
+
+
+def _end(number: float, written: Expression | None, variable: Variable) -> float:
+    """An end of a range; one that names variables is a requirement, and none here."""
+    if written is None or (found := measured(written)) is None:
+        return number
+    return converted([found[0]], found[1], variable, written.span)[0]
 
 
 def _place_of(unit: str | None, row: VariableRow) -> Span | None:
@@ -108,15 +126,15 @@ def _place_of(unit: str | None, row: VariableRow) -> Span | None:
     return Span(row.span.source, start, start + len(unit)) if start >= 0 else row.span
 
 
-def _tolerance(written: nodes.Tolerance, row: VariableRow) -> Tolerance:
-    size = _given(written.size, row, difference=not written.percent)
+def _tolerance(written: nodes.Tolerance, row: VariableRow, variable: Variable) -> Tolerance:
+    size = _given(written.size, variable, difference=not written.percent)
     if isinstance(row.value, Symbol) or isinstance(size, str) or size < 0.0:
         raise RuleSheetError(no_tolerance(isinstance(row.value, Symbol), written.span))
     return Tolerance(size, written.percent)
 
 
-def _guess(expression: Expression, row: VariableRow) -> float:
-    guess = _given(expression, row)
+def _guess(expression: Expression, variable: Variable) -> float:
+    guess = _given(expression, variable)
     if isinstance(guess, str):
         raise RuleSheetError(symbol_as_guess(guess, expression.span))
     return guess

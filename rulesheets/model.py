@@ -10,6 +10,8 @@ from typing import TypeAlias
 from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.source import Span
+from rulesheets.units.library import Library, library
+from rulesheets.units.unit import Unit
 
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
@@ -35,6 +37,7 @@ class Variable:
     ``posted``: the variable has a row, because the variables section or a rule of the sheet itself
     names it. The status of a solve is judged by these. ``passed``: only calls use it, one as its result and
     another as its argument: where it becomes infinite (the slope of a vertical line), it stays blank.
+    ``units`` tell what its units mean; a ``difference`` of temperatures is converted without their zero.
     """
 
     name: str
@@ -51,6 +54,13 @@ class Variable:
     passed: bool = False
     span: Span | None = field(default=None, compare=False, repr=False)
     tolerance: Tolerance | None = None
+    units: Library = field(default=library(), compare=False, repr=False)
+    difference: bool = False
+
+    @property
+    def measure(self) -> Unit | None:
+        """Its unit with what it is worth."""
+        return self.units.unit(self.unit) if self.unit else None
 
     def admits(self, number: float) -> bool:
         """Whether a number lies in the range of the variable."""
@@ -120,7 +130,7 @@ class Model:
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
     drawn of an answer, ``files`` are the paths that the model was read from, ``notes`` what is to be
     said of them, though nothing is wrong. ``limits``: rules that are 0/0 at an answer are taken by their
-    limits.
+    limits. ``units`` are what units are called in the sheet.
     """
 
     name: str
@@ -132,6 +142,7 @@ class Model:
     limits: bool = False
     notes: tuple[Diagnosis, ...] = field(default=(), compare=False, repr=False)
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    units: Library = field(default=library(), compare=False, repr=False)
 
     def __repr__(self) -> str:
         from rulesheets.spelling import plural

@@ -248,6 +248,22 @@ class VariableRow:
 
 
 @dataclass(frozen=True, slots=True)
+class UnitRow:
+    """A line of the units section: ``names = meaning``; ``""`` for a unit of a kind of its own."""
+
+    names: tuple[str, ...]
+    meaning: str = ""
+    comment: str = ""
+    span: Span | None = field(default=None, compare=False, repr=False)
+    gap: bool = field(default=False, compare=False, repr=False)
+
+    @property
+    def definition(self) -> str:
+        """The line as a library reads it; units of a sheet take prefixes."""
+        return ", ".join(f"~{name}" for name in self.names) + f" = {self.meaning}"
+
+
+@dataclass(frozen=True, slots=True)
 class Use:
     """``use "a.tk", "b.tk"``: paths as written."""
 
@@ -312,6 +328,7 @@ class RuleSheet:
     comments: tuple[CommentLine, ...] = ()
     span: Span | None = field(default=None, compare=False, repr=False)
     figures: tuple[Figure, ...] = ()
+    units: tuple[UnitRow | CommentLine, ...] = ()
 
 
 _PARTS: dict[type, Callable[[Any], tuple[Any, ...]]] = {
@@ -380,6 +397,17 @@ def numbers(node: Expression | Condition) -> Iterator[Number]:
             yield item
         elif parts := _PARTS.get(type(item)):
             stack.extend(parts(item)[::-1])
+
+
+def measured(node: Expression) -> tuple[float, str] | None:
+    """``3[in]`` and ``-3[in]`` as number and unit; None for anything else."""
+    match node:
+        case Number(value, unit=str(unit)):
+            return value, unit
+        case Negative(Number(value, unit=str(unit))):
+            return -value, unit
+        case _:
+            return None
 
 
 def units_of(node: Expression | Condition) -> Iterator[str]:

@@ -18,6 +18,7 @@ from rulesheets.nodes import (
     Rule,
     RuleBody,
     RuleSheet,
+    UnitRow,
     VariableRow,
     children,
 )
@@ -28,12 +29,13 @@ from rulesheets.source import Source, Span
 class Program:
     """``functions`` are the rule functions of all files by their names in lower case.
 
-    ``texts`` are the texts of the files that it uses.
+    ``texts`` are the texts of the files that it uses, ``units`` the units that all files define.
     """
 
     sheet: RuleSheet
     functions: Mapping[str, Function]
     texts: tuple[Source, ...] = ()
+    units: tuple[UnitRow, ...] = ()
 
     @property
     def rows(self) -> tuple[VariableRow, ...]:

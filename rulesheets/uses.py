@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
-from rulesheets.nodes import Function, RuleSheet, Use
+from rulesheets.nodes import Function, RuleSheet, UnitRow, Use
 from rulesheets.parse import parse
 from rulesheets.program import Program, rules_of
 from rulesheets.reading import ENDING, confined, is_sheet, near_files, read_source
@@ -38,7 +38,7 @@ def gather(source: Source, folder: str, path: str | None = None, within: str | N
     gathering.follow(first)
     if gathering.complaints:
         raise RuleSheetError(*gathering.complaints)
-    return Program(first.sheet, gathering.functions, tuple(gathering.texts))
+    return Program(first.sheet, gathering.functions, tuple(gathering.texts), tuple(gathering.units))
 
 
 @dataclass
@@ -47,6 +47,7 @@ class _Gathering:
     functions: dict[str, Function] = field(default_factory=dict)
     complaints: list[Diagnosis] = field(default_factory=list)
     texts: list[Source] = field(default_factory=list)
+    units: list[UnitRow] = field(default_factory=list)
     seen: set[str] = field(default_factory=set)
 
     def follow(self, first: File) -> None:
@@ -66,6 +67,7 @@ class _Gathering:
 
     def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
         self.seen.add(file.key)
+        self.units += (row for row in file.sheet.units if isinstance(row, UnitRow))
         for function in file.sheet.functions:
             earlier = self.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
@@ -181,5 +183,5 @@ def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagn
         "E308",
         f"{path} cannot be used: it has {found} of its own",
         *labels((place, "used here"), (where if is_sheet(file.key) else None, label)),
-        notes=("a used file may hold functions only; move them into a file of their own",),
+        notes=("a used file may hold functions and units only; move them into a file of their own",),
     )

@@ -130,6 +130,11 @@ SYNTAX: dict[str, Entry] = {
         "A rule sheet states at least one rule or function.",
         "Write a rule, such as V = I*R.",
     ),
+    "E128": Entry(
+        "a line of the units section that defines no unit",
+        "A line names a unit and says what it is in terms of others: smoot = 1.7018 m.",
+        "Write name = factor unit, or a name alone for a unit of a kind of its own.",
+    ),
     "E127": Entry(
         "a keyword cannot be a name",
         "if, then, else, call, and, or, not are words of the language in any case.",

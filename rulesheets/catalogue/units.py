@@ -1,4 +1,4 @@
-"""Units that are unknown or do not fit: E460 and E461, and the warnings of the check, W601 and W602."""
+"""Units that are unknown or do not fit: E460 to E462, and the warnings of the check, W601 and W602."""
 
 from __future__ import annotations
 
@@ -14,6 +14,11 @@ UNITS: dict[str, Entry] = {
         "a value in a unit that does not fit",
         "A value is converted to the unit of its variable, so both must measure the same kind of quantity.",
         "Give the value in a unit of that kind, or leave the unit out.",
+    ),
+    "E462": Entry(
+        "a unit that cannot be defined",
+        "Every unit has one definition, and m, kg, s, A, K, mol, cd and rad are what all others build on.",
+        "Choose another name.",
     ),
     "W601": Entry(
         "the units of a rule do not fit",

@@ -17,6 +17,7 @@ from rulesheets.nodes import (
     Rule,
     RuleSheet,
     Tolerance,
+    UnitRow,
     Use,
     VariableRow,
 )
@@ -33,6 +34,7 @@ def format_sheet(sheet: RuleSheet) -> str:
     """
     sections = [
         [*_top(sheet)],
+        ["units", *_units(sheet.units)] if sheet.units else [],
         [] if sheet.variables is None else ["variables", *_variables(sheet.variables)],
         ["rules", *_rules(sheet.rules)] if sheet.rules else [],
         *(list(_figure(figure)) for figure in sheet.figures),
@@ -66,7 +68,18 @@ def _commented(lines: list[str], comment: str, column: int) -> list[str]:
     return [*others, f"{last.ljust(column)}  {_comment(comment)}"]
 
 
-# --- variables ------------------------------------------------------------------
+# --- units and variables --------------------------------------------------------
+
+
+def _units(rows: Sequence[UnitRow | CommentLine]) -> Iterator[str]:
+    for index, row in enumerate(rows):
+        if row.gap and index:
+            yield ""
+        if isinstance(row, CommentLine):
+            yield _INDENT + _comment(row.text)
+        else:
+            meaning = f" = {row.meaning}" if row.meaning else ""
+            yield from _commented([f"{_INDENT}{', '.join(row.names)}{meaning}"], row.comment, 0)
 
 
 def _variables(rows: Sequence[VariableRow | CommentLine]) -> Iterator[str]:

@@ -212,6 +212,9 @@ class Builder:
         sign, expression, tolerance = assigned or ("", None, None)
         units = [mark for mark in marks if isinstance(mark, str)]
         ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
+        if len(units) > 1:
+            notes = ("it stands last: x < 3[in] [mm]",)
+            raise RuleSheetError(error("E461", "a row has one unit", Label(self._of(name)), notes=notes))
         unit, display = _unit(units[0]) if units else (None, None)
         return nodes.VariableRow(
             str(name),

@@ -6,7 +6,7 @@ import re
 
 _HEAD = re.compile(
     r"""\s*(?:
-        (?P<section>variables|rules)\s*\Z
+        (?P<section>variables|rules|units)\s*\Z
       | (?P<use>use)\b\s*(?:["\w]|\Z)
       | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
       | (?P<function>function)\b\s*(?:[\w(:]|\Z)

@@ -22,7 +22,7 @@ _CARRIES_ON = re.compile(r"[^\S\n]*(?:then|else)\b", re.IGNORECASE)
 _USE = re.compile(r"\s*use\b", re.IGNORECASE)
 _PATH = re.compile(r'"[^"\n]*"(?=\s*(?:[,";]|$))', re.MULTILINE)
 _HEAD = re.compile(
-    r"[^\S\n]*(?:(?:variables|rules)[^\S\n]*(?:[\";]|$)|(?:function|figure)\s+[^\W\d]|use\s*\")",
+    r"[^\S\n]*(?:(?:variables|rules|units)[^\S\n]*(?:[\";]|$)|(?:function|figure)\s+[^\W\d]|use\s*\")",
     re.IGNORECASE | re.MULTILINE,
 )
 

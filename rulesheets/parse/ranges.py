@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import Comparison, Expression, Name, Range, names, units_of
+from rulesheets.nodes import Comparison, Expression, Name, Range, measured, names, units_of
 from rulesheets.source import Span
 
 
@@ -22,9 +22,12 @@ class Bound:
 
 
 def limit(expression: Expression) -> float | Expression:
-    """The value of an expression of numbers; one that names variables as it is."""
+    """The value of an expression of numbers; ``3[in]`` and one that names variables as it is."""
+    if measured(expression) is not None:
+        return expression
     if (unit := next(units_of(expression), None)) is not None:
-        raise RuleSheetError(_wrong(f"a bound is in the unit of its row, not in {unit}", expression.span))
+        reason = f"a bound is one number with its unit, and {unit} stands in an expression"
+        raise RuleSheetError(_wrong(reason, expression.span))
     if any(names(expression)):
         return expression
     try:
@@ -45,7 +48,7 @@ def bounded(bounds: Sequence[Bound]) -> Range | None:
         found = _narrowed(found, bound)
     span = Span(bounds[0].span.source, bounds[0].span.start, bounds[-1].span.end)
     if found.low > found.high or (found.low == found.high and (found.low_open or found.high_open)):
-        raise RuleSheetError(_wrong("this range is empty: its lower end is not below its upper end", span))
+        raise RuleSheetError(empty_range(span))
     return replace(found, span=span)
 
 
@@ -67,10 +70,14 @@ def _narrowed(limits: Range, bound: Bound) -> Range:
 
 def ends(name: str, limits: Range) -> Iterator[Comparison]:
     """The ends of a range that name variables, as comparisons with the variable that it bounds."""
-    if limits.lower is not None:
+    if limits.lower is not None and measured(limits.lower) is None:
         yield Comparison(">" if limits.low_open else ">=", Name(name), limits.lower, limits.span)
-    if limits.upper is not None:
+    if limits.upper is not None and measured(limits.upper) is None:
         yield Comparison("<" if limits.high_open else "<=", Name(name), limits.upper, limits.span)
+
+
+def empty_range(span: Span | None) -> Diagnosis:
+    return _wrong("this range is empty: its lower end is not below its upper end", span)
 
 
 def _wrong(message: str, span: Span | None) -> Diagnosis:

@@ -14,6 +14,7 @@ from rulesheets.parse.function import FunctionDraft, Head
 from rulesheets.parse.heads import head_word, misspelt_head, nearest_section
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.parse.reader import read_line
+from rulesheets.parse.units import unit_row
 from rulesheets.source import Source, Span
 
 _ENOUGH = 50
@@ -39,6 +40,7 @@ class _Reading:
 
     source: Source
     uses: list[nodes.Use] = field(default_factory=list)
+    units: list[nodes.UnitRow | nodes.CommentLine] = field(default_factory=list)
     rows: list[nodes.VariableRow | nodes.CommentLine] | None = None
     rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
     functions: list[FunctionDraft] = field(default_factory=list)
@@ -71,12 +73,16 @@ class _Reading:
     def _add(self, line: Line) -> None:
         if self.section == _SKIPPED:
             return
-        word = misspelt_head(line.code, self.section)
+        word = None if self.section == "units" else misspelt_head(line.code, self.section)
         if word is not None:
             self.section = nearest_section(word, self.section)
             raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))
         if self.section == "variables":
             self._add_row(line)
+        elif self.section == "units":
+            self.units.extend(self._settled())
+            row = unit_row(line.code, self._span(line))
+            self.units.append(replace(row, comment=line.comment or "", gap=line.gap))
         elif self.section == "figure":
             self._add_mark(line)
         else:
@@ -124,6 +130,8 @@ class _Reading:
             self.comments.extend(self._settled())
         elif self.section == "variables":
             self._rows().extend(self._settled())
+        elif self.section == "units":
+            self.units.extend(self._settled())
         elif self.section == "figure":
             self.figures[-1].marks.extend(self._settled())
         else:
@@ -229,10 +237,11 @@ class _Reading:
             comments=tuple(self.comments),
             span=Span(self.source, 0, len(self.source.text)),
             figures=tuple(figure.node(self.source) for figure in self.figures),
+            units=tuple(self.units),
         )
 
     def _emptiness(self) -> Iterable[Diagnosis]:
-        if not self.functions and not _any_rule(self.rules):
+        if not (self.functions or self.units) and not _any_rule(self.rules):
             yield mistakes.no_rule(self.source)
         for function in self.functions:
             if not _any_rule(function.rules):

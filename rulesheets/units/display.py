@@ -27,8 +27,9 @@ _COMPOUND = re.compile(r"[^\W\d_][\W\d]+[^\W\d_]")
 
 def with_display_unit(variable: Variable, unit: str, place: Span | None = None) -> Variable:
     """The variable shown in ``unit``. Raises RuleSheetError (E460, E461) if that does not fit."""
-    target = unit_named(unit, place)
-    if not variable.unit or unit_named(variable.unit).bases != target.bases:
+    target = unit_named(unit, place, variable.units)
+    own = variable.measure
+    if own is None or own.bases != target.bases:
         raise RuleSheetError(cannot_show(variable.name, variable.unit, unit, place))
     return replace(variable, display_unit=None if unit == variable.unit else unit)
 
@@ -48,9 +49,9 @@ def with_display_units(model: Model, system: str | None, chosen: Mapping[str, st
 
 def _in_system(variable: Variable, system: str) -> Variable:
     """The variable in a unit of the system; as it is where the system has none of its kind."""
-    if not variable.unit or system not in SYSTEMS:
+    own = variable.measure
+    if own is None or not variable.unit or system not in SYSTEMS:
         return variable
-    own = library().unit(variable.unit)
     names = SYSTEMS[system].split()
     if variable.unit in names:
         return replace(variable, display_unit=None)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -43,20 +43,34 @@ PREFIXES = {
 }
 SHORTEST = 4
 """Letters of the shortest name that pint is asked for."""
+MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})
 
 _FILE = Path(__file__).parent / "units.txt"
-_FACTOR = re.compile(r"\s*(\d[\d.]*(?:[eE][+-]?\d+)?(?:/\d+)?)?\s*(pi\b)?\s*(.*?)\s*(/pi)?\s*")
+_NAMES = re.compile(r"~?[^\W\d_](?:\w*[^\W\d])?|[^\w\s\[\]()^*/·⋅=+-]+\w*")
+_NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/\d+)?"
+_MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
 
 
 class Library:
-    """Definitions by name; a definition is read when it is first asked for.
+    """Units by name; a definition is read when it is first asked for.
 
-    ``own`` are definitions of a sheet, each ``name = factor unit`` or ``name @ offset unit = unit``.
+    ``own`` are definitions of a sheet, each ``name, other names = factor unit + offset``; a name without a
+    meaning is a unit of a kind of its own.
     """
 
-    def __init__(self, own: Iterator[str] | tuple[str, ...] = ()) -> None:
-        self._definitions = dict(_shipped()) if not own else {**_shipped(), **dict(_lines(own))}
+    def __init__(self, own: tuple[str, ...] = ()) -> None:
+        self.own = own
         self._units: dict[str, Unit | None] = {}
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return library, (self.own,)
+
+    @cached_property
+    def _definitions(self) -> dict[str, tuple[str, str, bool]]:
+        """Name → the first of its names, what that means, and whether it takes prefixes."""
+        shipped = _FILE.read_text(encoding="utf-8").splitlines()
+        lines = (line for line in (*shipped, *self.own) if line.strip() and not line.startswith("#"))
+        return {name: found for line in lines for name, found in _defined(line)}
 
     def unit(self, text: str) -> Unit:
         """The unit of a text. Raises UnitError."""
@@ -70,60 +84,48 @@ class Library:
         """The unit of one name, prefix and all; None where there is none of that name."""
         key = f"\0{name}"
         if key not in self._units:
-            self._units[key] = self._defined(name) or self._prefixed(name) or _from_pint(name)
+            self._units[key] = None  # a unit that is defined by itself is found to be unknown
+            self._units[key] = self._known(name) or self._prefixed(name) or _from_pint(name)
         return self._units[key]
 
     def names(self) -> tuple[str, ...]:
         """What a suggestion may name."""
         return tuple(self._definitions)
 
-    def _defined(self, name: str) -> Unit | None:
-        found = self._definitions.get(name)
-        if found is None:
+    def _known(self, name: str) -> Unit | None:
+        if name not in self._definitions:
             return None
-        text, offset, _ = found
-        if text == "base":
-            return Unit(bases={name: Fraction(1)})
-        unit = self._reading(text)
-        return replace(unit, offset=self._reading(offset).factor) if offset else unit
+        first, meaning, _ = self._definitions[name]
+        return self.meant(meaning) if meaning else Unit(bases={first: Fraction(1)})
 
     def _prefixed(self, name: str) -> Unit | None:
         for length in (1, 2):
             power, rest = PREFIXES.get(name[:length]), name[length:]
-            found = self._definitions.get(rest)
-            if power is not None and found is not None and found[2]:
+            if power is not None and rest in self._definitions and self._definitions[rest][2]:
                 unit = self.named(rest)
-                assert unit is not None
-                return replace(unit, factor=unit.factor * Fraction(10) ** power)
+                return unit and replace(unit, factor=unit.factor * Fraction(10) ** power)
         return None
 
-    def _reading(self, text: str) -> Unit:
-        """``1/180 pi rad``: a factor, perhaps π, and the text of a unit."""
-        parts = _FACTOR.fullmatch(text)
-        assert parts is not None
-        factor, pi, rest, under = parts.groups()
-        number = Unit(Fraction(factor or 1), (1 if pi else 0) - (1 if under else 0))
-        return number * self.unit(rest) if rest else number
+    def meant(self, text: str) -> Unit:
+        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and where its scale begins.
+
+        Raises UnitError.
+        """
+        found = _MEANING.fullmatch(text.replace("[", " ").replace("]", " ").strip())
+        if found is None or Fraction(found[1] or 1) == 0:
+            raise UnitError("write a factor and a unit, and perhaps an offset", 0)
+        factor, pi, name, under, sign, start, begun = found.groups()
+        unit = self.unit(name) if name else Unit()
+        offset = Fraction(start or 0) * (self.unit(begun) if begun else unit).factor
+        scaled = unit * Unit(Fraction(factor or 1), (1 if pi else 0) - (1 if under else 0))
+        return replace(scaled, offset=-offset if sign == "-" else offset)
 
 
-@cache
-def _shipped() -> dict[str, tuple[str, str, bool]]:
-    return dict(_lines(tuple(_FILE.read_text(encoding="utf-8").splitlines())))
-
-
-def _lines(lines: Iterator[str] | tuple[str, ...]) -> Iterator[tuple[str, tuple[str, str, bool]]]:
-    """Name → what it is defined as, where its scale begins, and whether it takes prefixes."""
-    for line in lines:
-        said = line.strip()
-        if not said or said.startswith("#"):
-            continue
-        names, _, meaning = said.partition("=")
-        names, _, offset = names.partition("@")
-        first = names.split(",")[0].strip().removeprefix("~")
-        for name in names.split(","):
-            plain = name.strip().removeprefix("~")
-            known = meaning.strip() if plain == first or meaning.strip() != "base" else first
-            yield plain, (known, offset.strip(), name.strip().startswith("~"))
+def _defined(line: str) -> Iterator[tuple[str, tuple[str, str, bool]]]:
+    names, _, meaning = line.partition("=")
+    first = names.split(",")[0].strip().removeprefix("~")
+    for name in map(str.strip, names.split(",")):
+        yield name.removeprefix("~"), (first, meaning.strip(), name.startswith("~"))
 
 
 def _from_pint(name: str) -> Unit | None:
@@ -170,9 +172,9 @@ def _registry() -> Any:
 
 
 @cache
-def library() -> Library:
-    """The units that every sheet has."""
-    return Library()
+def library(own: tuple[str, ...] = ()) -> Library:
+    """The units of a sheet: those that every sheet has, and its ``own`` definitions."""
+    return Library(own)
 
 
 __all__ = ["Library", "UnitError", "library"]

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.model import Variable
+from rulesheets.nodes import UnitRow
 from rulesheets.source import Span
 from rulesheets.spelling import suggestion
-from rulesheets.units.library import library
+from rulesheets.units.library import MONEY, Library, library
 from rulesheets.units.text import UnitError
 from rulesheets.units.unit import Unit, convert
 
@@ -41,22 +42,47 @@ def converted(
         return list(numbers)
     if not variable.unit:
         raise RuleSheetError(_no_unit(variable, unit, place))
-    source, target = unit_named(unit, place), unit_named(variable.unit, place)
+    source, target = (unit_named(text, place, variable.units) for text in (unit, variable.unit))
     if source.bases != target.bases:
         raise RuleSheetError(_other_kind(variable, unit, source, target, place))
-    return [convert(number, source, target, difference) for number in numbers]
+    return [convert(number, source, target, difference or variable.difference) for number in numbers]
 
 
-def unit_named(text: str, place: Span | None = None) -> Unit:
+def unit_named(text: str, place: Span | None, units: Library) -> Unit:
     """The unit of a text. Raises RuleSheetError (E460) with what may be meant."""
     try:
-        return library().unit(text)
+        return units.unit(text)
     except UnitError as wrong:
-        raise RuleSheetError(_unknown(wrong, text, place)) from None
+        raise RuleSheetError(_unknown(wrong, text, place, units)) from None
 
 
-def _unknown(wrong: UnitError, text: str, place: Span | None) -> Diagnosis:
-    notes = suggestion(wrong.name, library().names()) if wrong.name else ()
+def library_of(rows: tuple[UnitRow, ...]) -> Library:
+    """The units of a sheet with such a section. Raises RuleSheetError (E460, E462)."""
+    units = library(tuple(row.definition for row in rows))
+    complaints: list[Diagnosis] = []
+    first: dict[str, UnitRow] = {}
+    for row in rows:
+        for name in row.names:
+            earlier = first.setdefault(name, row)
+            shipped = library().named(name)
+            if earlier is not row:
+                complaints.append(error("E462", f"the unit {name} is defined twice", *labels((row.span, ""))))
+            elif shipped is not None and shipped.bases == {name: 1} and name not in MONEY:
+                complaints.append(error("E462", f"{name} is a base unit", *labels((row.span, ""))))
+    for row in () if complaints else rows:
+        try:
+            units.meant(row.meaning)
+        except UnitError as wrong:
+            complaints.append(_unknown(wrong, row.meaning, row.span, units))
+    if complaints:
+        raise RuleSheetError(*complaints)
+    return units
+
+
+def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
+    if wrong.name in units.names():
+        return error("E462", f"{wrong.name} is defined by itself", *labels((place, "")))
+    notes = suggestion(wrong.name, units.names()) if wrong.name else ()
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
     return error("E460", message, *labels((place, "")), notes=notes)
 
@@ -100,5 +126,5 @@ def shown(number: float, variable: Variable, difference: bool = False) -> float:
     """A number of a variable in its display unit, where it has one."""
     if not (variable.unit and variable.display_unit):
         return number
-    source, target = library().unit(variable.unit), library().unit(variable.display_unit)
-    return convert(number, source, target, difference)
+    source, target = map(variable.units.unit, (variable.unit, variable.display_unit))
+    return convert(number, source, target, difference or variable.difference)

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
-from rulesheets.units.library import library
-from rulesheets.units.unit import ANGLE
+from rulesheets.units.unit import ANGLE, Unit
 
 _FUNCTIONS = frozenset({"sin", "cos", "tan", "sind", "cosd", "tand"})
 _INVERSES = frozenset({"asin", "acos", "atan", "atan2", "asind", "acosd", "atand", "atan2d"})
@@ -17,7 +16,7 @@ def angles(model: Model) -> frozenset[str]:
     """Variables in degrees or radians, arguments of sines, results of their inverses, and what is
     added to any of these.
     """
-    found = {n for n, variable in model.variables.items() if variable.unit and _is_angular(variable.unit)}
+    found = {n for n, variable in model.variables.items() if _is_angular(variable.measure)}
     sums: list[frozenset[str]] = []
     for equation in model.equations:
         for call in _calls(equation):
@@ -35,8 +34,8 @@ def angles(model: Model) -> frozenset[str]:
     return frozenset(found)
 
 
-def _is_angular(text: str) -> bool:
-    return library().unit(text).bases == {ANGLE: 1}
+def _is_angular(unit: Unit | None) -> bool:
+    return unit is not None and unit.bases == {ANGLE: 1}
 
 
 def _calls(equation: Equation) -> Iterator[Call]:

@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 
 from rulesheets.model import Model, Variable
-from rulesheets.units.library import library
 from solver.ranking.angles import angles
 from solver.ranking.homogeneity import Scalings
 from solver.ranking.sizes import MANY, Suggestions
@@ -67,8 +66,7 @@ class Signs:
 
     def cold(self, name: str) -> float:
         """Absolute zero as a variable reads it; minus infinity where it is no temperature."""
-        text = self.model.variables[name].unit
-        unit = library().unit(text) if text else None
+        unit = self.model.variables[name].measure
         if unit is None or unit.bases != {"K": 1}:
             return -np.inf
         return float(-unit.offset / unit.factor)

@@ -7,7 +7,7 @@ from rulesheets.parse.mistakes.stop import Stop
 from rulesheets.source import Source, Span
 from rulesheets.spelling import closest
 
-SECTIONS = ("variables", "rules", "function", "parameters", "use", "figure")
+SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "figure")
 
 _SHAPES = {
     "use": 'write use "position.tk"',
@@ -48,7 +48,7 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
             "E116",
             f"`{word}` alone is neither a rule nor the head of a section",
             Label(span),
-            notes=(plain, "sections are variables, rules, function and figure"),
+            notes=(plain, "sections are variables, rules, units, function and figure"),
         )
     if near == word.lower():
         return error(

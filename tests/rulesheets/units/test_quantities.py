@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,10 @@ import pytest
 import rulesheets
 import solver
 from rulesheets import RuleSheetError
+from rulesheets.format import format_sheet
 from rulesheets.inputs import parse_input
+from rulesheets.parse import parse
+from rulesheets.source import Source
 from rulesheets.units.check import check_units
 from solver.report.sheet import displayed, sheet_rows
 
@@ -142,7 +146,7 @@ def test_a_number_with_a_unit_does_not_explain_a_factor() -> None:
     [
         ("variables\n x = 2*3[in] [mm]\nrules\n x = y", "E461", 2),
         ("variables\n x = 3[kg] [mm]\nrules\n x = y", "E461", 2),
-        ("variables\n x > 3[in] [mm]\nrules\n x = y", "E121", 2),
+        ("variables\n x > 2*3[in] [mm]\nrules\n x = y", "E121", 2),
         ("x = 3*y\ny = 9.81[smoot]*x", "E460", 2),
         ("x = 3 [mm]", "E101", 1),
     ],
@@ -179,3 +183,53 @@ def test_the_everyday_sheets_have_no_sure_mistakes() -> None:
     found = {sheet.name: check_units(rulesheets.load(sheet), sure=True) for sheet in sheets}
     assert len(found) > 100
     assert {name: list(some) for name, some in found.items() if some} == {}
+
+
+OWN = """units
+  smoot = 1.7018 m       " the length of a bridge is measured in them
+  EUR   = 1.08 USD
+  widget
+  degRe = 1.25 K + 273.15
+
+variables
+  L = 364.4 [smoot -> m]
+  p = 3[EUR/widget] > 0 [USD/widget]
+  n = 20 [widget]
+  c [USD -> EUR]
+  T = 80 [degRe -> degC]
+
+rules
+  c = p*n
+  A = L^2
+"""
+
+
+def test_a_sheet_defines_units_of_its_own() -> None:
+    model = rulesheets.loads(OWN)
+    result = solver.solve(model, {"n": "2 kwidget"})
+    rows = {row.name: row for row in displayed(result, sheet_rows(result))}
+    assert (rows["L"].input, rows["L"].unit) == (pytest.approx(620.13592, rel=1e-15), "m")
+    assert rows["c"].outputs == (pytest.approx(6000.0, rel=1e-15),)
+    assert rows["T"].input == pytest.approx(100.0, rel=1e-15)
+    with pytest.raises(RuleSheetError):
+        rulesheets.loads("variables\n L [smoot]\nrules\n A = L^2")
+
+
+def test_own_units_survive_a_process_and_the_formatter() -> None:
+    model = pickle.loads(pickle.dumps(rulesheets.loads(OWN)))
+    assert model.variables["L"].measure == rulesheets.loads(OWN).variables["L"].measure
+    printed = format_sheet(parse(Source("sheet", OWN)))
+    assert format_sheet(parse(Source("sheet", printed))) == printed
+    assert rulesheets.loads(printed).variables == rulesheets.loads(OWN).variables
+
+
+def test_a_used_file_may_bring_units(tmp_path: Path) -> None:
+    (tmp_path / "money.tk").write_text("units\n  SEK = 0.09 USD\n")
+    (tmp_path / "sheet.tk").write_text('use "money.tk"\nvariables\n p = 100[SEK] [USD]\nrules\n q = 2*p\n')
+    assert solver.solve(rulesheets.load(tmp_path / "sheet.tk"))["q"] == 18.0
+
+
+def test_ends_of_ranges_are_converted() -> None:
+    model = rulesheets.loads("variables\n T > 0[K], < 212[degF] [degC]\n x in [0, 5[in]] [mm]\nrules\n T = x")
+    assert [model.variables[name].low for name in ("T", "x")] == [-273.15, 0.0]
+    assert [model.variables[name].high for name in ("T", "x")] == [pytest.approx(100.0, rel=1e-15), 127.0]

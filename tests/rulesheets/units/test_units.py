@@ -112,8 +112,9 @@ def test_turns_are_exact_but_for_pi() -> None:
 
 
 def test_units_of_a_sheet_s_own() -> None:
-    own = Library(("widget = base", "crate = 12 widget", "quid = 1.25 USD"))
+    own = Library(("widget", "~crate = 12 widget", "quid = 1.25 USD"))
     assert convert(3.0, own.unit("crate"), own.unit("widget")) == 36.0
+    assert own.unit("kcrate") == own.unit("12000 widget")
     assert own.unit("kUSD") == own.unit("1000 USD")
 
 
