@@ -112,7 +112,8 @@ def _solved_on(
     most: int = ITERATIONS,
 ) -> tuple[list[float] | None, bool]:
     """Where Newton's method in many digits ends that begins so far beside the start, and whether it settles:
-    between two roots that all but meet it may stay without an end. None where it leaves the neighbourhood.
+    between two roots that all but meet it may stay without an end. None where it leaves the neighbourhood, or
+    the domain of a rule.
 
     Raises Undefined where a slope has no value at the beginning.
     """
@@ -123,23 +124,27 @@ def _solved_on(
         step = eliminate(rows, residual) if any(residual) else None
         if step is None:
             return [float(v) for v in x], count > 0 and not any(residual)
-        x, residual, rows = _stepped(question, x, step)
-        if not _within(start, x, bars, FAR):
+        ahead = _stepped(question, x, step)
+        if ahead is None or not _within(start, ahead[0], bars, FAR):
             return None, False
+        x, residual, rows = ahead
         if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
             return [float(v) for v in x], True
     return [float(v) for v in x], False
 
 
-def _stepped(question: Question, x: Sequence[Any], step: Sequence[Any]) -> tuple[list[Any], list[Any], Any]:
-    """The end of a step, halved while it leaves the domain of a rule; residual and Jacobian there."""
+def _stepped(
+    question: Question, x: Sequence[Any], step: Sequence[Any]
+) -> tuple[list[Any], list[Any], list[list[Any]]] | None:
+    """The end of a step, halved while it leaves the domain of a rule; residual and Jacobian there. None where
+    it leaves the domain however short it is."""
     for halving in range(HALVINGS):
         ahead = [v - d / 2**halving for v, d in zip(x, step, strict=True)]
         try:
             return ahead, *_linearized(question, ahead)
         except Undefined:
             continue
-    raise Undefined("step", (), question.kernel.forms[0])
+    return None
 
 
 def _linearized(question: Question, x: Sequence[Any]) -> tuple[list[Any], list[list[Any]]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.deadline import expect_time
 from solver.numerics.bracket import MAX, bracketed_root, is_zero_crossing, lowest_point, value_at
-from solver.numerics.interval_function import HORIZON, IntervalFunction, sections
+from solver.numerics.interval_function import HORIZON, IntervalFunction, NoValue, sections
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -135,7 +135,10 @@ def _prove(function: IntervalFunction, cluster: Cluster, found: Found) -> bool:
             return _is_pole(cluster, cut, signs)
         if 0 not in signs:
             if signs[0] != signs[1] and not any(low <= x <= high for x in found.roots):
-                found.roots.append(bracketed_root(function.value, low, high))
+                try:
+                    found.roots.append(bracketed_root(function.signed, low, high))
+                except NoValue:
+                    return False
             return True
         for edge in {low, high} & {function.low, function.high}:
             if value_at(function.value, edge) == 0.0:

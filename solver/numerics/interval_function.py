@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, isfinite, isnan
 from typing import TYPE_CHECKING
 
-from solver.numerics.bracket import split_point
+from solver.numerics.bracket import split_point, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 HORIZON = 1e100
 UNKNOWN = -inf, inf
+
+
+class NoValue(Exception):
+    """A function has no value at a point, not even a sign."""
 
 
 class IntervalFunction:
@@ -60,6 +64,17 @@ class IntervalFunction:
     def at(self, x: float) -> Interval | None:
         """The enclosure of f at one point."""
         return self.ranges([(x, x)])[0]
+
+    def signed(self, x: float) -> float:
+        """f at one point; where floats have no value, as beside ``0*sin(x*x)`` at 1e200, the nearest to 0
+        that its enclosure admits. Raises NoValue where that may be 0."""
+        f = value_at(self.value, x)
+        if not isnan(f):
+            return f
+        below, above = self.at(x) or UNKNOWN
+        if below > 0.0 or above < 0.0:
+            return max(below, min(above, 0.0))
+        raise NoValue
 
     def slopes(self, boxes: Sequence[Interval]) -> list[Interval]:
         """Enclosures of the slope, infinite where unknown."""

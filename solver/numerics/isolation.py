@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from rulesheets.deadline import expect_time
 from solver.numerics.bracket import MAX, bracketed_root, split_point
 from solver.numerics.clusters import resolve_clusters
-from solver.numerics.interval_function import IntervalFunction, sections
+from solver.numerics.interval_function import IntervalFunction, NoValue, sections
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -100,12 +100,12 @@ def isolate_roots(
         remote = []
         levels += more
     remote += [box for box in (*at_rounding, *unsplit) if function.is_remote(*box)]
-    roots = [bracketed_root(value, a, b) for a, b in settled]
+    roots, blank = _roots(function, settled)
     found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
     return RootSearch(
         roots=tuple(sorted(set(found.roots))),
-        complete=not found.unresolved,
-        unresolved=tuple(found.unresolved),
+        complete=not (found.unresolved or blank),
+        unresolved=(*found.unresolved, *blank),
         touching=tuple(found.touching),
         flat=tuple(found.flat),
         evaluations=function.evaluations,
@@ -113,6 +113,18 @@ def isolate_roots(
         remote=tuple(remote),
         crossings=tuple(found.crossings),
     )
+
+
+def _roots(function: IntervalFunction, settled: Intervals) -> tuple[list[float], Intervals]:
+    """The roots in boxes that hold one each, and the boxes in which f has no value on the way to it."""
+    roots: list[float] = []
+    blank: Intervals = []
+    for low, high in settled:
+        try:
+            roots.append(bracketed_root(function.signed, low, high))
+        except NoValue:
+            blank.append((low, high))
+    return roots, blank
 
 
 def _branch_and_prune(

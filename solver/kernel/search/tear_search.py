@@ -79,7 +79,8 @@ class TearSearch:
             self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
             for x in search.crossings:
                 self._candidate(place, x)
-            along = (self._along(place, x) for x in search.roots if x not in search.crossings)
+            along = [self._along(place, x) for x in search.roots if x not in search.crossings]
+            self.doubts = self.doubts or None in along  # floats have no value there
             proven = [root for root in along if root is not None]
             for root in proven:
                 self.candidates.proven(root)

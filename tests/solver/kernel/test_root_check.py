@@ -116,3 +116,20 @@ def test_a_small_true_answer_stands() -> None:
 def test_everyday_sheets_list_no_false_answer_and_refuse_no_true_one(first: int) -> None:
     told = [line for seed in range(first, first + 10) for line in examine(seed)[1]]
     assert [line for line in told if ": missed" not in line] == []
+
+
+CHARGING = "tau = R*C\nV = Vs*(1 - exp(-t/tau))\nI = (Vs - V)/R"
+
+
+@pytest.mark.parametrize(
+    ("given", "unknown"), [({"Vs": 9.0}, "R"), ({"V": -6.489131190095712}, "Vs"), ({"Vs": 230.0}, "R")]
+)
+def test_a_current_is_no_quotient_of_rounding_errors(given: Mapping[str, float], unknown: str) -> None:
+    """Without resistance exp(-t/tau) is 0, and the voltages differ by nothing but rounding: from there
+    Newton's method leaves the domain of the rules."""
+    current = 5.3422740636261445e-05
+    result = solved(CHARGING, {"C": 1e-5, "t": 0.6, "I": current, **given})
+    for answer in result.solutions:
+        drop = mpmath.mpf(answer["Vs"]) * mpmath.exp(-0.6 / (mpmath.mpf(answer["R"]) * 1e-5))
+        assert float(drop / answer["R"]) == pytest.approx(current, rel=1e-9)
+    assert bool(result.solutions) == ("Vs" in given)

@@ -1,0 +1,35 @@
+"""What the search of a range says of roots where floats have no value of a rule."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+import solver
+from solver import Status
+
+
+def nearly_parallel(disguised: str, hidden: str, slope: float, rhs: float = 4.0) -> solver.Result:
+    """Two lines that meet at x = (rhs - 3)/(slope - 1)."""
+    rules = f"{disguised} + y = 3\na*x + y + {hidden} = {rhs}\na = {slope}"
+    return solver.solve(rulesheets.loads(rules))
+
+
+@pytest.mark.parametrize(
+    ("disguised", "hidden"),
+    [("x*exp(0*y)", "0*sin(x*y)"), ("x*(1 + 0*y^2)", "0*cos(x*x)*x"), ("x*cos(0*x*y)", "0*x^3*sin(x*y)")],
+)
+@pytest.mark.parametrize("slope", [1.0000001, 0.99999, 1.001])
+def test_a_term_without_value_far_out_hides_no_root(disguised: str, hidden: str, slope: float) -> None:
+    """The first box of the search that holds the root alone reaches beyond 1e200."""
+    result = nearly_parallel(disguised, hidden, slope)
+    assert result.status is Status.SOLVED
+    assert [s["x"] for s in result.solutions] == pytest.approx([1 / (slope - 1)], rel=1e-8)
+
+
+@pytest.mark.parametrize("hidden", ["0*sinh(x)", "0*exp(-x)*y", "0*sinh(x)*x"])
+@pytest.mark.parametrize("slope", [0.999, 0.9985])
+def test_a_root_at_which_floats_overflow_is_not_denied(hidden: str, slope: float) -> None:
+    result = nearly_parallel("x*exp(0*y)", hidden, slope, rhs=4.5)
+    assert result.status in (Status.SOLVED, Status.FAILED)
+    assert not result.complete or result.solutions
