@@ -14,6 +14,8 @@ RANK = 1e-9
 STEP = 1e-2
 NUDGE = 6e-6
 """Shares of the size of a variable: by which a point is displaced, and by which differences are taken."""
+FAR = 1.7
+"""How far a second point is taken from a first, in sizes of that."""
 
 
 def rank_loss(
@@ -139,7 +141,8 @@ def null_by_rounding(
 
 
 def far_along(point: Mapping[str, float], direction: Mapping[str, float]) -> dict[str, float]:
-    """A second point, as far from the first as that is large."""
+    """A second point, further from the first than that is large: at just its size, unknowns that are each
+    other's negatives would become 0, where nothing of a rule is left to go by."""
     size = max(1.0, *(abs(v) for v in point.values()))
-    reach = size / max(abs(d) for d in direction.values())
+    reach = FAR * size / max(abs(d) for d in direction.values())
     return {n: v + (reach * direction[n] if math.isfinite(reach) else 0.0) for n, v in point.items()}

@@ -34,6 +34,11 @@ REPEATED = {
     "quotient and product": ("x/y = 0.7\n10*x = 7*y", {"x", "y"}),
     "computed coefficients": ("k = 0.1*3\nj = 0.3\nk*x + y = 1\nj*x + y = 1", {"x", "y"}),
     "tuples": ("(x + y, 3*x + 3*y) = (26.1, 78.3)", {"x", "y"}),
+    "work of an Otto cycle, whatever the air enters at": (
+        "r = 8\nb = r^0.4\nt = s*b\n1800 = 0.718*(u - t)\nv = u/b\n"
+        "w = 1800 - 0.718*(v - s)\nw = 1016.5044930334881",
+        {"s", "t", "u", "v"},
+    ),
 }
 
 
