@@ -18,12 +18,7 @@ class Method(Enum):
     SPARSE = "damped Newton with a sparse Jacobian", "sparse Newton"
     STARTS = "damped Newton from the guess and many starts", "damped Newton"
     CURVE = "search for a curve of answers", "curve"
-    FULL = "Newton at full length from the guess", "full Newton"
-    DOGLEG = "trust region from the guess", "trust region"
-    RELEASE = "one unknown fixed, solved, released, from the guess", "fix and release"
-    FULL_STARTS = "Newton at full length from many starts", "full Newton"
-    DOGLEG_STARTS = "trust region from many starts", "trust region"
-    RELEASE_STARTS = "one unknown fixed, solved, released, from many starts", "fix and release"
+    TRUST_REGION = "trust regions from the guess and many starts", "trust region"
     EXTENDED = "refined in extended precision", "extended precision"
 
     def __init__(self, told: str, short: str) -> None:

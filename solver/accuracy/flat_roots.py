@@ -59,7 +59,7 @@ class _Flat:
 
     def _correct(self, there: dict[str, Value]) -> None:
         """One Gauss–Newton step, by no part along the direction."""
-        from solver.numerics.factor import any_rank
+        from solver.numerics.linear_algebra import any_rank
 
         names = list(self.direction)
         sizes = [abs(number) or 1.0 for number in (float(self.values[name]) for name in names)]

@@ -248,7 +248,7 @@ class _Propagation:
             return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
 
     def _free(self, rows: Sequence[_Row | None], unknowns: Sequence[str]) -> None:
-        from solver.numerics.nullspace import null_direction
+        from solver.numerics.linear_algebra import null_direction
 
         matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows if row is not None]
         numbers = [float(self.values[name]) for name in unknowns]
@@ -258,7 +258,7 @@ class _Propagation:
 
     def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
         """The errors of the unknowns for every choice of signs; None where they are not determined."""
-        from solver.numerics.factor import factorise
+        from solver.numerics.linear_algebra import factorise
 
         if not all(math.isfinite(row.slopes.get(name, 0.0)) for row in rows for name in row.slopes):
             return None
@@ -285,7 +285,7 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
 
 def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
     """Rows for a small block, an array for a larger one, a sparse matrix for a large one."""
-    from solver.numerics.factor import as_matrix, sparse_matrix
+    from solver.numerics.linear_algebra import as_matrix, sparse_matrix
 
     if len(unknowns) <= DENSE:
         matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]

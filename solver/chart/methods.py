@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rulesheets.model import Model, Value
+from solver.chart.plain_newton import plain_newton
 from solver.chart.reference import ActiveRules, State, solve_extended
 from solver.kernel.code.block import BlockKernel
-from solver.numerics.plain_newton import PlainEnd, plain_newton
-from solver.numerics.scipy_roots import METHODS, scipy_root
+from solver.numerics.scipy_roots import METHODS, ScipyRoot, scipy_root
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.proof import can_prove
@@ -87,9 +87,9 @@ def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[f
     residual, jacobian = kernel.residual(known), kernel.jacobian(known)
     start = [case.start[name] for name in block.unknowns]
 
-    def named(end: PlainEnd) -> End:
+    def named(end: ScipyRoot) -> End:
         answers = (dict(zip(block.unknowns, end.x, strict=True)),) if end.success else ()
-        return End(answers, end.iterations, "" if end.success else "no convergence")
+        return End(answers, end.evaluations, "" if end.success else "no convergence")
 
     def newton_to(tolerance: float) -> Run:
         return lambda: named(plain_newton(residual, jacobian, start, start, tolerance))

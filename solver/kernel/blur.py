@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.accuracy.witness import BACKWARD, gross, size
 from solver.kernel.question import Question, Sparse
-from solver.numerics.small_inverse import LARGEST, inverse
+from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
 
 EPSILON = 2.0**-52
@@ -123,16 +123,9 @@ def _tolerances(sizes: Sequence[tuple[float, float]]) -> list[float]:
 
 def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
     """|J⁻¹|·t (n,) for a Jacobian (n, n); infinite where it is singular."""
-    n = len(tolerance)
-    if n <= LARGEST:
-        rows = inverse(jacobian)
-        if rows is None:
-            return [math.inf] * n
-        return [sum(abs(entry) * t for entry, t in zip(row, tolerance, strict=True)) for row in rows]
-    try:
-        inverted = np.linalg.inv(np.asarray(jacobian, dtype=float))
-    except np.linalg.LinAlgError:
-        return [math.inf] * n
+    inverted = inverse(jacobian)
+    if inverted is None:
+        return [math.inf] * len(tolerance)
     with np.errstate(all="ignore"):
         errors: list[float] = (np.abs(inverted) @ np.array(tolerance)).tolist()
     return errors

@@ -274,7 +274,7 @@ class Candidates:
         return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
-        from solver.numerics.nullspace import null_direction
+        from solver.numerics.linear_algebra import null_direction
 
         numbers = list(point.values())
         try:

@@ -8,7 +8,7 @@ from itertools import chain
 
 from solver.facts import RankLoss
 from solver.kernel.question import Question
-from solver.numerics.nullspace import decompose
+from solver.numerics.linear_algebra import decompose
 
 RANK = 1e-9
 STEP = 1e-2
@@ -90,7 +90,8 @@ class _Whole:
 
     def null_space(self, z: Sequence[float]) -> list[list[float]]:
         found = decompose(self.jacobian(z))
-        return found.right[found.rank(1e-6) :]
+        vectors: list[list[float]] = found.right[found.rank(1e-6) :].tolist()
+        return vectors
 
     def returned(self, z: Sequence[float]) -> Sequence[float] | None:
         """The nearest point of the solution set, by Gauss–Newton; None where it is not reached."""

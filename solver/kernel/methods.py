@@ -1,7 +1,7 @@
 """The methods of a block: those that its structure admits, in the order in which they are tried.
 
-Each is tried where those before it have left answers open; the last ones, which can go where damped Newton
-can't, only where nothing was found at all.
+Each is tried where those before it have left answers open; where nothing was found at all, trust regions
+follow (``search/fallback.py``).
 """
 
 from __future__ import annotations
@@ -21,19 +21,12 @@ MAX_SEARCHED = 30
 """Unknowns of a block up to which all answers are searched for."""
 MAX_TORN = 100
 """The same where it has no more than two tears, which carry a search of their whole ranges."""
-MAX_CURVED = 40
-"""Unknowns of a block up to which curves are followed: a step costs a decomposition of the Jacobian."""
 
 _CIRCULAR = frozenset({"sind", "cosd", "sin", "cos"})
-_FROM_STARTS = {
-    Method.FULL: Method.FULL_STARTS,
-    Method.DOGLEG: Method.DOGLEG_STARTS,
-    Method.RELEASE: Method.RELEASE_STARTS,
-}
 
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
-    """The methods in order, up to those of :func:`last_resorts`; ``thorough`` where a proof is asked for.
+    """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
 
     What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.
     """
@@ -74,15 +67,6 @@ def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
     if (thorough or not torn_once) and len(kernel.unknowns) <= most and kernel.finite:
         yield Method.BOXES
     yield Method.STARTS
-
-
-def last_resorts(kernel: BlockKernel) -> tuple[Method, ...]:
-    """From the guess, the cheaper first; then the same from many starts."""
-    size = len(kernel.unknowns)
-    near = [Method.FULL, Method.DOGLEG]
-    if 1 < size <= MAX_CURVED:
-        near.append(Method.RELEASE)
-    return (*near, *(_FROM_STARTS[method] for method in near))
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:

@@ -16,7 +16,7 @@ from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
-from solver.numerics.factor import as_matrix, factorise
+from solver.numerics.linear_algebra import as_matrix, factorise
 
 DIGITS = 60
 ROUNDS = 8

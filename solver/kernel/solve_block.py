@@ -23,7 +23,7 @@ from solver.kernel.elimination.linear_block import solve_linear_block
 from solver.kernel.elimination.near_rank import Blur
 from solver.kernel.elimination.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.elimination.resultant_block import solve_by_resultant
-from solver.kernel.methods import first_methods, last_resorts
+from solver.kernel.methods import first_methods
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.question import Question
 from solver.kernel.search.curve_points import without_curves
@@ -90,7 +90,7 @@ def _searched(
     if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
         from solver.kernel.search.fallback import fall_back
 
-        fall_back(question, search.candidates, last_resorts(kernel))
+        fall_back(question, search.candidates)
     return search.outcome() if assumed else search.isolated(search.outcome())
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from solver.numerics.factor import factorise
+from solver.numerics.linear_algebra import factorise
 from solver.numerics.linear_outcome import LinearOutcome
 from solver.numerics.outcome import Outcome
 

@@ -4,10 +4,8 @@ The damping is the error-oriented one of P. Deuflhard, *Newton Methods for Nonli
 section 3.3.3 (NLEQ-ERR): a step is accepted by the natural monotonicity test, which looks at corrections
 and not at residuals, so that neither the units of the rules nor a linear mix of them changes the
 iterates. Where the test fails at every length, or the Jacobian loses rank, Levenberg–Marquardt steps
-(``levenberg.py``) lead away. Inside the region of fast contraction full steps are taken until rounding
+(MINPACK's) lead away. Inside the region of fast contraction full steps are taken until rounding
 ends the contraction, so that the last digits are right.
-
-Small systems (n ≤ 6) run on Python floats alone.
 """
 
 from __future__ import annotations
@@ -17,14 +15,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rulesheets.deadline import expect_time
-from solver.numerics.factor import row_products, row_sizes
-from solver.numerics.levenberg import descend
+from solver.numerics.linear_algebra import row_products, row_sizes
 from solver.numerics.outcome import Outcome
+from solver.numerics.scipy_roots import scipy_root
 from solver.numerics.system import Jacobian, Point, Residual, System
 from solver.numerics.termination import Termination, scaled_norm
 
 FAST = 0.1
 """Contraction factor below which full Newton steps are trusted. (A double root has 1/4 exactly.)"""
+
+ESCAPED = 1e-3
+"""Relative tolerance of the descent that leads away from where Newton's direction is of no use."""
 
 SLOW = 6
 """So many full steps without fast contraction tell a multiple root from a simple one."""
@@ -253,11 +254,14 @@ class _Search:
         if self.escapes >= self.limits.escapes:
             return False
         self.escapes += 1
-        lower, used = descend(self.system, self.point, self.limits.iterations - self.iterations)
-        self.iterations += used
-        moved = lower is not self.point
+        p = self.point
+        end = scipy_root(*self.system.functions, p.x, "lm", p.weight, ESCAPED)
+        self.iterations += 1
+        lower = self.system.point(list(end.x)) if end.x != tuple(p.x) else None
+        if lower is None:
+            return False
         self.point, self.last, self.damping = lower, None, 1.0
-        return moved
+        return True
 
     def _stuck(self, otherwise: Outcome = Outcome.STALLED) -> NewtonResult:
         if self._vanishes():

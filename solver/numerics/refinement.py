@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from solver.numerics.elimination import Number, Row, Singular, eliminate_rows
-from solver.numerics.factor import Factor, factorise
+from solver.numerics.linear_algebra import Factor, factorise
 
 ELIMINATED = 40
 """Unknowns up to which elimination takes less time than refinement."""

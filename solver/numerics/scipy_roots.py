@@ -1,37 +1,64 @@
-"""scipy's solvers for systems of equations, to be measured beside ours."""
+"""scipy's methods for systems of equations: a last resort, and what a chart measures beside ours."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from solver.numerics.plain_newton import PlainEnd
+import numpy as np
+from scipy.optimize import least_squares, root
+
+from rulesheets.deadline import expect_time
 from solver.numerics.system import Jacobian, Residual
 
+TRUST_REGIONS = ("lm", "hybr")
 METHODS = ("hybr", "lm", "least_squares")
+TIGHT = 1e-14
+"""The relative tolerance asked for: some tens of ε, which is the least that they accept."""
 
 
-def scipy_root(residual: Residual, jacobian: Jacobian, start: Sequence[float], method: str) -> PlainEnd:
-    """``scipy.optimize.root`` (hybr, lm) or ``least_squares``, with the exact Jacobian and tight tolerances.
+@dataclass(frozen=True, slots=True)
+class ScipyRoot:
+    """``success`` is what scipy says of itself; ``evaluations`` are those of the residual."""
 
-    Success is what scipy says of itself. Evaluations of the residual count as iterations.
+    x: tuple[float, ...]
+    success: bool
+    evaluations: int
+
+
+def scipy_root(
+    residual: Residual,
+    jacobian: Jacobian,
+    start: Sequence[float],
+    method: str,
+    scale: Sequence[float] | None = None,
+    tolerance: float = TIGHT,
+) -> ScipyRoot:
+    """``scipy.optimize.root`` (hybr, lm) or ``least_squares`` from ``start`` (n,), with the exact Jacobian.
+
+    ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian. Where the
+    residual is undefined it is taken as nan, at which the methods give up. ``tolerance`` is relative.
     """
-    import numpy as np
-    from scipy.optimize import least_squares, root
 
     def values(x: Any) -> Any:
-        return np.array(residual(x.tolist()))
+        expect_time()
+        try:
+            return np.array(residual(x.tolist()), dtype=float)
+        except (ArithmeticError, ValueError):
+            return np.full(len(start), np.nan)
 
     def slopes(x: Any) -> Any:
-        return np.array(jacobian(x.tolist()))
+        return np.array(jacobian(x.tolist()), dtype=float)
 
     try:
         with np.errstate(all="ignore"):
             if method == "least_squares":
-                found = least_squares(values, start, jac=slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+                found = least_squares(values, start, slopes, xtol=tolerance, ftol=tolerance, gtol=tolerance)
             else:
-                found = root(values, start, jac=slopes, method=method, tol=1e-14)
+                diagonal = {} if scale is None else {"diag": [1.0 / abs(s) if s else 1.0 for s in scale]}
+                found = root(values, start, jac=slopes, method=method, tol=tolerance, options=diagonal)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return PlainEnd(False, tuple(start), 0)
+        return ScipyRoot(tuple(start), False, 0)
     x = tuple(float(v) for v in found.x)
-    return PlainEnd(bool(found.success) and all(map(np.isfinite, x)), x, int(found.nfev))
+    return ScipyRoot(x, bool(found.success) and bool(np.isfinite(found.x).all()), int(found.nfev))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from solver.numerics.factor import Factor, as_matrix, factorise, row_sizes
+from solver.numerics.linear_algebra import Factor, as_matrix, factorise, row_sizes
 from solver.numerics.termination import weights
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
@@ -34,6 +34,7 @@ class System:
 
     def __init__(self, residual: Residual, jacobian: Jacobian, scale: Sequence[float]) -> None:
         self._residual, self._jacobian, self.scale = residual, jacobian, scale
+        self.functions = residual, jacobian
 
     def residual_at(self, x: list[float]) -> list[float] | None:
         try:

@@ -7,11 +7,10 @@ Two scale-free measures are used. The *backward error* of equation i at x is
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-EPS = sys.float_info.epsilon
+from solver.numerics.tolerances import EPS
 
 
 @dataclass(frozen=True, slots=True)

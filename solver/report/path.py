@@ -8,7 +8,7 @@ from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model
 from solver.attempts import Method
 from solver.kernel.code.block import BlockKernel
-from solver.kernel.methods import first_methods, last_resorts
+from solver.kernel.methods import first_methods
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
 from solver.report.places import Places
@@ -100,7 +100,7 @@ def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) ->
 def _methods(model: Model, block: SolveBlock) -> str:
     """The methods that the structure of a block admits, in the order in which they are tried."""
     kernel = BlockKernel(planner(model).graph, block)
-    methods = [Method.LINEAR] if kernel.linear else [*first_methods(kernel), *last_resorts(kernel)]
+    methods = [Method.LINEAR] if kernel.linear else [*first_methods(kernel), Method.TRUST_REGION]
     names = dict.fromkeys(method.short.format(tear=", ".join(block.tears)) for method in methods)
     return ", ".join(names)
 

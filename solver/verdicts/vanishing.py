@@ -103,7 +103,7 @@ def _stands(model: Model, leaf: Leaf) -> bool:
 
 def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
     """A rule of a block that follows from its others, to first order: the one that has most part in it."""
-    from solver.numerics.nullspace import null_direction
+    from solver.numerics.linear_algebra import null_direction
 
     equations = [model.equations[index] for index in fact.equations]
     unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]

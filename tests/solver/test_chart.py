@@ -13,10 +13,10 @@ import pytest
 import rulesheets
 import solver
 from solver.chart.measure import Mark, measure, measure_along
+from solver.chart.plain_newton import plain_newton
 from solver.chart.reference import active_rules, exact_state
 from solver.cli import main
 from solver.numerics.elimination import eliminate
-from solver.numerics.plain_newton import plain_newton
 from solver.numerics.scipy_roots import METHODS, scipy_root
 from solver.report.chart.picture import speed_picture, stability_picture
 from solver.report.chart.text import COLUMNS, chart_csv, stability_table

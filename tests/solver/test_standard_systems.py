@@ -16,7 +16,6 @@ from solver import Result, Status
 from solver.attempts import Method
 from solver.kernel.candidates import Candidates
 from solver.kernel.code.block import BlockKernel
-from solver.kernel.methods import last_resorts
 from solver.kernel.question import Question
 from solver.kernel.search.fallback import fall_back
 from solver.path.planner import planner
@@ -107,15 +106,15 @@ def test_the_methods_tried_are_told() -> None:
     assert sum(attempt.found for attempt in attempts) == len(result.solutions)
 
 
-def test_what_descent_does_not_find_full_steps_do() -> None:
+def test_what_descent_does_not_find_trust_regions_do() -> None:
     """Descent from the standard start of the trigonometric function ends in a minimum that is no root."""
     problem = PROBLEMS[10]
     (block,) = solved(problem, 1.0).attempts
     kernel = BlockKernel(planner(model(problem.number)).graph, block)
     candidates = Candidates(Question(kernel, {}, problem.guesses()))
-    fall_back(candidates.question, candidates, last_resorts(kernel))
+    fall_back(candidates.question, candidates)
     (attempt,) = candidates.attempts
-    assert (attempt.method, attempt.found) == (Method.FULL, 1)
+    assert (attempt.method, attempt.found) == (Method.TRUST_REGION, 1)
     (answer,) = candidates.answers
     values = list(answer.values.values())
     assert values == pytest.approx(refined(problem, values), rel=1e-12)

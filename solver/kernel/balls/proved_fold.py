@@ -182,7 +182,7 @@ class _Curve:
 
     def _null_vectors(self) -> tuple[list[float], list[float]]:
         """u and v, the latter with t in units of the largest unknown's size."""
-        from solver.numerics.nullspace import null_direction
+        from solver.numerics.linear_algebra import null_direction
 
         at = {**self.known, **dict(zip(self.square.unknowns, self.middle, strict=True))}
         flat = [float(enclosing_ball(partial, at, derivative=True).mid()) for partial in self.square.partials]

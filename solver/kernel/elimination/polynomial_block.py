@@ -21,7 +21,7 @@ from solver.kernel.blur import astray, uncertainty
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.elimination.exact import NotPolynomial, Polynomial, Quarters, closing
 from solver.kernel.question import Question
-from solver.numerics.nullspace import last_singular
+from solver.numerics.linear_algebra import last_singular
 from solver.numerics.sturm import real_roots, simple_part
 
 TOUCHING = Fraction(1, 10**9)

@@ -13,13 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from rulesheets.evaluate import Undefined, derivatives
 from solver.accuracy.last_places import half_unit
 from solver.accuracy.witness import gross
 from solver.kernel.precise.extended_system import ExtendedSystem
 from solver.numerics.elimination import eliminate
-from solver.numerics.nullspace import last_singular
-from solver.numerics.small_inverse import LARGEST, inverse
+from solver.numerics.linear_algebra import inverse, last_singular
 
 MAX_ITERATIONS = 60
 NEAR = 1e-2
@@ -95,10 +96,8 @@ def null_vectors(
 def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
     """False where the least singular value is seen to be above ``SUSPECT``: it is no less than one over the
     Frobenius norm of the inverse."""
-    if len(matrix) > LARGEST:
-        return True
-    rows = inverse(matrix)
-    return rows is None or math.hypot(*(a for row in rows for a in row)) * SUSPECT >= 1.0
+    inverted = inverse(matrix)
+    return inverted is None or not np.linalg.norm(inverted) * SUSPECT < 1.0
 
 
 class _Reduction:

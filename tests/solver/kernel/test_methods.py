@@ -10,12 +10,9 @@ from benchmarks.hard_blocks import hard_block
 from rulesheets.evaluate import extended
 from solver.attempts import Method
 from solver.kernel.code.block import BlockKernel
-from solver.kernel.methods import first_methods, last_resorts
+from solver.kernel.methods import first_methods
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
-
-NEAR = [Method.FULL, Method.DOGLEG, Method.RELEASE]
-FAR = [Method.FULL_STARTS, Method.DOGLEG_STARTS, Method.RELEASE_STARTS]
 
 
 def kernel(text: str) -> BlockKernel:
@@ -47,15 +44,6 @@ def kernel(text: str) -> BlockKernel:
 )
 def test_the_structure_of_a_block_tells_its_chain(text: str, methods: list[Method]) -> None:
     assert list(first_methods(kernel(text))) == methods
-
-
-def test_the_last_resorts_fit_the_size_of_the_block() -> None:
-    pair = kernel("y = exp(x)\nx*y = 2")
-    assert list(last_resorts(pair)) == NEAR + FAR
-    one = kernel("x + exp(x) = 3*x^2")
-    assert Method.RELEASE not in last_resorts(one)
-    large = kernel(hard_block(44, 1).sheet)
-    assert list(last_resorts(large)) == [Method.FULL, Method.DOGLEG, Method.FULL_STARTS, Method.DOGLEG_STARTS]
 
 
 @pytest.mark.parametrize("seed", [122, 119])

@@ -6,23 +6,14 @@ Nothing that is presented as an answer comes from here; it is measured beside wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from rulesheets.deadline import expect_time
+from solver.numerics.scipy_roots import ScipyRoot
 from solver.numerics.system import Jacobian, Residual, System
 from solver.numerics.termination import scaled_norm
 
 MOST = 60
 CUTS = 12
-
-
-@dataclass(frozen=True, slots=True)
-class PlainEnd:
-    """``success`` where the last step was within the tolerance, relative to the unknowns."""
-
-    success: bool
-    x: tuple[float, ...]
-    iterations: int
 
 
 def plain_newton(
@@ -31,14 +22,14 @@ def plain_newton(
     start: Sequence[float],
     scale: Sequence[float],
     tolerance: float,
-) -> PlainEnd:
-    """Full steps from ``start`` (n,), halved only to stay in the domain, until a step is short."""
+) -> ScipyRoot:
+    """Full steps from ``start`` (n,), halved only to stay in the domain, until one is short."""
     system = System(residual, jacobian, [abs(s) or 1.0 for s in scale])
     point = system.point([float(v) for v in start])
     for used in range(1, MOST + 1):
         expect_time()
         if point is None:
-            return PlainEnd(False, tuple(start), used)
+            return ScipyRoot(tuple(start), False, used)
         step = point.correction(point.residual)
         norm, share = scaled_norm(step, point.weight), 1.0
         following = None
@@ -48,8 +39,8 @@ def plain_newton(
                 break
             share /= 2
         if following is not None and norm <= tolerance and share == 1.0:
-            return PlainEnd(True, tuple(following.x), used)
+            return ScipyRoot(tuple(following.x), True, used)
         if following is None:
-            return PlainEnd(False, tuple(point.x), used)
+            return ScipyRoot(tuple(point.x), False, used)
         point = following
-    return PlainEnd(False, tuple(point.x) if point else tuple(start), MOST)
+    return ScipyRoot(tuple(point.x) if point else tuple(start), False, MOST)

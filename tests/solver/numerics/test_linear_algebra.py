@@ -7,11 +7,19 @@ import math
 import numpy
 import pytest
 import scipy.sparse
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.factor import DenseFactor, any_rank, factorise, row_products, row_sizes
-from solver.numerics.tiny_factor import TINY, TinyFactor
+from solver.numerics.linear_algebra import (
+    any_rank,
+    decompose,
+    factorise,
+    inverse,
+    last_singular,
+    null_direction,
+    row_products,
+    row_sizes,
+)
 
 ENTRIES = st.integers(-9, 9).map(float)
 SQUARE = st.integers(1, 8).flatmap(
@@ -29,21 +37,6 @@ def test_small_and_large_paths_agree_with_numpy(rows: list[list[float]]) -> None
     if rank == n:
         rhs = [float(i + 1) for i in range(n)]
         assert factor.solve(rhs) == pytest.approx(numpy.linalg.solve(rows, rhs).tolist(), rel=1e-7, abs=1e-9)
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.integers(1, TINY), st.integers(1, TINY), st.integers(1, TINY), st.integers(0, 2**32 - 1))
-def test_tiny_matrices_of_any_rank_agree_with_numpy(m: int, n: int, rank: int, seed: int) -> None:
-    random = numpy.random.default_rng(seed)
-    rows = random.integers(-9, 10, size=(m, rank)) @ random.integers(-9, 10, size=(rank, n))
-    weights, rhs = random.uniform(0.5, 2.0, size=n).tolist(), random.normal(size=m).tolist()
-    tiny, dense = any_rank(rows.astype(float).tolist(), weights), DenseFactor(rows, weights)
-    singular = numpy.linalg.svd(rows * numpy.array(weights), compute_uv=False)
-    assume(0.0 < singular[0] < 1e4 * singular[tiny.rank - 1])
-    assert isinstance(tiny, TinyFactor)
-    assert (tiny.rank, tiny.columns) == (dense.rank, dense.columns)
-    assert tiny.condition() == pytest.approx(dense.condition(), rel=1e-9)
-    assert tiny.solve(rhs) == pytest.approx(dense.solve(rhs), rel=1e-7, abs=1e-9)
 
 
 def test_a_tiny_matrix_that_overflows_moves_nothing() -> None:
@@ -86,3 +79,45 @@ def test_a_singular_sparse_matrix_tells_its_rank() -> None:
 def test_a_solution_that_overflows_is_not_finite_and_no_warning() -> None:
     factor = factorise(numpy.diag([1e-200] * 12), [1.0] * 12)
     assert not any(map(math.isfinite, factor.solve([1e200] * 12)))
+
+
+@pytest.mark.parametrize("n", [2, 5, 15])
+def test_the_last_vector_is_the_one_that_hardly_moves(n: int) -> None:
+    random = numpy.random.default_rng(n)
+    left, _ = numpy.linalg.qr(random.normal(size=(n, n)))
+    right, _ = numpy.linalg.qr(random.normal(size=(n, n)))
+    values = numpy.append(numpy.linspace(2.0, 1.0, n - 1), 1e-9)
+    found, vector = last_singular((left @ numpy.diag(values) @ right).tolist())
+    assert found == pytest.approx(values.tolist(), rel=1e-6)
+    assert abs(right[-1] @ vector) == pytest.approx(1.0, rel=1e-14)
+
+
+def test_a_direction_is_scaled_like_the_point() -> None:
+    moving = null_direction([[1.0, -2.0], [2.0, -4.0]], [4.0, 2.0])
+    assert [abs(part) for part in moving] == pytest.approx([1.0, 0.5])
+    assert null_direction([[1.0, float("inf")], [0.0, 1.0]], [1.0, 1.0]) == (1.0, 1.0)
+
+
+@settings(max_examples=40)
+@given(st.integers(1, 15), st.integers(1, 15), st.integers(0, 2**32 - 1))
+def test_least_squares_of_least_norm(m: int, n: int, seed: int) -> None:
+    random = numpy.random.default_rng(seed)
+    rank = int(random.integers(1, min(m, n) + 1))
+    matrix = random.normal(size=(m, rank)) @ random.normal(size=(rank, n))
+    rhs = random.normal(size=m)
+    found = decompose(matrix.tolist())
+    assert found.rank(1e-10) == rank
+    expected = numpy.linalg.pinv(matrix, rcond=1e-10) @ rhs
+    close = 1e-14 * (found.values[0] / found.values[rank - 1]) ** 2 * numpy.abs(expected).max()
+    assert numpy.allclose(found.least(rhs.tolist(), rank), expected, rtol=0.0, atol=close)
+    assert numpy.allclose(matrix @ found.right[rank:].T, 0.0, rtol=0.0, atol=1e-12 * found.values[0])
+
+
+def test_nothing_is_all_null() -> None:
+    found = decompose([[0.0, 0.0], [0.0, 0.0]])
+    assert (found.rank(1e-6), found.least([1.0, 2.0], 0)) == (0, [0.0, 0.0])
+
+
+def test_a_singular_matrix_has_no_inverse() -> None:
+    assert inverse([[1.0, 2.0], [2.0, 4.0]]) is None
+    assert inverse([[0.0, 2.0], [4.0, 0.0]]).tolist() == [[0.0, 0.25], [0.5, 0.0]]

@@ -1,0 +1,196 @@
+"""Matrices of floats by LAPACK and SuperLU: one factorisation to solve with several times, singular vectors.
+
+A factor holds the matrix with its columns in units of the unknowns and its rows of unit size, so that neither
+the units of a sheet nor the size of a rule changes its rank. What overflows is seen by its result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import splu
+
+from solver.numerics.tolerances import EPS
+
+Rows: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
+
+
+class Factor:
+    """``rank`` < ``columns`` tells that the matrix does not determine its unknowns.
+
+    ``solved`` takes a right-hand side (m,) in units of the rows to unknowns (n,) in units of the weights.
+    """
+
+    def __init__(
+        self,
+        solved: Callable[[Any], Any],
+        condition: Callable[[], float],
+        rank: int,
+        row_sizes: Any,
+        weights: Any,
+    ) -> None:
+        self._solved, self.condition = solved, condition
+        self.rank, self.columns = rank, len(weights)
+        self._row_sizes, self._weights = row_sizes, weights
+
+    def solve(self, rhs: Sequence[float]) -> list[float]:
+        """The solution; of least squares and least scaled norm where there is none or many."""
+        with np.errstate(all="ignore"):
+            solution: list[float] = (self._weights * self._solved(np.asarray(rhs) / self._row_sizes)).tolist()
+        return solution
+
+
+def sparse_matrix(entries: Iterable[tuple[int, int, float]], rows: int, columns: int) -> Any:
+    """The sparse matrix of (row, column, number) entries."""
+    i, j, numbers = zip(*entries, strict=True)
+    return csr_array((numbers, (i, j)), shape=(rows, columns))
+
+
+def as_matrix(matrix: Any, columns: int) -> Any:
+    """Rows as an array; a scipy sparse matrix as it is."""
+    return matrix if hasattr(matrix, "dtype") else np.array(matrix, dtype=float).reshape(-1, columns)
+
+
+def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
+    """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights (n,).
+
+    By LU where it is square and regular, else by singular values; 0 where some number is not finite.
+    """
+    weights = np.asarray(column_weights, dtype=float)
+    with np.errstate(all="ignore"):
+        if hasattr(matrix, "tocsc"):
+            return _sparse(matrix, weights) or any_rank(matrix.toarray(), weights)
+        scaled = as_matrix(matrix, len(weights)) * weights
+        sizes = np.abs(scaled).sum(axis=1)
+        if len(sizes) == len(weights) > 0 and sizes.min() > 0.0 and sizes.max() < np.inf:
+            lu, pivots, _ = dgetrf(scaled / sizes[:, None])
+            if _is_regular(lu.diagonal()):
+                return Factor(
+                    lambda b: dgetrs(lu, pivots, b)[0],
+                    lambda: 1.0 / float(dgecon(lu, 1.0, norm="I")[0]),
+                    len(weights),
+                    sizes,
+                    weights,
+                )
+    return any_rank(matrix, weights)
+
+
+def _is_regular(pivots: Any) -> bool:
+    """Rows being of unit size, pivots come of more than rounding."""
+    return bool(np.abs(pivots).min() > 2 * len(pivots) * EPS)
+
+
+def _sparse(matrix: Any, weights: Any) -> Factor | None:
+    sizes = np.asarray(row_sizes(matrix, weights))
+    if not sizes.all() or matrix.shape[0] != matrix.shape[1]:
+        return None
+    try:
+        lu = splu((diags_array(1 / sizes) @ matrix @ diags_array(weights)).tocsc())
+    except RuntimeError:  # "Factor is exactly singular"
+        return None
+    if not _is_regular(lu.U.diagonal()):
+        return None
+    alternating = np.where(np.arange(len(weights)) % 2, -1.0, 1.0)
+
+    def condition() -> float:
+        """A lower bound from two solves: |A⁻¹ b| in the infinity norm, A having rows of unit 1-norm."""
+        return max(float(np.abs(lu.solve(b)).max()) for b in (np.ones(len(weights)), alternating))
+
+    return Factor(lu.solve, condition, len(weights), sizes, weights)
+
+
+def any_rank(matrix: Any, column_weights: Any) -> Factor:
+    """Factor an m × n matrix, given as rows or as an array, by its singular values."""
+    weights = np.asarray(column_weights, dtype=float)
+    with np.errstate(all="ignore"):
+        scaled = as_matrix(matrix, len(weights)) * weights
+        sizes = np.abs(scaled).sum(axis=1)
+        if not np.isfinite(sizes).all():
+            scaled, sizes = np.zeros_like(scaled), np.zeros_like(sizes)
+        sizes = np.where(sizes > 0, sizes, 1.0)
+    u, singular, vt = np.linalg.svd(scaled / sizes[:, None], full_matrices=False)
+    rank = int((singular > 2 * max(scaled.shape) * EPS * singular[:1]).sum())
+    deficient = rank < len(weights)
+    return Factor(
+        lambda b: vt[:rank].T @ (u[:, :rank].T @ b / singular[:rank]),
+        lambda: float("inf") if deficient else float(singular[0] / singular[-1]),
+        rank,
+        sizes,
+        weights,
+    )
+
+
+def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
+    """Σ_j |A_ij| w_j for every row i; w may hold signed values, of which the absolute ones count."""
+    with np.errstate(all="ignore"):  # an infinite size tells of what overflows
+        sizes: list[float] = (abs(as_matrix(matrix, len(column_weights))) @ np.abs(column_weights)).tolist()
+    return sizes
+
+
+def row_products(matrix: Any, vector: Sequence[float]) -> list[float]:
+    """A v, for rows, array, or scipy sparse matrix."""
+    products: list[float] = (as_matrix(matrix, len(vector)) @ np.asarray(vector)).tolist()
+    return products
+
+
+def inverse(matrix: Rows) -> Any:
+    """The inverse (n, n) of a square matrix; None where LAPACK finds it singular."""
+    try:
+        with np.errstate(all="ignore"):
+            return np.linalg.inv(np.asarray(matrix, dtype=float))
+    except np.linalg.LinAlgError:
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Decomposition:
+    """``values`` (n,), descending; ``right``: as many orthonormal vectors (n,), ``left`` (m, min(m, n))."""
+
+    values: Any
+    right: Any
+    left: Any
+
+    def rank(self, share: float) -> int:
+        """How many values are larger than a share of the largest."""
+        return int((self.values > share * self.values[0]).sum())
+
+    def least(self, rhs: Sequence[float], rank: int) -> list[float]:
+        """x (n,) of least norm with |A x - rhs| least, along the first ``rank`` of the right vectors."""
+        parts = self.left.T[:rank] @ np.asarray(rhs) / self.values[:rank]
+        solution: list[float] = (parts @ self.right[:rank]).tolist()
+        return solution
+
+
+def decompose(matrix: Rows) -> Decomposition:
+    """Of finite numbers (m, n): where m < n, the last n - m of the n values are 0."""
+    left, values, right = np.linalg.svd(np.asarray(matrix, dtype=float))
+    return Decomposition(np.append(values, np.zeros(len(right) - len(values))), right, left)
+
+
+def last_singular(matrix: Rows) -> tuple[list[float], list[float]]:
+    """The singular values (n,) of a matrix (n, n) of finite numbers, descending, and the right singular
+    vector (n,) of the last one."""
+    _, values, right = np.linalg.svd(np.asarray(matrix, dtype=float))
+    return values.tolist(), right[-1].tolist()
+
+
+def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
+    """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by |x|.
+
+    The right singular vector of the smallest singular value of A with rows equilibrated and
+    columns scaled by |x|, 1 where that is 0 (Golub & Van Loan, *Matrix Computations*, section 2.4).
+    """
+    scale = np.array([abs(v) or 1.0 for v in x])
+    with np.errstate(all="ignore"):
+        scaled = as_matrix(matrix, len(x)) * scale
+        sizes = np.abs(scaled).max(axis=1)
+    if not np.isfinite(sizes).all():  # what overflows is refused
+        return (1.0,) * len(scale)
+    direction = np.linalg.svd(scaled / np.where(sizes > 0.0, sizes, 1.0)[:, None])[2][-1] * scale
+    return tuple((direction / np.abs(direction).max()).tolist())
