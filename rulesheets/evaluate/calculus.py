@@ -68,7 +68,7 @@ def _call(expression: Call, name: str) -> Expression:
     inner = [differentiate(argument, name) for argument in expression.arguments]
     if all(is_number(slope, 0.0) for slope in inner):
         return ZERO
-    outer = TABLE[expression.function].derivatives(expression.arguments)
+    outer = TABLE[expression.function].partials(expression.arguments)
     terms: list[Expression] = []
     for slope, by_argument in zip(inner, outer, strict=True):
         if is_number(slope, 0.0):

@@ -9,7 +9,7 @@ from typing import assert_never
 
 from rulesheets.evaluate.number import Undefined
 from rulesheets.functions.balls import FUNCTIONS, Ball, ball, whole_power
-from rulesheets.functions.derivatives import ROUNDED
+from rulesheets.functions.slopes import ROUNDED
 from rulesheets.nodes import (
     Call,
     Expression,

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from functools import reduce
 
 from rulesheets.evaluate.number import Undefined
-from rulesheets.functions.float_intervals import FLOAT_INTERVALS
-from rulesheets.functions.float_intervals.arithmetic import add, divide, multiply, power, square
-from rulesheets.functions.float_intervals.bounds import Interval
+from rulesheets.functions.intervals.arithmetic import add, divide, multiply, power, square
+from rulesheets.functions.intervals.bounds import Interval
+from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -49,6 +49,7 @@ def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
             return power(*enclose(base, box), *enclose(exponent, box))
         case Call(function, arguments):
             ends = [end for argument in arguments for end in enclose(argument, box)]
-            return FLOAT_INTERVALS[function](*ends)
+            bounds: Interval = FLOAT_INTERVALS[function](*ends)
+            return bounds
         case Symbol():
             raise Undefined("symbol", (), expression)

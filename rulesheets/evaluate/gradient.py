@@ -226,7 +226,7 @@ def _tied(parts: tuple[_Trace, ...]) -> bool:
 
 @cache
 def _partials(function: str, count: int) -> tuple[Expression | None, ...]:
-    return TABLE[function].derivatives(_places(count))
+    return TABLE[function].partials(_places(count))
 
 
 _TRACERS: dict[type, Callable[[Any, Values], _Trace]] = {

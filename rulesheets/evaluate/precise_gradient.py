@@ -8,8 +8,8 @@ from typing import TypeAlias
 from rulesheets.evaluate.number import Undefined
 from rulesheets.evaluate.precise import ExtendedValues, extended
 from rulesheets.functions import TABLE
-from rulesheets.functions.derivatives import ROUNDED
 from rulesheets.functions.extended import Extended, context
+from rulesheets.functions.slopes import ROUNDED
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -129,7 +129,7 @@ def _places(count: int) -> tuple[Expression, ...]:
 @cache
 def _partials(function: str, count: int) -> tuple[Expression | None, ...]:
     """The slopes of a function, with exact numbers in place of the floats that stand for them."""
-    slopes = TABLE[function].derivatives(_places(count))
+    slopes = TABLE[function].partials(_places(count))
     return tuple(None if slope is None else _unrounded(slope) for slope in slopes)
 
 

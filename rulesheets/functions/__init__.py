@@ -1,11 +1,11 @@
-"""The built-in functions: their values, derivatives, inverses and enclosures.
+"""The functions of the language: a row each, with its values, slopes, inverse, ranges and traits.
 
-``TABLE`` and ``PLANNED`` cost nothing to import. The forms for arrays (``arrays``), for many
-digits (``extended``) and for intervals (``intervals``) are modules of their own, because each
-needs a heavy library.
+``TABLE`` and ``PLANNED`` cost little to import. The forms for arrays (``arrays``), for many digits
+(``extended``), for balls (``balls``) and for arrays of intervals (``intervals.arrays``) are modules of their
+own, because each needs a heavy library.
 """
 
-from rulesheets.functions.builtin import Builtin, Preimage
-from rulesheets.functions.table import PLANNED, TABLE
+from rulesheets.functions.row import Function, Inverse
+from rulesheets.functions.table import PLANNED, TABLE, named
 
-__all__ = ["PLANNED", "TABLE", "Builtin", "Preimage"]
+__all__ = ["PLANNED", "TABLE", "Function", "Inverse", "named"]

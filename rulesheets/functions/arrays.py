@@ -1,23 +1,63 @@
-"""The built-in functions on numpy arrays, for sweeps.
+"""The functions of the language on numpy arrays, for sweeps.
 
-``ARRAYS`` has a row for every row of ``TABLE``. Arguments broadcast; outside its domain a
-function gives nan or inf. Callers silence numpy's floating point warnings (``numpy.errstate``).
+Arguments broadcast; outside its domain a function gives nan or inf. Callers silence numpy's floating point
+warnings (``numpy.errstate``). Here are those that neither numpy nor scipy has; in degrees by the scheme of
+``degrees``, with the same exact answers.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import reduce
-from typing import TypeAlias
+from importlib import import_module
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.functions import array_degrees as degrees
-from rulesheets.functions import scipy_special as special
+from rulesheets.functions.degrees import DEGREE, RADIAN, SPLITTER
+from rulesheets.functions.row import Forms, Function
+from rulesheets.functions.table import TABLE
 
 Array: TypeAlias = NDArray[np.float64]
+
+
+def _library(name: str) -> Callable[..., Any]:
+    """The function of that name here or in numpy; ``special.…`` is scipy's, imported when it is needed."""
+    if name.startswith("special."):
+        function: Callable[..., Any] = getattr(import_module("scipy.special"), name.removeprefix("special."))
+    else:
+        function = globals().get(name) or getattr(np, name)
+    return function
+
+
+def _form(row: Function) -> Callable[..., Array]:
+    if row.array is None:
+        return _one_by_one(row.value)
+    return _library(row.array) if isinstance(row.array, str) else row.array
+
+
+def _one_by_one(value: Callable[..., float]) -> Callable[..., Array]:
+    """A function of floats on arrays, nan where it raises."""
+
+    def at(*numbers: float) -> float:
+        try:
+            return value(*numbers)
+        except (ArithmeticError, ValueError):
+            return np.nan
+
+    def on_arrays(*arguments: Any) -> Array:
+        if not arguments:
+            return np.asarray(value())
+        arrays = np.broadcast_arrays(*arguments)
+        rows = zip(*(np.ravel(array).tolist() for array in arrays), strict=True)
+        return np.array([at(*row) for row in rows], dtype=float).reshape(arrays[0].shape)
+
+    return on_arrays
+
+
+ARRAYS = Forms(TABLE, _form)
+"""Every function of the table on arrays, by name."""
 
 
 def frac(x: Array) -> Array:
@@ -41,79 +81,102 @@ def atan2(y: Array, x: Array) -> Array:
     return np.where((x == 0.0) & (y == 0.0), np.nan, direction)
 
 
-def least(*numbers: Array) -> Array:
+def smallest(*numbers: Array) -> Array:
     return reduce(np.minimum, numbers)
 
 
-def greatest(*numbers: Array) -> Array:
+def largest(*numbers: Array) -> Array:
     return reduce(np.maximum, numbers)
-
-
-def lgamma(x: Array) -> Array:
-    return np.asarray(special.gammaln(x))
 
 
 def jn(order: Array, x: Array) -> Array:
     """Bessel function of the first kind, nan where the order is not a whole number."""
-    return np.where(order == np.trunc(order), special.jv(order, x), np.nan)
+    return np.where(order == np.trunc(order), _library("special.jv")(order, x), np.nan)
 
 
 def yn(order: Array, x: Array) -> Array:
     """Bessel function of the second kind, nan where the order is not a whole number."""
-    return np.where(order == np.trunc(order), special.yv(order, x), np.nan)
+    return np.where(order == np.trunc(order), _library("special.yv")(order, x), np.nan)
 
 
-ARRAYS: Mapping[str, Callable[..., Array]] = {
-    "pi": lambda: np.asarray(math.pi),
-    "e": lambda: np.asarray(math.e),
-    "abs": np.abs,
-    "sgn": np.sign,
-    "int": np.trunc,
-    "frac": frac,
-    "round": round_,
-    "mod": np.fmod,
-    "step": step,
-    "min": least,
-    "max": greatest,
-    "sqrt": np.sqrt,
-    "exp": np.exp,
-    "ln": np.log,
-    "log": np.log10,
-    "log10": np.log10,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": atan2,
-    "sind": degrees.sind,
-    "cosd": degrees.cosd,
-    "tand": degrees.tand,
-    "asind": degrees.asind,
-    "acosd": degrees.acosd,
-    "atand": degrees.atand,
-    "atan2d": degrees.atan2d,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-    "asinh": np.arcsinh,
-    "acosh": np.arccosh,
-    "atanh": np.arctanh,
-    "gamma": special.gamma,
-    "lgamma": lgamma,
-    "digamma": special.digamma,
-    "beta": special.beta,
-    "erf": special.erf,
-    "erfc": special.erfc,
-    "j0": special.j0,
-    "j1": special.j1,
-    "jn": jn,
-    "y0": special.y0,
-    "y1": special.y1,
-    "yn": yn,
-    "i0": special.i0,
-    "bessel_i1": special.i1,
-    "k0": special.k0,
-    "bessel_k1": special.k1,
-}
+# --- degrees --------------------------------------------------------------------
+
+
+def _scaled(x: Array, factor: tuple[float, float]) -> tuple[Array, Array]:
+    """``x * (head + tail)`` as an unevaluated sum of two floats."""
+    head, tail = factor
+    spread = SPLITTER * x
+    x_head = spread - (spread - x)
+    product = x_head * head
+    rest = (x - x_head) * head + x * tail
+    high = product + rest
+    return high, rest - (high - product)
+
+
+def _reduced(degrees: Array) -> tuple[NDArray[np.int64], Array]:
+    """Number of right angles modulo 4 and what is left, from -45 to 45, both exact."""
+    turn = np.fmod(degrees, 360.0)
+    quarters = np.rint(turn / 90.0)
+    rest = turn - 90.0 * quarters
+    return np.where(np.isnan(rest), 0.0, quarters).astype(np.int64) & 3, rest
+
+
+def _sine_and_cosine(rest: Array) -> tuple[Array, Array]:
+    high, low = _scaled(rest, RADIAN)
+    sine, cosine = np.sin(high), np.cos(high)
+    exact = np.abs(rest) == 30.0
+    return np.where(exact, np.copysign(0.5, rest), sine + low * cosine), cosine - low * sine
+
+
+def sind(degrees: Array) -> Array:
+    quarters, rest = _reduced(np.asarray(degrees, dtype=float))
+    sine, cosine = _sine_and_cosine(rest)
+    value = np.where(quarters & 1, cosine, sine)
+    return np.where(quarters & 2, 0.0 - value, value)
+
+
+def cosd(degrees: Array) -> Array:
+    quarters, rest = _reduced(np.asarray(degrees, dtype=float))
+    sine, cosine = _sine_and_cosine(rest)
+    value = np.where(quarters & 1, sine, cosine)
+    return np.where((quarters + 1) & 2, 0.0 - value, value + 0.0)
+
+
+def tand(degrees: Array) -> Array:
+    """Tangent, nan at the poles."""
+    quarters, rest = _reduced(np.asarray(degrees, dtype=float))
+    high, low = _scaled(rest, RADIAN)
+    tangent = np.tan(high)
+    tangent = tangent + low * (1.0 + tangent * tangent)
+    tangent = np.where(np.abs(rest) == 45.0, np.copysign(1.0, rest), tangent)
+    odd = (quarters & 1) == 1
+    turned = -1.0 / np.where(odd & (rest != 0.0), tangent, np.nan)
+    return np.where(odd, turned, tangent)
+
+
+def _in_degrees(radians: Array) -> Array:
+    high, low = _scaled(radians, DEGREE)
+    return high + low
+
+
+def asind(x: Array) -> Array:
+    half = np.abs(x) == 0.5
+    return np.where(half, np.copysign(30.0, x), _in_degrees(np.arcsin(x)))
+
+
+def acosd(x: Array) -> Array:
+    half = np.abs(x) == 0.5
+    return np.where(half, 90.0 - np.copysign(30.0, x), _in_degrees(np.arccos(x)))
+
+
+def atand(x: Array) -> Array:
+    return np.where(np.abs(x) == 1.0, np.copysign(45.0, x), _in_degrees(np.arctan(x)))
+
+
+def atan2d(y: Array, x: Array) -> Array:
+    """Direction of (x, y) in degrees, in (-180, 180]; nan at the origin."""
+    y, x = np.asarray(y, dtype=float) + 0.0, np.asarray(x, dtype=float) + 0.0
+    diagonal = np.copysign(np.where(x > 0.0, 45.0, 135.0), y)
+    angle = np.where(np.abs(x) == np.abs(y), diagonal, _in_degrees(np.arctan2(y, x)))
+    angle = np.where(angle == -180.0, 180.0, angle)
+    return np.where((x == 0.0) & (y == 0.0), np.nan, angle)

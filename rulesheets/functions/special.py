@@ -72,50 +72,18 @@ def _whole(order: float) -> int:
     return int(order)
 
 
-def beta(a: float, b: float) -> float:
-    return _finite("beta", a, b)
-
-
-def digamma(x: float) -> float:
-    """Logarithmic derivative of the gamma function."""
-    return _finite("digamma", x)
-
-
-def j0(x: float) -> float:
-    return _finite("j0", x)
-
-
-def j1(x: float) -> float:
-    return _finite("j1", x)
+def _of_scipy(name: str) -> Callable[..., float]:
+    return lambda *arguments: _finite(name, *arguments)
 
 
 def jn(order: float, x: float) -> float:
     return _finite("jv", _whole(order), x)
 
 
-def y0(x: float) -> float:
-    return _finite("y0", x)
-
-
-def y1(x: float) -> float:
-    return _finite("y1", x)
-
-
 def yn(order: float, x: float) -> float:
-    return _finite("yn", _whole(order), x)
+    return _finite("yv", _whole(order), x)
 
 
-def i0(x: float) -> float:
-    return _finite("i0", x)
-
-
-def i1(x: float) -> float:
-    return _finite("i1", x)
-
-
-def k0(x: float) -> float:
-    return _finite("k0", x)
-
-
-def k1(x: float) -> float:
-    return _finite("k1", x)
+beta, digamma = _of_scipy("beta"), _of_scipy("digamma")
+j0, j1, y0, y1 = map(_of_scipy, ("j0", "j1", "y0", "y1"))
+i0, i1, k0, k1 = map(_of_scipy, ("i0", "i1", "k0", "k1"))

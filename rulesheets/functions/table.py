@@ -1,17 +1,77 @@
-"""The table of built-in functions. A new function of the language is a new row."""
+"""The table of functions. A new function of the language is a new row."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from math import inf
+from collections.abc import Callable
+from functools import partial, reduce
+from math import inf, pi, tau
+from typing import Any
 
-from rulesheets.construct import call, negative, subtract
-from rulesheets.functions import degrees, special
-from rulesheets.functions import derivatives as slope
-from rulesheets.functions.builtin import Builtin, Partials
-from rulesheets.functions.preimages import PREIMAGES
+from rulesheets.construct import add, call, negative, power, subtract
+from rulesheets.functions import degrees, digits, slopes, special
+from rulesheets.functions.intervals import forms
+from rulesheets.functions.intervals.bounds import magnitudes
+from rulesheets.functions.intervals.forms import (
+    POSITIVE,
+    SPECIAL_ULPS,
+    UNIT,
+    Direction,
+    Even,
+    Monotone,
+    SecondKind,
+    Slow,
+    Valley,
+    Wave,
+    each_end,
+)
+from rulesheets.functions.row import Branches, Function, Inverse
 from rulesheets.nodes import Expression, Number
+
+_HALF, _TURN = 180.0, 360.0
+
+
+def _by(name: str) -> Branches:
+    return lambda t: (call(name, t),)
+
+
+def _both_signs(name: str) -> Branches:
+    return lambda t: (call(name, t), negative(call(name, t)))
+
+
+def _supplement(name: str, half_turn: Expression) -> Branches:
+    return lambda t: (call(name, t), subtract(half_turn, call(name, t)))
+
+
+def _opposite(name: str, half_turn: Expression) -> Branches:
+    return lambda t: (call(name, t), add(call(name, t), half_turn))
+
+
+_PI, _HALF_TURN = call("pi"), Number(_HALF)
+_power_of_ten = Inverse(lambda t: (power(Number(10.0), t),))
+
+
+def _row(*, name: str, **facets: Any) -> Function:
+    """A row whose forms in the libraries have the name of the function, unless it says otherwise."""
+    return Function(name=name, **{"array": name, "digits": name, "ball": name, "sympy": name} | facets)
+
+
+_special = partial(_row, ulps=16.0)
+_bessel = partial(_row, ulps=64.0)
+
+
+def _circular(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of an angle in degrees, in sympy."""
+    return lambda s, x: function(s)(s.pi * x / 180)
+
+
+def _in_degrees(name: str) -> Callable[..., Any]:
+    """An angle in degrees, in sympy."""
+    return lambda s, *x: getattr(s, name)(*x) * 180 / s.pi
+
+
+def _truncated(s: Any, x: Any) -> Any:
+    return s.sign(x) * s.floor(s.Abs(x))
 
 
 def _least(*numbers: float) -> float:
@@ -22,93 +82,555 @@ def _greatest(*numbers: float) -> float:
     return max(numbers)
 
 
-def _row(
-    name: str,
-    value: Callable[..., float],
-    derivatives: Partials,
-    arity: tuple[int, int | None] = (1, 1),
-    domain: tuple[float, float] = (-inf, inf),
-) -> Builtin:
-    return Builtin(name, arity, value, derivatives, PREIMAGES.get(name), domain)
-
-
-def _of(name: str) -> Callable[[Expression], Expression]:
-    return lambda x: call(name, x)
-
-
-def _minus(name: str) -> Callable[[Expression], Expression]:
-    return lambda x: negative(call(name, x))
-
-
-_one, _per_degree, _to_degrees = slope.one, slope.per_degree, slope.to_degrees
-_TWO_ARGUMENTS = (2, 2)
-_ANY_NUMBER = (1, None)
-
-_ROWS = (
-    # constants
-    _row("pi", lambda: math.pi, slope.flat, (0, 0)),
-    _row("e", lambda: math.e, slope.flat, (0, 0)),
-    # parts of a number
-    _row("abs", abs, _one(_of("sgn"))),
-    _row("sgn", special.sgn, slope.flat),
-    _row("int", special.int_, slope.flat),
-    _row("frac", special.frac, _one(lambda _: Number(1.0))),
-    _row("round", special.round_, slope.flat),
-    _row("mod", special.mod, slope.mod, _TWO_ARGUMENTS),
-    _row("step", special.step, slope.flat, _TWO_ARGUMENTS),
-    _row("min", _least, slope.least, _ANY_NUMBER),
-    _row("max", _greatest, slope.greatest, _ANY_NUMBER),
-    # roots, exponentials, logarithms
-    _row("sqrt", math.sqrt, _one(slope.sqrt), domain=(0.0, inf)),
-    _row("exp", math.exp, _one(_of("exp"))),
-    _row("ln", math.log, _one(slope.over(1.0)), domain=(0.0, inf)),
-    _row("log", math.log10, _one(slope.over(slope.LOG10_E)), domain=(0.0, inf)),
-    _row("log10", math.log10, _one(slope.over(slope.LOG10_E)), domain=(0.0, inf)),
-    # angles in radians
-    _row("sin", math.sin, _one(_of("cos"))),
-    _row("cos", math.cos, _one(_minus("sin"))),
-    _row("tan", math.tan, _one(slope.secant_squared("tan"))),
-    _row("asin", math.asin, _one(slope.arc_sine), domain=(-1.0, 1.0)),
-    _row("acos", math.acos, _one(lambda x: negative(slope.arc_sine(x))), domain=(-1.0, 1.0)),
-    _row("atan", math.atan, _one(slope.arc_tangent)),
-    _row("atan2", special.atan2, slope.radians, _TWO_ARGUMENTS),
-    # angles in degrees
-    _row("sind", degrees.sind, _per_degree(_of("cosd"))),
-    _row("cosd", degrees.cosd, _per_degree(_minus("sind"))),
-    _row("tand", degrees.tand, _per_degree(slope.secant_squared("tand"))),
-    _row("asind", degrees.asind, _to_degrees(slope.arc_sine), domain=(-1.0, 1.0)),
-    _row("acosd", degrees.acosd, _to_degrees(lambda x: negative(slope.arc_sine(x))), domain=(-1.0, 1.0)),
-    _row("atand", degrees.atand, _to_degrees(slope.arc_tangent)),
-    _row("atan2d", degrees.atan2d, slope.degrees, _TWO_ARGUMENTS),
-    # hyperbolic
-    _row("sinh", math.sinh, _one(_of("cosh"))),
-    _row("cosh", math.cosh, _one(_of("sinh"))),
-    _row("tanh", math.tanh, _one(lambda x: subtract(Number(1.0), slope.square(call("tanh", x))))),
-    _row("asinh", math.asinh, _one(slope.area_sine)),
-    _row("acosh", math.acosh, _one(slope.area_cosine), domain=(1.0, inf)),
-    _row("atanh", math.atanh, _one(slope.area_tangent), domain=(-1.0, 1.0)),
-    # gamma and error functions
-    _row("gamma", math.gamma, _one(slope.gamma)),
-    _row("lgamma", math.lgamma, _one(_of("digamma"))),
-    _row("digamma", special.digamma, slope.unknown),
-    _row("beta", special.beta, slope.beta, _TWO_ARGUMENTS),
-    _row("erf", math.erf, _one(slope.error_function(1.0))),
-    _row("erfc", math.erfc, _one(slope.error_function(-1.0))),
-    # Bessel functions; the modified ones of order 1 serve as derivatives
-    _row("j0", special.j0, _one(_minus("j1"))),
-    _row("j1", special.j1, _one(slope.bessel_first("j1"))),
-    _row("jn", special.jn, slope.bessel_order("jn"), _TWO_ARGUMENTS),
-    _row("y0", special.y0, _one(_minus("y1")), domain=(0.0, inf)),
-    _row("y1", special.y1, _one(slope.bessel_first("y1")), domain=(0.0, inf)),
-    _row("yn", special.yn, slope.bessel_order("yn"), _TWO_ARGUMENTS),
-    _row("i0", special.i0, _one(_of("bessel_i1"))),
-    _row("bessel_i1", special.i1, _one(slope.bessel_i1)),
-    _row("k0", special.k0, _one(_minus("bessel_k1")), domain=(0.0, inf)),
-    _row("bessel_k1", special.k1, _one(slope.bessel_k1), domain=(0.0, inf)),
+_CONSTANTS = (
+    _row(
+        name="pi",
+        arguments="",
+        array=None,
+        value=lambda: math.pi,
+        slopes=slopes.flat,
+        interval=forms.constant(math.pi),
+        digits=lambda mp: +mp.pi,
+        sympy=lambda s: s.pi,
+    ),
+    _row(
+        name="e",
+        arguments="",
+        array=None,
+        value=lambda: math.e,
+        slopes=slopes.flat,
+        interval=forms.constant(math.e),
+        digits=lambda mp: +mp.e,
+        ball="const_e",
+        sympy=lambda s: s.E,
+    ),
 )
 
-TABLE: Mapping[str, Builtin] = {row.name: row for row in _ROWS}
-"""Every built-in function by its name in lower case."""
+_PARTS = (
+    _row(
+        name="abs",
+        value=abs,
+        slopes=slopes.of("sgn"),
+        inverse=Inverse(lambda t: (t, negative(t)), low=0.0),
+        interval=magnitudes,
+        digits="fabs",
+        ball=lambda arb, x: abs(x),
+        sympy="Abs",
+    ),
+    _row(
+        name="sgn",
+        value=special.sgn,
+        array="sign",
+        slopes=slopes.flat,
+        interval=each_end(special.sgn),
+        digits="sign",
+        sympy="sign",
+        jumps=True,
+        steady=lambda x: bool(x.lower().sgn() == x.upper().sgn()),
+    ),
+    _row(
+        name="int",
+        value=special.int_,
+        array="trunc",
+        slopes=slopes.flat,
+        interval=each_end(special.int_),
+        digits=digits.truncated,
+        ball=digits.ball_truncated,
+        sympy=_truncated,
+        jumps=True,
+        steady=digits.same_whole,
+    ),
+    _row(
+        name="frac",
+        value=special.frac,
+        slopes=slopes.one(lambda _: Number(1.0)),
+        interval=forms.frac,
+        digits=digits.frac,
+        ball=lambda arb, x: x - digits.ball_truncated(arb, x),
+        sympy=lambda s, x: x - _truncated(s, x),
+        jumps=True,
+        steady=digits.same_whole,
+    ),
+    _row(
+        name="round",
+        value=special.round_,
+        array="round_",
+        slopes=slopes.flat,
+        interval=each_end(special.round_),
+        digits=digits.rounded,
+        ball=digits.ball_rounded,
+        sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x) + s.Rational(1, 2)),
+        jumps=True,
+        steady=lambda x: digits.same_whole(x + x.sgn() / 2),
+    ),
+    _row(
+        name="mod",
+        arguments="x, y",
+        value=special.mod,
+        array="fmod",
+        slopes=slopes.mod,
+        interval=forms.mod,
+        digits=digits.mod,
+        ball=digits.ball_mod,
+        sympy=lambda s, x, y: x - y * _truncated(s, x / y),
+        jumps=True,
+        steady=lambda x, y: digits.same_whole(x / y),
+    ),
+    _row(
+        name="step",
+        arguments="x, a",
+        value=special.step,
+        slopes=slopes.flat,
+        interval=forms.step,
+        digits=lambda mp, x, a: mp.mpf(x >= a),
+        ball=digits.ball_step,
+        sympy=lambda s, x, a: s.Heaviside(x - a, 1),
+        jumps=True,
+        steady=lambda x, a: bool(x >= a or x < a),
+    ),
+    _row(
+        name="min",
+        arguments="a, b, …",
+        value=_least,
+        array="smallest",
+        slopes=slopes.least,
+        interval=forms.smallest,
+        digits=lambda mp, *numbers: min(numbers),
+        ball=lambda arb, *numbers: reduce(lambda a, b: a.min(b), numbers),
+        sympy="Min",
+    ),
+    _row(
+        name="max",
+        arguments="a, b, …",
+        value=_greatest,
+        array="largest",
+        slopes=slopes.greatest,
+        interval=forms.largest,
+        digits=lambda mp, *numbers: max(numbers),
+        ball=lambda arb, *numbers: reduce(lambda a, b: a.max(b), numbers),
+        sympy="Max",
+    ),
+)
+
+_EXPONENTIAL = (
+    _row(
+        name="sqrt",
+        value=math.sqrt,
+        slopes=slopes.one(slopes.sqrt),
+        inverse=Inverse(lambda t: (power(t, Number(2.0)),), low=0.0),
+        interval=Monotone(math.sqrt, POSITIVE, POSITIVE, ulps=1.0),
+        domain=POSITIVE,
+    ),
+    _row(
+        name="exp",
+        value=math.exp,
+        slopes=slopes.of("exp"),
+        inverse=Inverse(_by("ln"), low=0.0, low_open=True),
+        interval=Monotone(math.exp, image=POSITIVE),
+        digits=digits.exp,
+        nonzero=True,
+    ),
+    _row(
+        name="ln",
+        value=math.log,
+        array="log",
+        slopes=slopes.one(slopes.over(1.0)),
+        inverse=Inverse(_by("exp")),
+        interval=Monotone(math.log, POSITIVE),
+        ball="log",
+        sympy="log",
+        domain=POSITIVE,
+    ),
+    *(
+        _row(
+            name=name,
+            value=math.log10,
+            array="log10",
+            slopes=slopes.one(slopes.over(slopes.LOG10_E)),
+            inverse=_power_of_ten,
+            interval=Monotone(math.log10, POSITIVE),
+            digits="log10",
+            ball=lambda arb, x: x.log() / arb.const_log10(),
+            sympy=lambda s, x: s.log(x) / s.log(10),
+            domain=POSITIVE,
+        )
+        for name in ("log", "log10")
+    ),
+)
+
+_RADIANS = (
+    _row(
+        name="sin",
+        value=math.sin,
+        slopes=slopes.of("cos"),
+        inverse=Inverse(_supplement("asin", _PI), -1.0, 1.0, period=tau),
+        interval=Wave(math.sin, tau, 0.25),
+        turn=tau,
+    ),
+    _row(
+        name="cos",
+        value=math.cos,
+        slopes=slopes.minus("sin"),
+        inverse=Inverse(_both_signs("acos"), -1.0, 1.0, period=tau),
+        interval=Wave(math.cos, tau, 0.0),
+        turn=tau,
+    ),
+    _row(
+        name="tan",
+        value=math.tan,
+        slopes=slopes.one(slopes.secant_squared("tan")),
+        inverse=Inverse(_opposite("atan", _PI), period=tau),
+        interval=forms.tan,
+        turn=tau,
+        half_turn=True,
+    ),
+    _row(
+        name="asin",
+        value=math.asin,
+        array="arcsin",
+        slopes=slopes.one(slopes.arc_sine),
+        inverse=Inverse(_by("sin"), -pi / 2, pi / 2),
+        interval=Monotone(math.asin, UNIT),
+        domain=UNIT,
+        angle=tau,
+    ),
+    _row(
+        name="acos",
+        value=math.acos,
+        array="arccos",
+        slopes=slopes.one(lambda x: negative(slopes.arc_sine(x))),
+        inverse=Inverse(_by("cos"), 0.0, pi),
+        interval=Monotone(math.acos, UNIT, POSITIVE, falling=True),
+        domain=UNIT,
+        angle=tau,
+    ),
+    _row(
+        name="atan",
+        value=math.atan,
+        array="arctan",
+        slopes=slopes.one(slopes.arc_tangent),
+        inverse=Inverse(_by("tan"), -pi / 2, pi / 2, True, True),
+        interval=Monotone(math.atan),
+        angle=tau,
+    ),
+    _row(
+        name="atan2",
+        arguments="y, x",
+        value=special.atan2,
+        slopes=slopes.radians,
+        interval=Direction(math.nextafter(pi, inf), 1.0),
+        digits=digits.atan2,
+        angle=tau,
+        steady=digits.on_one_side,
+    ),
+)
+
+_DEGREES = (
+    _row(
+        name="sind",
+        value=degrees.sind,
+        slopes=slopes.per_degree(lambda x: call("cosd", x)),
+        inverse=Inverse(_supplement("asind", _HALF_TURN), -1.0, 1.0, period=_TURN),
+        interval=Wave(degrees.sind, _TURN, 0.25),
+        digits=digits.sind,
+        ball=lambda arb, x: (x / 180).sin_pi(),
+        sympy=_circular(lambda s: s.sin),
+        turn=_TURN,
+    ),
+    _row(
+        name="cosd",
+        value=degrees.cosd,
+        slopes=slopes.per_degree(lambda x: negative(call("sind", x))),
+        inverse=Inverse(_both_signs("acosd"), -1.0, 1.0, period=_TURN),
+        interval=Wave(degrees.cosd, _TURN, 0.0),
+        digits=digits.cosd,
+        ball=lambda arb, x: (x / 180).cos_pi(),
+        sympy=_circular(lambda s: s.cos),
+        turn=_TURN,
+    ),
+    _row(
+        name="tand",
+        value=degrees.tand,
+        slopes=slopes.per_degree(slopes.secant_squared("tand")),
+        inverse=Inverse(_opposite("atand", _HALF_TURN), period=_TURN),
+        interval=forms.tand,
+        digits=digits.tand,
+        ball=lambda arb, x: (x / 180).tan_pi(),
+        sympy=_circular(lambda s: s.tan),
+        turn=_TURN,
+        half_turn=True,
+    ),
+    _row(
+        name="asind",
+        value=degrees.asind,
+        slopes=slopes.to_degrees(slopes.arc_sine),
+        inverse=Inverse(_by("sind"), -90.0, 90.0),
+        interval=Monotone(degrees.asind, UNIT, (-90.0, 90.0)),
+        digits=digits.in_degrees("asin"),
+        ball=lambda arb, x: x.asin() / arb.pi() * 180,
+        sympy=_in_degrees("asin"),
+        domain=UNIT,
+        angle=_TURN,
+    ),
+    _row(
+        name="acosd",
+        value=degrees.acosd,
+        slopes=slopes.to_degrees(lambda x: negative(slopes.arc_sine(x))),
+        inverse=Inverse(_by("cosd"), 0.0, _HALF),
+        interval=Monotone(degrees.acosd, UNIT, (0.0, _HALF), falling=True),
+        digits=digits.in_degrees("acos"),
+        ball=lambda arb, x: x.acos() / arb.pi() * 180,
+        sympy=_in_degrees("acos"),
+        domain=UNIT,
+        angle=_TURN,
+    ),
+    _row(
+        name="atand",
+        value=degrees.atand,
+        slopes=slopes.to_degrees(slopes.arc_tangent),
+        inverse=Inverse(_by("tand"), -90.0, 90.0, True, True),
+        interval=Monotone(degrees.atand, image=(-90.0, 90.0)),
+        digits=digits.in_degrees("atan"),
+        ball=lambda arb, x: x.atan() / arb.pi() * 180,
+        sympy=_in_degrees("atan"),
+        angle=_TURN,
+    ),
+    _row(
+        name="atan2d",
+        arguments="y, x",
+        value=degrees.atan2d,
+        slopes=slopes.degrees,
+        interval=Direction(_HALF, _HALF / pi),
+        digits=digits.atan2d,
+        ball=digits.ball_direction,
+        sympy=_in_degrees("atan2"),
+        angle=_TURN,
+        steady=digits.on_one_side,
+    ),
+)
+
+_HYPERBOLIC = (
+    _row(
+        name="sinh",
+        value=math.sinh,
+        slopes=slopes.of("cosh"),
+        inverse=Inverse(_by("asinh")),
+        interval=Monotone(math.sinh),
+        digits=digits.sinh,
+    ),
+    _row(
+        name="cosh",
+        value=math.cosh,
+        slopes=slopes.of("sinh"),
+        inverse=Inverse(_both_signs("acosh"), low=1.0),
+        interval=Even(Monotone(math.cosh, POSITIVE, (1.0, inf))),
+        digits=digits.cosh,
+    ),
+    _row(
+        name="tanh",
+        value=math.tanh,
+        slopes=slopes.one(lambda x: subtract(Number(1.0), slopes.square(call("tanh", x)))),
+        inverse=Inverse(_by("atanh"), -1.0, 1.0, True, True),
+        interval=Monotone(math.tanh, image=UNIT),
+    ),
+    _row(
+        name="asinh",
+        value=math.asinh,
+        array="arcsinh",
+        slopes=slopes.one(slopes.area_sine),
+        inverse=Inverse(_by("sinh")),
+        interval=Monotone(math.asinh),
+    ),
+    _row(
+        name="acosh",
+        value=math.acosh,
+        array="arccosh",
+        slopes=slopes.one(slopes.area_cosine),
+        inverse=Inverse(_by("cosh"), 0.0, inf),
+        interval=Monotone(math.acosh, (1.0, inf), POSITIVE),
+        domain=(1.0, inf),
+    ),
+    _row(
+        name="atanh",
+        value=math.atanh,
+        array="arctanh",
+        slopes=slopes.one(slopes.area_tangent),
+        inverse=Inverse(_by("tanh")),
+        interval=Monotone(math.atanh, UNIT),
+        domain=UNIT,
+    ),
+)
+
+_SPECIAL = (
+    _special(
+        name="gamma",
+        value=math.gamma,
+        array="special.gamma",
+        slopes=slopes.one(slopes.gamma),
+        interval=Valley(math.gamma, forms.GAMMA_LEAST),
+        nonzero=True,
+    ),
+    _special(
+        name="lgamma",
+        value=math.lgamma,
+        array="special.gammaln",
+        slopes=slopes.of("digamma"),
+        interval=Valley(math.lgamma, forms.LGAMMA_LEAST),
+        digits=digits.lgamma,
+        ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
+        sympy=lambda s, x: s.log(s.Abs(s.gamma(x))),
+    ),
+    _special(
+        name="digamma",
+        value=special.digamma,
+        array="special.digamma",
+        interval=forms.digamma,
+    ),
+    _bessel(
+        name="beta",
+        arguments="a, b",
+        value=special.beta,
+        array="special.beta",
+        slopes=slopes.beta,
+        interval=forms.beta,
+        ball=lambda arb, a, b: a.gamma() * b.gamma() / (a + b).gamma(),
+        nonzero=True,
+    ),
+    _special(
+        name="erf",
+        value=math.erf,
+        array="special.erf",
+        slopes=slopes.one(slopes.error_function(1.0)),
+        interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
+    ),
+    _special(
+        name="erfc",
+        value=math.erfc,
+        array="special.erfc",
+        slopes=slopes.one(slopes.error_function(-1.0)),
+        interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
+        nonzero=True,
+    ),
+)
+
+_BESSEL = (
+    _bessel(
+        name="j0",
+        value=special.j0,
+        array="special.j0",
+        slopes=slopes.minus("j1"),
+        interval=Slow(special.j0, 0.5819, (-0.4028, 1.0)),
+        digits=digits.at_order("besselj", 0),
+        ball=lambda arb, x: x.bessel_j(0),
+        sympy=lambda s, x: s.besselj(0, x),
+    ),
+    _bessel(
+        name="j1",
+        value=special.j1,
+        array="special.j1",
+        slopes=slopes.one(slopes.bessel_first("j1")),
+        interval=Slow(special.j1, 0.5, (-0.5819, 0.5819)),
+        digits=digits.at_order("besselj", 1),
+        ball=lambda arb, x: x.bessel_j(1),
+        sympy=lambda s, x: s.besselj(1, x),
+    ),
+    _bessel(
+        name="jn",
+        arguments="n, x",
+        value=special.jn,
+        slopes=slopes.bessel_order("jn"),
+        interval=forms.jn,
+        digits=digits.of_order("besselj"),
+        ball=lambda arb, n, x: x.bessel_j(n),
+        sympy="besselj",
+    ),
+    _bessel(
+        name="y0",
+        value=special.y0,
+        array="special.y0",
+        slopes=slopes.minus("y1"),
+        interval=SecondKind(special.y0, 2.19, -0.3404, 0.5209),
+        digits=digits.at_order("bessely", 0),
+        ball=lambda arb, x: x.bessel_y(0),
+        sympy=lambda s, x: s.bessely(0, x),
+        domain=POSITIVE,
+    ),
+    _bessel(
+        name="y1",
+        value=special.y1,
+        array="special.y1",
+        slopes=slopes.one(slopes.bessel_first("y1")),
+        interval=SecondKind(special.y1, 3.68, -0.3033, 0.4168),
+        digits=digits.at_order("bessely", 1),
+        ball=lambda arb, x: x.bessel_y(1),
+        sympy=lambda s, x: s.bessely(1, x),
+        domain=POSITIVE,
+    ),
+    _bessel(
+        name="yn",
+        arguments="n, x",
+        value=special.yn,
+        slopes=slopes.bessel_order("yn"),
+        digits=digits.of_order("bessely"),
+        ball=lambda arb, n, x: x.bessel_y(n),
+        sympy="bessely",
+    ),
+    _bessel(
+        name="i0",
+        value=special.i0,
+        array="special.i0",
+        slopes=slopes.of("bessel_i1"),
+        interval=forms.i0,
+        digits=digits.at_order("besseli", 0),
+        ball=lambda arb, x: x.bessel_i(0),
+        sympy=lambda s, x: s.besseli(0, x),
+    ),
+    _row(
+        name="bessel_i1",
+        value=special.i1,
+        array="special.i1",
+        slopes=slopes.one(slopes.bessel_i1),
+        interval=forms.i1,
+        digits=digits.at_order("besseli", 1),
+        ball=lambda arb, x: x.bessel_i(1),
+        sympy=lambda s, x: s.besseli(1, x),
+    ),
+    _bessel(
+        name="k0",
+        value=special.k0,
+        array="special.k0",
+        slopes=slopes.minus("bessel_k1"),
+        interval=Monotone(special.k0, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
+        digits=digits.at_order("besselk", 0),
+        ball=lambda arb, x: x.bessel_k(0),
+        sympy=lambda s, x: s.besselk(0, x),
+        domain=POSITIVE,
+        nonzero=True,
+    ),
+    _row(
+        name="bessel_k1",
+        value=special.k1,
+        array="special.k1",
+        slopes=slopes.one(slopes.bessel_k1),
+        interval=Monotone(special.k1, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
+        digits=digits.at_order("besselk", 1),
+        ball=lambda arb, x: x.bessel_k(1),
+        sympy=lambda s, x: s.besselk(1, x),
+        domain=POSITIVE,
+        nonzero=True,
+    ),
+)
+"""The modified Bessel functions of order 1 serve as derivatives."""
+
+_ROWS = (*_CONSTANTS, *_PARTS, *_EXPONENTIAL, *_RADIANS, *_DEGREES, *_HYPERBOLIC, *_SPECIAL, *_BESSEL)
+
+TABLE: dict[str, Function] = {row.name: row for row in _ROWS}
+"""Every function by its name in lower case; functions registered from Python come at the end."""
 
 PLANNED: frozenset[str] = frozenset({"sum", "prod", "count"})
 """Functions over lists, which the language does not have yet."""
+
+
+def named(trait: Callable[[Function], Any]) -> frozenset[str]:
+    """The names of the built-in functions that have a trait."""
+    return frozenset(row.name for row in _ROWS if trait(row))

@@ -231,7 +231,7 @@ def _undo_call(
     if function in ("atan2", "atan2d") and len(arguments) == 2:
         return _undo_direction(function, arguments, unknown)
     builtin = TABLE.get(function)
-    preimage = None if builtin is None else builtin.preimage
+    preimage = None if builtin is None else builtin.inverse
     if preimage is None or len(arguments) != 1:
         return None
     stage = Stage(

@@ -1,76 +1,57 @@
-"""Intervals as pairs of arrays, and rounding outward.
+"""Intervals as pairs of floats, and rounding outward.
 
-An interval is ``(low, high)``, two float arrays of one shape (or scalars that broadcast);
-infinite ends mean unbounded, two nan mean empty. Every operation contains the exact result of
-every choice of real arguments from its intervals for which the operation is defined; where there
-is none it is empty, and an empty argument makes the result empty.
+Infinite ends mean unbounded, two nan mean empty; one nan alone is an end that nothing is known of. Every
+operation contains the exact result of every choice of real arguments from its intervals for which it is
+defined; where there is none it is empty, and an empty argument makes the result empty.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from math import inf, isnan, nan, nextafter
 from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
+Interval: TypeAlias = tuple[float, float]
 
-Array: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Interval: TypeAlias = tuple[Array, Array]
-
-# What the vector functions of numpy are trusted to, in units in the last place (measured: 1.5), and of scipy.
-NUMPY_ULPS = 4.0
-SCIPY_ULPS = 32.0
-EPSILON = float(np.finfo(float).eps)
-
-quiet = np.errstate(all="ignore")
-"""Decorator: operations meet infinities and nan on purpose."""
+EMPTY = nan, nan
+ULPS = 4.0
+"""What functions of the C library are trusted to, in units in the last place, as those of numpy are."""
+EPSILON = 2.0**-52
 
 
-def down(x: Array, ulps: float = 1.0) -> Array:
+def down(x: float, ulps: float = 1.0) -> float:
     """A bound below every number whose floating-point result is within ``ulps`` of x."""
-    lower: Array = np.nextafter(x, -np.inf)
-    return lower if ulps <= 1.0 else lower - np.abs(lower) * (ulps * EPSILON)
+    lower = nextafter(x, -inf)
+    return lower if ulps <= 1.0 else lower - abs(lower) * (ulps * EPSILON)
 
 
-def up(x: Array, ulps: float = 1.0) -> Array:
+def up(x: float, ulps: float = 1.0) -> float:
     """A bound above every number whose floating-point result is within ``ulps`` of x."""
-    upper: Array = np.nextafter(x, np.inf)
-    return upper if ulps <= 1.0 else upper + np.abs(upper) * (ulps * EPSILON)
+    upper = nextafter(x, inf)
+    return upper if ulps <= 1.0 else upper + abs(upper) * (ulps * EPSILON)
 
 
-def where_not(empty: Mask, low: Array, high: Array) -> Interval:
-    """The interval, emptied where ``empty`` says so."""
-    return np.where(empty, np.nan, low), np.where(empty, np.nan, high)
-
-
-def magnitudes(low: Array, high: Array) -> Interval:
+def magnitudes(low: float, high: float) -> Interval:
     """Range of the absolute value, exact."""
-    straddles = (low <= 0.0) & (high >= 0.0)
-    least = np.where(straddles, 0.0, np.minimum(np.abs(low), np.abs(high)))
-    return least, np.maximum(np.abs(low), np.abs(high))
+    if low >= 0.0:
+        return low, high
+    if high <= 0.0:
+        return -high, -low
+    if low < 0.0 < high:
+        return 0.0, max(-low, high)
+    return EMPTY if isnan(low) and isnan(high) else (0.0, inf)
 
 
-def clipped(low: Array, high: Array, domain: tuple[float, float]) -> Interval:
+def least(a: float, b: float) -> float:
+    """The smaller one; nan where one of them is."""
+    return a if a < b or isnan(a) else b
+
+
+def greatest(a: float, b: float) -> float:
+    """The larger one; nan where one of them is."""
+    return a if a > b or isnan(a) else b
+
+
+def clipped(low: float, high: float, domain: tuple[float, float]) -> Interval:
     """The part within ``domain``; empty where there is none."""
-    inside_low, inside_high = np.maximum(low, domain[0]), np.minimum(high, domain[1])
-    return where_not(inside_low > inside_high, inside_low, inside_high)
-
-
-def monotone(
-    function: Callable[[Array], Array],
-    domain: tuple[float, float] = (-np.inf, np.inf),
-    image: tuple[float, float] = (-np.inf, np.inf),
-    ulps: float = NUMPY_ULPS,
-    falling: bool = False,
-) -> Callable[[Array, Array], Interval]:
-    """Interval form of a monotone function; ``image`` has ends that are floats exactly."""
-
-    @quiet
-    def enclosure(low: Array, high: Array) -> Interval:
-        low, high = clipped(low, high, domain)
-        first, last = (high, low) if falling else (low, high)
-        at_first, at_last = function(first), function(last)
-        return np.maximum(down(at_first, ulps), image[0]), np.minimum(up(at_last, ulps), image[1])
-
-    return enclosure
+    low, high = greatest(low, domain[0]), least(high, domain[1])
+    return EMPTY if low > high else (low, high)

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.evaluate.jumps import jumps, steady
+from rulesheets.evaluate.jumps import continuous, jumps
 from rulesheets.functions.balls import Ball, around, exact_ball, exact_fraction
 from rulesheets.nodes import Expression, Number, operands
 from solver.kernel.balls.krawczyk import Square
@@ -66,7 +66,7 @@ def _smooth(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     unknown = set(square.unknowns)
     balls = {n: around(exact_ball(v), SPECK if n in unknown else 0.0) for n, v in numbers.items()}
     try:
-        return not calls or steady(calls, balls)
+        return not calls or continuous(calls, balls)
     except Undefined:
         return False
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.enclosing_ball import enclosing_ball
-from rulesheets.evaluate.jumps import jumps, steady
+from rulesheets.evaluate.jumps import continuous, jumps
 from rulesheets.functions.balls import Ball, around, ball, preconditioned
 from rulesheets.nodes import Expression
 
@@ -113,7 +113,7 @@ class _Proof:
         return box
 
     def _image(self, middle: Sequence[Ball], box: Sequence[Ball]) -> list[Ball] | None:
-        if not steady(self.jumps, self._at(box)):
+        if not continuous(self.jumps, self._at(box)):
             return None
         found = preconditioned(self._jacobian(box), self._jacobian(middle), self._residual(middle))
         if found is None:

@@ -17,7 +17,7 @@ from itertools import combinations_with_replacement
 from rulesheets.construct import add, is_number, multiply, subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.evaluate.enclosing_ball import enclosing_ball
-from rulesheets.evaluate.jumps import jumps, steady
+from rulesheets.evaluate.jumps import continuous, jumps
 from rulesheets.functions.balls import Ball, around, ball, solved
 from rulesheets.nodes import Expression, Name, Number
 from solver.kernel.balls.krawczyk import Square, only_root, proved_root
@@ -80,7 +80,7 @@ class _Curve:
         height, tangent = point[MU], self._slopes(point)
         for reach in REACHES:
             stretch = self._stretch(place, reach, point)
-            if stretch is None or not steady(self.kinks, {**self.known, **stretch.box}):
+            if stretch is None or not continuous(self.kinks, {**self.known, **stretch.box}):
                 continue
             bend = self._bend(stretch.curve)
             if bend.contains(0):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from solver.kernel.code.block import BlockKernel
 
 MAX_CHAINS = 32
-FUNCTIONS: Mapping[str, Callable[..., Any]] = {**ARRAYS, "power": np.power, "clip": np.clip}
 
 
 class BlockArrays:
@@ -79,15 +78,15 @@ def _partials(forms: Sequence[Expression], unknowns: Sequence[str]) -> dict[tupl
 
 def compile_arrays(expressions: Sequence[Expression], names: Sequence[str]) -> Callable[..., Sequence[Any]]:
     """A function of arrays, in the order of ``names``, that returns the values of all expressions."""
-    emitter = Emitter(names, FUNCTIONS)
+    emitter = Emitter(names, ARRAYS, np.power)
     tokens = [emitter.token(expression) for expression in expressions]
     return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")
 
 
 def _followed(kernel: BlockKernel, chain: Chain) -> Callable[..., Sequence[Any]]:
-    emitter = Emitter((*chain.tears, *kernel.known), FUNCTIONS)
+    emitter = Emitter((*chain.tears, *kernel.known), ARRAYS, np.power)
     for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
         emitter.assign(assignment.name, assignment.expression)
-        emitter.clamp(assignment.name, assignment.low, assignment.high)
+        emitter.clamp(assignment.name, assignment.low, assignment.high, np.clip)
     tokens = [emitter.argument(name) for name in kernel.unknowns]
     return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")

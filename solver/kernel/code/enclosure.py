@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from typing import Any, TypeAlias
 
-    from rulesheets.functions.intervals.bounds import Array
-    from rulesheets.functions.intervals.bounds import Interval as Intervals
+    from rulesheets.functions.intervals.arrays import Array
+    from rulesheets.functions.intervals.arrays import Interval as Intervals
     from solver.kernel.code.interval_code import Operations, Pair
 
     Interval: TypeAlias = tuple[float, float]

@@ -1,44 +1,22 @@
-"""What compiled interval code calls on arrays of boxes.
-
-The operations are those of ``rulesheets.functions.intervals`` without their guards against warnings (callers
-silence those once), and cheaper ones where a factor is a number that is known, or both factors are one.
-"""
+"""What compiled interval code calls on arrays of boxes; callers silence numpy's warnings once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
-from rulesheets.functions.intervals import INTERVALS, add, divide, multiply, power
-from rulesheets.functions.intervals.bounds import Array, Interval, Mask, magnitudes, where_not
+from rulesheets.functions.intervals.arrays import (
+    INTERVALS,
+    Array,
+    Interval,
+    Mask,
+    add,
+    divide,
+    multiply,
+    power,
+    scaled,
+    square,
+)
 from solver.kernel.code.interval_code import Operations
-
-
-def plain(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function itself, where it is wrapped in a guard against warnings."""
-    plain: Callable[..., Any] = getattr(function, "__wrapped__", function)
-    return plain
-
-
-def scaled(factor: Array, _: Array, low: Array, high: Array) -> Interval:
-    """A number times an interval, rounded outward but not across 0."""
-    if factor == 0.0:
-        return where_not(np.isnan(low), np.zeros_like(low), np.zeros_like(high))
-    first, last = (low, high) if factor > 0.0 else (-high, -low)
-    size = abs(factor)
-    below, above = np.nextafter(size * first, -np.inf), np.nextafter(size * last, np.inf)
-    return np.where(first >= 0.0, np.maximum(below, 0.0), below), np.where(
-        last <= 0.0, np.minimum(above, 0.0), above
-    )
-
-
-def square(low: Array, high: Array) -> Interval:
-    least, greatest = magnitudes(low, high)
-    below = np.maximum(np.nextafter(least * least, -np.inf), 0.0)
-    above = np.nextafter(greatest * greatest, np.inf)
-    return below, np.where(greatest == 0.0, 0.0, above)
 
 
 def cut(y_low: Array, y_high: Array, x_low: Array, _: Array) -> Mask:
@@ -92,13 +70,13 @@ def by_slopes(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Inter
 
 ARRAYS = Operations(
     np.float64,
-    {name: plain(form) for name, form in INTERVALS.items()},
+    INTERVALS,
     {
         "isnan": np.isnan,
-        "add": plain(add),
-        "divide": plain(divide),
-        "multiply": plain(multiply),
-        "power": plain(power),
+        "add": add,
+        "divide": divide,
+        "multiply": multiply,
+        "power": power,
         "square": square,
         "scaled": scaled,
         "cut": cut,

@@ -3,25 +3,13 @@
 from __future__ import annotations
 
 from math import inf, isfinite, isnan
-from typing import TYPE_CHECKING
 
-from rulesheets.functions.float_intervals import FLOAT_INTERVALS
-from rulesheets.functions.float_intervals.arithmetic import (
-    add,
-    divide,
-    multiply,
-    power,
-    scaled,
-    square,
-    within,
-)
-from rulesheets.functions.float_intervals.bounds import EMPTY, greatest
-from rulesheets.functions.float_intervals.bounds import least as smaller
-from rulesheets.functions.float_intervals.circular import cut
+from rulesheets.functions.intervals.arithmetic import add, divide, multiply, power, scaled, square, within
+from rulesheets.functions.intervals.bounds import EMPTY, Interval, greatest
+from rulesheets.functions.intervals.bounds import least as smaller
+from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
+from rulesheets.functions.intervals.forms import cut
 from solver.kernel.code.interval_code import Operations
-
-if TYPE_CHECKING:
-    from rulesheets.functions.float_intervals.bounds import Interval
 
 
 def bounded(

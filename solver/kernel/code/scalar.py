@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rulesheets.functions import TABLE
+from rulesheets.functions.row import Forms
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -22,12 +23,28 @@ from rulesheets.nodes import (
     Symbol,
 )
 
+VALUES = Forms(TABLE, lambda row: row.value)
+"""The functions of the language on floats."""
+
+
+def _power(base: float, exponent: float) -> float:
+    """A real power; ValueError where it would be complex, as ``math.pow`` has it."""
+    result = base**exponent
+    if isinstance(result, complex):
+        raise ValueError("power of a negative number")
+    return float(result)
+
 
 class Emitter:
     """Lines of three-address code. Equal expressions get the same temporary (hash-consing)."""
 
-    def __init__(self, arguments: Sequence[str], functions: Mapping[str, Callable[..., Any]] | None = None):
-        self.functions = functions or {"power": _power, **{name: row.value for name, row in TABLE.items()}}
+    def __init__(
+        self,
+        arguments: Sequence[str],
+        functions: Mapping[str, Callable[..., Any]] = VALUES,
+        power: Callable[..., Any] = _power,
+    ) -> None:
+        self._functions, self._power = functions, power
         self.lines: list[str] = []
         self.globals: dict[str, Any] = {"__builtins__": {"ValueError": ValueError}}
         self._tokens: dict[tuple[str, ...], str] = {}
@@ -54,11 +71,11 @@ class Emitter:
         if tests:
             self.lines.append(f"if {' or '.join(tests)}: raise ValueError")
 
-    def clamp(self, name: str, low: float, high: float) -> None:
+    def clamp(self, name: str, low: float, high: float, clip: Callable[..., Any]) -> None:
         """Move the value called ``name`` into the range (on arrays)."""
         if low > float("-inf") or high < float("inf"):
             ends = (repr(low) if low > float("-inf") else None, repr(high) if high < float("inf") else None)
-            self.globals["clip"] = self.functions["clip"]
+            self.globals["clip"] = clip
             self._names[name] = self._temporary(f"clip({self._names[name]}, {ends[0]}, {ends[1]})")
 
     def token(self, expression: Expression) -> str:
@@ -79,9 +96,9 @@ class Emitter:
                 token = self.token(base)
                 return self._temporary(token, "*", token)
             case Power(base, exponent):
-                return self._call("power", (base, exponent))
+                return self._call("power", self._power, (base, exponent))
             case Call(function, arguments):
-                return self._call(function, arguments)
+                return self._call(function, self._functions[function], arguments)
             case Symbol(name):
                 raise ValueError(f"the symbol '{name} has no number")
 
@@ -94,8 +111,8 @@ class Emitter:
                 token = self._temporary(token, "+", self.token(term))
         return token
 
-    def _call(self, name: str, arguments: tuple[Expression, ...]) -> str:
-        self.globals[f"f_{name}"] = self.functions[name]
+    def _call(self, name: str, function: Callable[..., Any], arguments: tuple[Expression, ...]) -> str:
+        self.globals[f"f_{name}"] = function
         tokens = ", ".join(self.token(argument) for argument in arguments)
         return self._temporary(f"f_{name}(", tokens, ")")
 
@@ -114,14 +131,6 @@ class Emitter:
         namespace = dict(self.globals)
         exec(compile(f"def kernel({self._header}):\n    {body}\n", "<kernel>", "exec"), namespace)
         return namespace["kernel"]  # type: ignore[no-any-return]
-
-
-def _power(base: float, exponent: float) -> float:
-    """A real power; ValueError where it would be complex, as ``math.pow`` has it."""
-    result = base**exponent
-    if isinstance(result, complex):
-        raise ValueError("power of a negative number")
-    return float(result)
 
 
 def compile_expressions(

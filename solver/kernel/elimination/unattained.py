@@ -88,7 +88,7 @@ def _image(function: str) -> tuple[float, float, bool, bool] | None:
     """The ends of the image of a function, and which of them it never attains."""
     if function in _ERROR_FUNCTIONS:
         return (*_ERROR_FUNCTIONS[function], True, True)
-    preimage = TABLE[function].preimage if function in TABLE else None
+    preimage = TABLE[function].inverse if function in TABLE else None
     if preimage is None or (preimage.low, preimage.high) == (-inf, inf):
         return None
     return preimage.low, preimage.high, preimage.low_open, preimage.high_open

@@ -17,19 +17,24 @@ import numpy as np
 
 from rulesheets import nodes
 from rulesheets.deadline import expect_time
-from rulesheets.functions.intervals import INTERVALS, power
-from rulesheets.functions.intervals.bounds import Array, Interval, Mask
+from rulesheets.functions.intervals.arrays import (
+    INTERVALS,
+    Array,
+    Interval,
+    Mask,
+    add,
+    divide,
+    multiply,
+    power,
+    square,
+)
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.kernel.code.interval_arrays import plain, square
 from solver.kernel.code.interval_code import ROUNDED
 from solver.kernel.search.inverse_hull import (
     INVERSES,
     divisor,
     factor,
     meet,
-    plain_add,
-    plain_divide,
-    plain_multiply,
     real_root,
     whole_root,
 )
@@ -132,18 +137,18 @@ class Hull:
             case Sum():
                 total = operands[0]
                 for term in operands[1:]:
-                    total = plain_add(*total, *term)
+                    total = add(*total, *term)
                 return total
             case Product(left, right):
-                result = square(*operands[0]) if left == right else plain_multiply(*operands[0], *operands[1])
+                result = square(*operands[0]) if left == right else multiply(*operands[0], *operands[1])
             case Quotient():
-                result = plain_divide(*operands[0], *operands[1])
+                result = divide(*operands[0], *operands[1])
             case Power(_, Number(2.0)):
                 result = square(*operands[0])
             case Power():
-                result = plain(power)(*operands[0], *operands[1])
+                result = power(*operands[0], *operands[1])
             case Call(function):
-                result = plain(INTERVALS[function])(*(end for pair in operands for end in pair))
+                result = INTERVALS[function](*(end for pair in operands for end in pair))
             case nodes.Symbol(name):
                 raise ValueError(f"the symbol '{name} has no range")
         return result
@@ -162,7 +167,7 @@ class Hull:
                 narrowed = [factor(operands[0], operands[1], z)]
                 narrowed.append(factor(operands[1], narrowed[0], z))
             case Quotient():
-                narrowed = [meet(operands[0], plain_multiply(*z, *operands[1]))]
+                narrowed = [meet(operands[0], multiply(*z, *operands[1]))]
                 narrowed.append(divisor(operands[1], narrowed[0], z))
             case Power(_, Number(exponent)) if exponent.is_integer() and 1 <= exponent <= 64:
                 narrowed = [whole_root(operands[0], z, int(exponent)), operands[1]]
@@ -188,8 +193,8 @@ def _zero(value: Interval, zero: Array) -> Interval:
 
 def _terms(terms: Sequence[Interval], total: Interval) -> list[Interval]:
     """Each term is the total less the others, which are added up from both sides."""
-    before = list(accumulate(terms[:-1], lambda a, b: plain_add(*a, *b)))
-    after = list(accumulate(terms[:0:-1], lambda a, b: plain_add(*a, *b)))[::-1]
+    before = list(accumulate(terms[:-1], lambda a, b: add(*a, *b)))
+    after = list(accumulate(terms[:0:-1], lambda a, b: add(*a, *b)))[::-1]
     narrowed = []
     for k, term in enumerate(terms):
         others = [
@@ -197,6 +202,6 @@ def _terms(terms: Sequence[Interval], total: Interval) -> list[Interval]:
             for side, place, there in ((before, k - 1, k > 0), (after, k, k < len(terms) - 1))
             if there
         ]
-        rest = others[0] if len(others) == 1 else plain_add(*others[0], *others[1])
-        narrowed.append(meet(term, plain_add(*total, -rest[1], -rest[0])))
+        rest = others[0] if len(others) == 1 else add(*others[0], *others[1])
+        narrowed.append(meet(term, add(*total, -rest[1], -rest[0])))
     return narrowed

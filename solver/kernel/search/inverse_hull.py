@@ -13,9 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from rulesheets.functions.intervals import INTERVALS, add, divide, multiply
-from rulesheets.functions.intervals.bounds import Array, Interval, magnitudes
-from solver.kernel.code.interval_arrays import plain
+from rulesheets.functions.intervals.arrays import INTERVALS, Array, Interval, divide, magnitudes
 
 ROOT_SLACK = 4096 * 2.0**-52
 """Relative: x^(1/n) with a rounded 1/n is off by at most |ln x| of them, 745 at most."""
@@ -37,7 +35,7 @@ def outside(x: Interval, low: Array, high: Array) -> Interval:
 
 def factor(x: Interval, y: Interval, z: Interval) -> Interval:
     """x where x·y = z. A ``y`` on both sides of 0 leaves out the middle; if ``z`` has 0 too, nothing."""
-    quotient = plain_divide(*z, *y)
+    quotient = divide(*z, *y)
     y_zero, z_zero = (y[0] <= 0.0) & (y[1] >= 0.0), (z[0] <= 0.0) & (z[1] >= 0.0)
     inside = meet(x, quotient)
     # y across 0 and z off 0: |x| is at least |z| / |y|
@@ -129,10 +127,8 @@ def _next_preimage(start: Array, near: Array, far: Array) -> Array:
 
 def _through(name: str, x: Interval, z: Interval) -> Interval:
     """x where x is the function ``name`` of z."""
-    return meet(x, plain(INTERVALS[name])(*z))
+    return meet(x, INTERVALS[name](*z))
 
-
-plain_divide, plain_add, plain_multiply = (plain(operation) for operation in (divide, add, multiply))
 
 INVERSES: Mapping[str, Callable[[Interval, Interval], Interval]] = {
     "sqrt": square,

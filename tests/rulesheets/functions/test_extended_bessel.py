@@ -6,8 +6,8 @@ import mpmath
 import pytest
 import scipy.special
 
+from rulesheets.functions.digits import MOST_ORDER as MOST
 from rulesheets.functions.extended import context, functions
-from rulesheets.functions.extended_bessel import MOST
 
 DIGITS = 40
 
@@ -28,7 +28,7 @@ def test_the_integral_of_bessel(order: int, x: float) -> None:
         assert abs(bessel("jn", order, x) - mean) <= mpmath.mpf(10) ** -(DIGITS + 5) + abs(mean) * 10**-36
 
 
-@pytest.mark.parametrize(("order", "x"), [(1000, 900.0), (1000, 1e3), (1000, 1e8), (9999, 9990.5), (60, 2.0)])
+@pytest.mark.parametrize(("order", "x"), [(900, 810.0), (900, 900.0), (900, 1e8), (60, 2.0)])
 def test_the_wronskian(order: int, x: float) -> None:
     """J(n+1) Y(n) − J(n) Y(n+1) = 2/(π x)."""
     with mpmath.workdps(DIGITS):

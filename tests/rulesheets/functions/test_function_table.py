@@ -53,7 +53,7 @@ def test_value(name: str, arguments: tuple[float, ...]) -> None:
 
 @pytest.mark.parametrize(("name", "arguments"), CASES)
 def test_derivatives(name: str, arguments: tuple[float, ...]) -> None:
-    trees = TABLE[name].derivatives(tuple(map(Number, arguments)))
+    trees = TABLE[name].partials(tuple(map(Number, arguments)))
     assert len(trees) == len(arguments)
     for place, tree in enumerate(trees):
         if tree is None:
@@ -74,24 +74,22 @@ def central_difference(name: str, arguments: tuple[float, ...], place: int) -> m
     return (sides[0] - sides[1]) / (2 * step)
 
 
-@pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name].preimage])
+@pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name].inverse])
 @pytest.mark.parametrize("target", [-1.4, -0.75, 0.25, 0.5, 1.25, 1.5])
 def test_every_branch_is_a_solution(name: str, target: float) -> None:
-    preimage = TABLE[name].preimage
-    assert preimage is not None
-    if preimage.reaches(target):
-        for branch in preimage.branches(Name("t")):
+    inverse = TABLE[name].inverse
+    assert inverse is not None
+    if inverse.reaches(target):
+        for branch in inverse.branches(Name("t")):
             assert TABLE[name].value(value(branch, {"t": target})) == pytest.approx(target, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, row in TABLE.items() if row.preimage and row.preimage.period]
-)
+@pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row.inverse and row.inverse.period])
 def test_branches_are_all_solutions_of_a_period(name: str) -> None:
     row = TABLE[name]
-    assert row.preimage is not None and row.preimage.period is not None
-    period, target = row.preimage.period, 0.3
-    found = sorted(value(branch, {"t": target}) % period for branch in row.preimage.branches(Number(target)))
+    assert row.inverse is not None and row.inverse.period is not None
+    period, target = row.inverse.period, 0.3
+    found = sorted(value(branch, {"t": target}) % period for branch in row.inverse.branches(Number(target)))
     points = [period * (k + 0.01) / 3600 for k in range(3601)]
     crossings = [
         left
@@ -116,8 +114,8 @@ def test_images_are_exact() -> None:
         ("ln", -1e9): True,
     }
     for (name, target), expected in reached.items():
-        preimage = TABLE[name].preimage
-        assert preimage is not None and preimage.reaches(target) is expected, name
+        inverse = TABLE[name].inverse
+        assert inverse is not None and inverse.reaches(target) is expected, name
 
 
 @pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row.domain != (-math.inf, math.inf)])

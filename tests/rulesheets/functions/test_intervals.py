@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
 from rulesheets.functions import TABLE
 from rulesheets.functions.extended import context, functions
-from rulesheets.functions.float_intervals import FLOAT_INTERVALS
-from rulesheets.functions.intervals import INTERVALS, add, divide, multiply, power, subtract
+from rulesheets.functions.intervals.arrays import INTERVALS, add, divide, multiply, power
+from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
 
 MP = context(40)
 EXACT = functions(40)
@@ -37,6 +37,13 @@ SPECIAL = (
     1e6,
 )
 WHOLE = ("jn", "yn")
+
+
+@pytest.fixture(autouse=True)
+def quiet() -> Iterator[None]:
+    """Infinities and nan are met on purpose."""
+    with np.errstate(all="ignore"):
+        yield
 
 
 def ends(random: np.random.Generator, boxes: int, tiny: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -99,7 +106,6 @@ def test_contains_every_value(name: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", range(1, 9))
 def test_arithmetic_contains_every_value(seed: int) -> None:
     assert_contains("add", add, lambda x, y: x + y, 2, seed)
-    assert_contains("subtract", subtract, lambda x, y: x - y, 2, seed)
     assert_contains("multiply", multiply, lambda x, y: x * y, 2, seed)
     assert_contains("divide", divide, lambda x, y: x / y, 2, seed)
     assert_contains("power", power, real_power, 2, seed)
@@ -248,6 +254,6 @@ def test_there_is_a_form_of_every_function() -> None:
 def test_contains_the_value_next_to_overflow_and_underflow(name: str, point: tuple[float, ...]) -> None:
     """Where the libraries lose digits, or are infinite or 0 before the function is."""
     exact = EXACT[name](*map(MP.mpf, point)) if point[-1] < 1e300 else MP.zero  # it is less than 1e-600
-    for form in (INTERVALS[name], FLOAT_INTERVALS[name]):
-        low, high = map(float, form(*(np.asarray(end) for x in point for end in (x, x))))
-        assert MP.mpf(low) <= exact <= MP.mpf(high)
+    ends = [end for x in point for end in (x, x)]
+    for low, high in (INTERVALS[name](*map(np.asarray, ends)), FLOAT_INTERVALS[name](*ends)):
+        assert MP.mpf(float(low)) <= exact <= MP.mpf(float(high))

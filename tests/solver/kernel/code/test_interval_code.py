@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rulesheets.construct import call
 from rulesheets.evaluate import Undefined, enclose, value
-from rulesheets.functions.float_intervals import arithmetic
+from rulesheets.functions.intervals import arithmetic
 from rulesheets.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.interval_arrays import ARRAYS, scaled, square
 from solver.kernel.code.interval_code import IntervalEmitter

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from rulesheets.construct import ONE, ZERO, add, call, divide, multiply, negative, power, subtract
-from rulesheets.functions.builtin import Partials
+from rulesheets.functions.row import Slopes
 from rulesheets.nodes import Expression, Number
 
 _TWO = Number(2.0)
@@ -25,9 +25,18 @@ ROUNDED: dict[float, Expression] = {
 """Floats that derivatives have in place of numbers that no float holds, and those numbers."""
 
 
-def one(slope: Callable[[Expression], Expression]) -> Partials:
+def one(slope: Callable[[Expression], Expression]) -> Slopes:
     """Partials of a function of one argument."""
     return lambda arguments: (slope(arguments[0]),)
+
+
+def of(name: str) -> Slopes:
+    """The slope is another function of the table."""
+    return one(lambda x: call(name, x))
+
+
+def minus(name: str) -> Slopes:
+    return one(lambda x: negative(call(name, x)))
 
 
 def flat(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
@@ -35,12 +44,12 @@ def flat(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
     return (ZERO,) * len(arguments)
 
 
-def per_degree(slope: Callable[[Expression], Expression]) -> Partials:
+def per_degree(slope: Callable[[Expression], Expression]) -> Slopes:
     """Partials of a function of degrees from the slope that it has in radians."""
     return one(lambda x: multiply(_RADIAN, slope(x)))
 
 
-def to_degrees(slope: Callable[[Expression], Expression]) -> Partials:
+def to_degrees(slope: Callable[[Expression], Expression]) -> Slopes:
     """Partials of an angle in degrees from the slope that it has in radians."""
     return one(lambda x: multiply(_DEGREE, slope(x)))
 
@@ -87,7 +96,7 @@ def over(factor: float) -> Callable[[Expression], Expression]:
     return lambda x: divide(Number(factor), x)
 
 
-def direction(unit: Expression) -> Partials:
+def direction(unit: Expression) -> Slopes:
     """Partials of atan2(y, x) where a radian is ``unit``."""
 
     def partials(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
@@ -107,7 +116,7 @@ def mod(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
     return ONE, negative(call("int", divide(x, y)))
 
 
-def _extreme(name: str, beats: Callable[[Expression, Expression], Expression]) -> Partials:
+def _extreme(name: str, beats: Callable[[Expression, Expression], Expression]) -> Slopes:
     """Partials of min or max: 1 for the argument that is it (the first of equals), 0 for the others."""
 
     def partials(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
@@ -143,17 +152,13 @@ def beta(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
     return tuple(multiply(whole, subtract(call("digamma", part), both)) for part in (a, b))
 
 
-def unknown(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
-    return (None,) * len(arguments)
-
-
 def bessel_first(name: str) -> Callable[[Expression], Expression]:
     """Slope of j1 or y1 by the recurrence that has no division by x."""
     even = name[0]
     return lambda x: _half(subtract(call(f"{even}0", x), call(f"{even}n", _TWO, x)))
 
 
-def bessel_order(name: str) -> Partials:
+def bessel_order(name: str) -> Slopes:
     """Partials of jn or yn: unknown in the order, by recurrence in x."""
 
     def partials(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:

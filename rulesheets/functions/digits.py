@@ -1,0 +1,160 @@
+"""Functions to many digits that mpmath lacks, or has otherwise: of a context ``mp`` and its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+Extended: TypeAlias = Any
+"""A number of mpmath (which has no types of its own)."""
+
+LARGE = 2**20
+MOST_ORDER = 1_000
+"""The largest order of a Bessel function: beyond it, one value takes longer than an answer is worth."""
+
+
+def exp(mp: Any, x: Extended) -> Extended:
+    """Of large whole numbers mpmath makes a power of e, squared and squared again with ever more digits."""
+    if abs(x) < LARGE or not mp.isint(x):
+        return mp.exp(x)
+    return mp.exp(mp.fsub(x, 0.5, exact=True)) * mp.exp(0.5)
+
+
+def sinh(mp: Any, x: Extended) -> Extended:
+    """Of large numbers half a power of e, as the other half is below any digits."""
+    return mp.sinh(x) if abs(x) < LARGE else mp.sign(x) * exp(mp, abs(x)) / 2
+
+
+def cosh(mp: Any, x: Extended) -> Extended:
+    return mp.cosh(x) if abs(x) < LARGE else exp(mp, abs(x)) / 2
+
+
+def truncated(mp: Any, x: Extended) -> Extended:
+    return mp.floor(x) if x >= 0 else mp.ceil(x)
+
+
+def frac(mp: Any, x: Extended) -> Extended:
+    return x - truncated(mp, x)
+
+
+def rounded(mp: Any, x: Extended) -> Extended:
+    return mp.sign(x) * mp.floor(abs(x) + mp.mpf(0.5))
+
+
+def mod(mp: Any, x: Extended, y: Extended) -> Extended:
+    if y == 0:
+        raise ValueError("remainder of a division by 0")
+    remainder = abs(x) % abs(y)
+    return remainder if x >= 0 else -remainder
+
+
+def lgamma(mp: Any, x: Extended) -> Extended:
+    return mp.ln(abs(mp.gamma(x))) if x < 0 else mp.loggamma(x)
+
+
+# --- angles ---------------------------------------------------------------------
+
+
+def _direction(mp: Any, y: Extended, x: Extended, half_turn: Extended) -> Extended:
+    """Direction of (x, y) in (-half turn, half turn]."""
+    if x == 0 and y == 0:
+        raise ValueError("the origin has no direction")
+    if y == 0:
+        return mp.zero if x > 0 else +half_turn
+    if abs(x) == abs(y):
+        return mp.sign(y) * half_turn / 4 * (1 if x > 0 else 3)
+    direction = mp.atan2(y, x) / mp.pi * half_turn
+    return abs(direction) if direction <= -half_turn else direction
+
+
+def atan2(mp: Any, y: Extended, x: Extended) -> Extended:
+    return _direction(mp, y, x, mp.pi)
+
+
+def atan2d(mp: Any, y: Extended, x: Extended) -> Extended:
+    """A direction next to -180 to which no float belongs is just beyond 180, as floats have it."""
+    direction = _direction(mp, y, x, mp.mpf(180))
+    return direction + 360 if float(direction) == -180.0 else direction
+
+
+def _wave(mp: Any, x: Extended, ahead: int) -> Extended:
+    """Sine of x degrees and ``ahead`` right angles; reduction to the nearest right angle is exact."""
+    turn = x % 360 if abs(x) > 180 else x  # a small angle below 0 would lose its digits
+    nearest = int(mp.nint(turn / 90))
+    rest, quarters = turn - 90 * nearest, nearest + ahead
+    if quarters & 1:
+        value = mp.cospi(rest / 180)
+    else:
+        value = mp.sign(rest) / 2 if abs(rest) == 30 else mp.sinpi(rest / 180)
+    return -value if quarters & 2 else value
+
+
+def sind(mp: Any, x: Extended) -> Extended:
+    return _wave(mp, x, 0)
+
+
+def cosd(mp: Any, x: Extended) -> Extended:
+    return _wave(mp, x, 1)
+
+
+def tand(mp: Any, x: Extended) -> Extended:
+    return mp.sign(x % 180 - 90) * -1 if x % 90 == 45 else sind(mp, x) / cosd(mp, x)
+
+
+def in_degrees(name: str) -> Callable[[Any, Extended], Extended]:
+    """The angle in degrees that mpmath's function of this name gives in radians."""
+    return lambda mp, x: getattr(mp, name)(x) / mp.pi * 180
+
+
+# --- Bessel functions -----------------------------------------------------------
+
+
+def at_order(name: str, order: int) -> Callable[[Any, Extended], Extended]:
+    return lambda mp, x: getattr(mp, name)(order, x)
+
+
+def of_order(name: str) -> Callable[[Any, Extended, Extended], Extended]:
+    """A Bessel function of whole order."""
+
+    def value(mp: Any, order: Extended, x: Extended) -> Extended:
+        if not mp.isint(order) or abs(order) > MOST_ORDER:
+            raise ValueError("the order is no whole number of ordinary size")
+        return getattr(mp, name)(order, x)
+
+    return value
+
+
+# --- balls: of ``arb`` and its balls --------------------------------------------
+
+
+def ball_truncated(arb: Any, x: Any) -> Any:
+    return x.floor() if x >= 0 else x.ceil() if x <= 0 else x.floor().union(x.ceil())
+
+
+def ball_rounded(arb: Any, x: Any) -> Any:
+    return x.sgn() * (abs(x) + arb(0.5)).floor()
+
+
+def ball_mod(arb: Any, x: Any, y: Any) -> Any:
+    return x - y * ball_truncated(arb, x / y)
+
+
+def ball_step(arb: Any, x: Any, a: Any) -> Any:
+    return arb(1) if x >= a else arb(0) if x < a else arb(0).union(arb(1))
+
+
+def ball_direction(arb: Any, y: Any, x: Any) -> Any:
+    """In degrees. A direction next to -180 to which no float belongs is just beyond 180, as in floats."""
+    direction = arb.atan2(y, x) / arb.pi() * 180
+    behind = float(direction.lower()) == float(direction.upper()) == -180.0
+    return direction + 360 if behind else direction
+
+
+def same_whole(x: Any) -> bool:
+    """Whether all numbers of a ball have one whole part."""
+    return bool(ball_truncated(None, x.lower()) == ball_truncated(None, x.upper()))
+
+
+def on_one_side(y: Any, x: Any) -> bool:
+    """Whether a direction stays on one side of its cut, to which the half plane above it belongs."""
+    return bool(x > 0 or y < 0 or y >= 0)

@@ -1,0 +1,367 @@
+"""Interval forms of the functions of the language, on one box of floats.
+
+Each takes the two ends of every argument in turn, ``f(low, high, low, high, …) -> (low, high)``, by the
+conventions of ``bounds``. They are tight where the function is monotone; elsewhere the known extremes or a
+bound on the slope serve (Abramowitz & Stegun 1964, tables 6.1, 9.1 and 9.5), and the whole line where nothing
+is simple.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from math import atan2 as radians_of
+from math import ceil, floor, fmod, inf, isfinite, isinf, isnan, lgamma, nan, nextafter, pi
+from math import tan as tangent
+
+from rulesheets.functions import degrees, special
+from rulesheets.functions.intervals import bounds
+from rulesheets.functions.intervals.bounds import (
+    EMPTY,
+    EPSILON,
+    ULPS,
+    Interval,
+    clipped,
+    down,
+    greatest,
+    least,
+    magnitudes,
+    up,
+)
+
+SPECIAL_ULPS = 32.0
+"""What special functions are trusted to; near their zeros the error is absolute, and ``TINY``."""
+TINY = 1e-14
+LINE = -inf, inf
+UNIT, POSITIVE = (-1.0, 1.0), (0.0, inf)
+_SLACK = 8.0 * EPSILON
+"""What a count of turns can be off by, relative to the count or one."""
+_LARGEST_ANGLE = 1e15
+"""Up to here 180 times a whole number plus 90 is exact."""
+LAST_PLACES = 256 * 5e-324
+"""Directions are computed in radians: what the last place of the smallest of them is in degrees, and more."""
+_GAMMA_VALLEY = 1.4616321449683623
+GAMMA_LEAST, LGAMMA_LEAST = 0.8856031944108886, -0.12148629053584964
+"""Gamma and its logarithm have their least values for positive arguments at the valley."""
+_LEAST_OVERFLOW = 1e306
+"""Where i0 and i1 overflow, which compute exp(x) first, they are no less than this."""
+
+
+def unknown(*ends: float) -> Interval:
+    """The range of a function of which nothing is known."""
+    return EMPTY if any(isnan(low) for low in ends[::2]) else LINE
+
+
+def constant(below: float) -> Callable[[], Interval]:
+    """A constant that lies between ``below`` and the next float."""
+    return lambda: (below, nextafter(below, inf))
+
+
+@dataclass(frozen=True)
+class Monotone:
+    """Range of a monotone function; ``image`` has ends that are floats exactly.
+
+    Where ``value`` raises at an end of its domain, or overflows, its value is the nearer end of the image.
+    """
+
+    value: Callable[[float], float]
+    domain: tuple[float, float] = LINE
+    image: tuple[float, float] = LINE
+    ulps: float = ULPS
+    falling: bool = False
+
+    def __call__(self, low: float, high: float) -> Interval:
+        low, high = clipped(low, high, self.domain)
+        first, last = (high, low) if self.falling else (low, high)
+        below, above = down(self._at(first), self.ulps), up(self._at(last), self.ulps)
+        return greatest(below, self.image[0]), least(above, self.image[1])
+
+    def _at(self, x: float) -> float:
+        if isnan(x):
+            return nan
+        try:
+            return self.value(x)
+        except (OverflowError, ValueError):
+            small = x <= self.domain[0] or (x < 0.0 and x < self.domain[1])
+            return self.image[0] if small is not self.falling else self.image[1]
+
+
+@dataclass(frozen=True)
+class Even:
+    """Range of an even function from that for arguments that are not negative."""
+
+    rising: Monotone
+
+    def __call__(self, low: float, high: float) -> Interval:
+        return self.rising(*magnitudes(low, high))
+
+
+# --- angles ---------------------------------------------------------------------
+
+
+def _may_contain(low: float, high: float, offset: float) -> bool:
+    """Whether some whole number plus ``offset`` may lie between two counts of turns."""
+    first = low - offset - _SLACK * (abs(low) + 1.0)
+    return ceil(first) <= floor(high - offset + _SLACK * (abs(high) + 1.0))
+
+
+@dataclass(frozen=True)
+class Wave:
+    """Range of a sine of period ``turn`` with its maxima at ``top`` turns."""
+
+    value: Callable[[float], float]
+    turn: float
+    top: float
+
+    def __call__(self, low: float, high: float) -> Interval:
+        if isnan(low):
+            return EMPTY
+        if isinf(low) or isinf(high) or isnan(high):
+            return -1.0, 1.0
+        first, last, at_low, at_high = low / self.turn, high / self.turn, self.value(low), self.value(high)
+        below, above = down(min(at_low, at_high), ULPS), up(max(at_low, at_high), ULPS)
+        if above > 1.0 or _may_contain(first, last, self.top):
+            above = 1.0
+        if below < -1.0 or _may_contain(first, last, self.top + 0.5):
+            below = -1.0
+        return below, above
+
+
+def tan(low: float, high: float) -> Interval:
+    if isnan(low):
+        return EMPTY
+    if isinf(low) or isinf(high) or isnan(high) or _may_contain(low / pi, high / pi, 0.5):
+        return LINE
+    return down(tangent(low), ULPS), up(tangent(high), ULPS)
+
+
+def tand(low: float, high: float) -> Interval:
+    """Tangent of degrees: a pole at an end leaves a half line, one inside the whole line."""
+    if isnan(low):
+        return EMPTY
+    if not (abs(low) <= _LARGEST_ANGLE and abs(high) <= _LARGEST_ANGLE):
+        return LINE
+    start = _branch_start(low)
+    if low == high == start:
+        return EMPTY
+    if high > start + 180.0:
+        return LINE
+    below = -inf if low == start else down(degrees.tand(low), ULPS)
+    return below, inf if high == start + 180.0 else up(degrees.tand(high), ULPS)
+
+
+def _branch_start(angle: float) -> float:
+    """The last pole of tand at or before an angle."""
+    start = 180.0 * floor((angle + 90.0) / 180.0) - 90.0
+    start = start - 180.0 if start > angle else start
+    return start + 180.0 if start + 180.0 <= angle else start
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Range of atan2(y, x), in (-half turn, half turn], ``unit`` to a radian.
+
+    Away from the cut (y = 0, x < 0) the direction of a box is bounded by its corners; a box
+    across the cut has directions up to the half turn both ways.
+    """
+
+    half_turn: float
+    unit: float
+
+    def __call__(self, y_low: float, y_high: float, x_low: float, x_high: float) -> Interval:
+        if isnan(y_low) or isnan(x_low):
+            return EMPTY
+        if isnan(y_high) or isnan(x_high) or (y_low < 0.0 <= y_high and x_low < 0.0):
+            return -self.half_turn, self.half_turn
+        corners = [
+            radians_of(y, x) * self.unit
+            for y in (y_low + 0.0, y_high + 0.0)
+            for x in (x_low + 0.0, x_high + 0.0)
+            if y or x
+        ]
+        if not corners:
+            return EMPTY
+        return down(min(corners), ULPS) - LAST_PLACES, up(max(corners), ULPS) + LAST_PLACES
+
+
+def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
+    """Where the direction of (x, y) may jump from one half turn to the other, or is undefined."""
+    return not (y_low > 0.0 or y_high < 0.0 or x_low > 0.0)
+
+
+# --- jumps and kinks; all but frac and mod are exact ----------------------------
+
+
+def each_end(value: Callable[[float], float]) -> Callable[[float, float], Interval]:
+    """Range of a rising function that floats compute exactly."""
+
+    def at(x: float) -> float:
+        return x if isnan(x) or (isinf(x) and value is not special.sgn) else value(x)
+
+    return lambda low, high: (at(low), at(high))
+
+
+def step(x_low: float, x_high: float, a_low: float, a_high: float) -> Interval:
+    if isnan(x_low) or isnan(a_low):
+        return EMPTY
+    return 1.0 if x_low >= a_high else 0.0, 0.0 if x_high < a_low else 1.0
+
+
+def smallest(*ends: float) -> Interval:
+    return reduce(bounds.least, ends[::2]), reduce(bounds.least, ends[1::2])
+
+
+def largest(*ends: float) -> Interval:
+    return reduce(bounds.greatest, ends[::2]), reduce(bounds.greatest, ends[1::2])
+
+
+def frac(low: float, high: float) -> Interval:
+    return mod(low, high, 1.0, 1.0)
+
+
+def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:
+    """Remainder: the sign of x, smaller than y, no larger than x; exact within a period of a fixed y."""
+    reach = magnitudes(y_low, y_high)[1]
+    if isnan(x_low) or isnan(y_low) or reach == 0.0:
+        return EMPTY
+    one_sign = x_low >= 0.0 or x_high <= 0.0
+    if y_low == y_high and one_sign and nextafter(x_high - x_low, inf) < abs(y_low):
+        at_low, at_high = fmod(x_low, y_low), fmod(x_high, y_low)
+        if at_low <= at_high:
+            return at_low, at_high
+    return -least(max(-x_low, 0.0), reach), least(max(x_high, 0.0), reach)
+
+
+# --- special functions ----------------------------------------------------------
+
+
+def _below(value: Callable[[float], float], x: float) -> float:
+    """Below the value by the error of the library; -inf where it has none."""
+    try:
+        return down(value(x), SPECIAL_ULPS) - TINY
+    except (OverflowError, ValueError):
+        return -inf
+
+
+def _above(value: Callable[[float], float], x: float) -> float:
+    try:
+        return up(value(x), SPECIAL_ULPS) + TINY
+    except (OverflowError, ValueError):
+        return inf
+
+
+@dataclass(frozen=True)
+class Valley:
+    """Range of gamma or lgamma, whose least value is ``lowest``: known for positive arguments."""
+
+    value: Callable[[float], float]
+    lowest: float
+
+    def __call__(self, low: float, high: float) -> Interval:
+        if isnan(low):
+            return EMPTY
+        if not 0.0 < low <= high:
+            return LINE
+        at_low, at_high = self._at(low), self._at(high)
+        around = low <= _GAMMA_VALLEY + 1e-6 and high >= _GAMMA_VALLEY - 1e-6
+        below = self.lowest if around else min(at_low, at_high)
+        return down(below, SPECIAL_ULPS) - TINY, up(max(at_low, at_high), SPECIAL_ULPS) + TINY
+
+    def _at(self, x: float) -> float:
+        try:
+            return self.value(x)
+        except OverflowError:
+            return inf
+
+
+def digamma(low: float, high: float) -> Interval:
+    """Rising for positive arguments; elsewhere the whole line."""
+    if isnan(low):
+        return EMPTY
+    return (_below(special.digamma, low), _above(special.digamma, high)) if low > 0.0 else LINE
+
+
+def beta(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
+    """Falling in either argument where both are positive; elsewhere the whole line."""
+    if isnan(a_low) or isnan(b_low):
+        return EMPTY
+    if not (a_low > 0.0 and b_low > 0.0):
+        return LINE
+    return max(_beta(a_high, b_high, -1.0), 0.0), _beta(a_low, b_low, 1.0)
+
+
+def _beta(a: float, b: float, side: float) -> float:
+    """A bound of beta on one side; it cancels logarithms of gamma, which tell by how much it is off."""
+    if not (isfinite(a) and isfinite(b)):
+        return inf if side > 0.0 else 0.0
+    try:
+        logarithms = abs(lgamma(a)) + abs(lgamma(b)) + abs(lgamma(a + b))
+        value = special.beta(a, b)
+    except (OverflowError, ValueError):
+        return inf if side > 0.0 else 0.0
+    error = SPECIAL_ULPS * EPSILON * (1.0 + logarithms)
+    return nextafter(value, side * inf) * max(1.0 + side * error, 0.0)
+
+
+@dataclass(frozen=True)
+class Slow:
+    """Range from the middle and a bound on the slope, within the known extremes."""
+
+    value: Callable[[float], float]
+    slope: float
+    image: tuple[float, float]
+
+    def __call__(self, low: float, high: float) -> Interval:
+        if isnan(low):
+            return EMPTY
+        if not (isfinite(low) and isfinite(high)):
+            return self.image
+        middle = 0.5 * low + 0.5 * high
+        reach = self.slope * up(max(high - middle, middle - low)) + TINY + 1e-15 * abs(middle)
+        at_middle = self.value(middle)
+        return max(at_middle - reach, self.image[0]), min(at_middle + reach, self.image[1])
+
+
+def jn(n_low: float, n_high: float, x_low: float, x_high: float) -> Interval:
+    """At most 1 in size and in slope; orders between the two ends are bounded by that alone."""
+    if isnan(n_low) or isnan(x_low):
+        return EMPTY
+    if n_low != n_high or not n_low.is_integer():
+        return -1.0, 1.0
+    return Slow(lambda x: special.jn(n_low, x), 1.0, (-1.0, 1.0))(x_low, x_high)
+
+
+@dataclass(frozen=True)
+class SecondKind:
+    """Range of y0 or y1: rising at first, then between the first extremes."""
+
+    value: Callable[[float], float]
+    rising_until: float
+    least: float
+    greatest: float
+
+    def __call__(self, low: float, high: float) -> Interval:
+        low, high = clipped(low, high, POSITIVE)
+        if isnan(low) or high == 0.0:
+            return EMPTY
+        if high <= self.rising_until:
+            return _below(self.value, low), _above(self.value, high)
+        below = min(_below(self.value, low), self.least) if low <= self.rising_until else self.least
+        return below, self.greatest
+
+
+_rising_i0 = Even(Monotone(special.i0, image=(1.0, inf), ulps=SPECIAL_ULPS))
+_rising_i1 = Monotone(special.i1, ulps=SPECIAL_ULPS)
+
+
+def i0(low: float, high: float) -> Interval:
+    """Even, rising with the size of its argument."""
+    below, above = _rising_i0(low, high)
+    return least(below, _LEAST_OVERFLOW), above
+
+
+def i1(low: float, high: float) -> Interval:
+    """Odd and rising."""
+    below, above = _rising_i1(low, high)
+    return least(below, _LEAST_OVERFLOW), greatest(above, -_LEAST_OVERFLOW)

@@ -1,0 +1,135 @@
+"""A row of the table of functions: all that is known about one function of the language.
+
+A facet that is missing costs only what needs it. Facets that come from a library are given by their name
+there, or as a function of the library and the arguments, so that no row imports it: ``digits="erfc"`` is
+``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from sympy's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any, TypeAlias
+
+from rulesheets.nodes import Expression
+
+Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
+Slopes: TypeAlias = Callable[[tuple[Expression, ...]], tuple[Expression | None, ...]]
+Facet: TypeAlias = str | Callable[..., Any] | None
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """How ``f(x) = t`` is solved for ``x``.
+
+    ``branches(t)`` lists every solution within one ``period`` of x (all of them where ``period``
+    is None), the principal one first. They are solutions wherever ``t`` lies in the image, the
+    interval from ``low`` to ``high`` without the ends that are marked open.
+    ``complete``: nobody but the author of the function says that there are no others where it is False.
+    """
+
+    branches: Branches
+    low: float = -inf
+    high: float = inf
+    low_open: bool = False
+    high_open: bool = False
+    period: float | None = None
+    complete: bool = True
+
+    def reaches(self, target: float) -> bool:
+        """Whether ``target`` lies in the image, so that a solution exists."""
+        above = target > self.low if self.low_open else target >= self.low
+        below = target < self.high if self.high_open else target <= self.high
+        return above and below
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Function:
+    """What the language knows about a function.
+
+    ``arguments`` is how messages call them: ``"y, x"``, ``""`` for a constant, ``"a, b, …"`` for any number.
+
+    Forms, each of the same arguments in another kind of number:
+
+    - ``value``: floats. Raises ValueError, ZeroDivisionError or OverflowError where there is none.
+    - ``array``: numpy arrays that broadcast, nan or infinite outside the domain; a name is that of
+      :mod:`rulesheets.functions.arrays`, numpy or scipy.special. Missing: ``value``, number by number.
+    - ``interval``: the two ends of every argument in turn to the two ends of the result, as
+      :mod:`rulesheets.functions.intervals` has it. Missing: nothing is known of the range, nothing proven.
+    - ``digits``: a context of mpmath and its numbers. Missing: floats are all there is.
+    - ``ball``: ``arb`` of python-flint and balls. Missing: nothing is proven in many digits.
+    - ``sympy``: sympy and its expressions. Missing: an undefined function of this name.
+
+    ``slopes(arguments)`` are the partial derivatives as trees, None for one without a formula. At a jump or a
+    kink they are those of one side. ``inverse`` is there for functions of one argument that formulas undo.
+
+    Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps`` by how many
+    units in the last place ``value`` may be off; ``jumps``: it jumps at points that depend on its arguments,
+    and ``steady`` tells of balls whether it does not there; ``nonzero``: it is 0 only where floats lose it;
+    ``turn``: the full turn of its argument, an angle, ``half_turn``: half of that makes no difference to it;
+    ``angle``: the full turn of its result, an angle; ``source``: the file that registered it.
+    """
+
+    name: str
+    value: Callable[..., float]
+    arguments: str = "x"
+    slopes: Slopes | None = None
+    inverse: Inverse | None = None
+    array: Facet = None
+    interval: Callable[..., tuple[float, float]] | None = None
+    digits: Facet = None
+    ball: Facet = None
+    sympy: Facet = None
+    domain: tuple[float, float] = (-inf, inf)
+    ulps: float = 1.0
+    jumps: bool = False
+    steady: Callable[..., bool] | None = None
+    nonzero: bool = False
+    turn: float | None = None
+    half_turn: bool = False
+    angle: float | None = None
+    source: str | None = None
+
+    @property
+    def arity(self) -> tuple[int, int | None]:
+        """The least and the greatest number of arguments (None: any number)."""
+        if self.arguments.endswith("…"):
+            return 1, None
+        count = len(self.arguments.split(",")) if self.arguments else 0
+        return count, count
+
+    @property
+    def direction(self) -> bool:
+        """Whether it is the direction of a point (x, y), which jumps by a turn behind the origin."""
+        return self.angle is not None and self.arguments == "y, x"
+
+    def accepts(self, count: int) -> bool:
+        """Whether the function can be called with ``count`` arguments."""
+        least, most = self.arity
+        return least <= count and (most is None or count <= most)
+
+    def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
+        """The partial derivatives by every argument, None where there is no formula."""
+        return (None,) * len(arguments) if self.slopes is None else self.slopes(arguments)
+
+
+class Forms(Mapping[str, Callable[..., Any]]):
+    """One facet of every row of a table, by name; ``make`` turns a row into it when it is first asked for."""
+
+    def __init__(self, table: Mapping[str, Function], make: Callable[[Function], Callable[..., Any]]) -> None:
+        self._table, self._make = table, make
+        self._made: dict[str, tuple[Function, Callable[..., Any]]] = {}
+
+    def __getitem__(self, name: str) -> Callable[..., Any]:
+        row = self._table[name]
+        made = self._made.get(name)
+        if made is None or made[0] is not row:
+            made = self._made[name] = row, self._make(row)
+        return made[1]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._table)
+
+    def __len__(self) -> int:
+        return len(self._table)
