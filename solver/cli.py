@@ -31,12 +31,13 @@ COMMANDS = {
     "format": "print a sheet in its canonical form",
     "open": "open a sheet as a page in the browser",
     "export": "write a sheet as one file with sliders",
+    "lsp": "serve an editor: the language server",
     "models": "list the sheets that come with Backsolve",
     "codes": "say what the code of a message means",
     "cache": "show what is kept between runs, or clear it",
 }
 
-UNKEPT = frozenset({"format", "models", "codes", "cache"})
+UNKEPT = frozenset({"format", "models", "codes", "cache", "lsp"})
 """Commands that neither find nor keep anything."""
 
 UNSOLVED = 1

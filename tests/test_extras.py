@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 EXTRAS = (
     *("flint", "matplotlib", "PIL", "llvmlite", "pyarrow", "distributed", "dask", "rich", "pint"),
-    *("starlette", "uvicorn", "websockets"),
+    *("starlette", "uvicorn", "websockets", "pygls", "lsprotocol"),
 )
 
 GUARDS = {
@@ -24,6 +24,7 @@ GUARDS = {
     "solver.report.chart": "require_matplotlib",
     "solver.compiled.native": "available",
     "solver.commands.open": "missing_extra",
+    "solver.commands.lsp": "missing_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
 tried, and ImportError is caught."""

@@ -15,6 +15,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_value
 from rulesheets.loading import loads
 from rulesheets.model import Model, Value
+from rulesheets.units.check import check_units
 from solver.derivation import why
 from solver.page.answers import answered, finite
 from solver.page.branches import apart, turn
@@ -24,6 +25,7 @@ from solver.page.figures import geometry, needed
 from solver.page.handles import handles
 from solver.page.rail import Rail, extents, rail
 from solver.plan import Plan, Unsolved, prepare
+from solver.report.why import why_text
 from solver.result import Result, Status
 from solver.solving import solve
 from solver.sweeping import sweep
@@ -76,7 +78,9 @@ class Bench:
 
     def check(self, question: Json) -> Json:
         """Whether a text is a sheet, which changes nothing."""
-        return {"rules": len(_read(question).equations)}
+        model = _read(question)
+        warnings = [complaint(one) for one in (*model.notes, *check_units(model))]
+        return {"rules": len(model.equations), "warnings": warnings}
 
     def typeset(self, question: Json) -> Json:
         return {"rules": typeset(self._model())}
@@ -107,7 +111,8 @@ class Bench:
         return answered(self._result(question))
 
     def why(self, question: Json) -> Json:
-        return derived(why(self._result(question), str(question["name"])))
+        derivation = why(self._result(question), str(question["name"]))
+        return {**derived(derivation), "text": why_text(derivation)}
 
     def sensitivity(self, question: Json) -> Json:
         result = self._result(question)

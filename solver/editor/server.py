@@ -1,0 +1,322 @@
+"""The language server: diagnostics, hover, completion, definitions, renaming and formatting of sheets.
+
+Texts are checked and solved in processes of their own, within a time: the editor never waits for a solve.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
+from pygls.lsp.server import LanguageServer
+from pygls.uris import from_fs_path
+from pygls.workspace import TextDocument
+
+from rulesheets.diagnosis import RuleSheetError
+from rulesheets.format import format_sheet
+from rulesheets.reading import read_source
+from rulesheets.source import Source
+from rulesheets.uses import parsed
+from solver.editor.functions import ENTRIES
+from solver.editor.symbols import Names, Symbol, symbol
+from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Word
+from solver.page.lane import Lane, Workers
+from solver.report.numbers import readable
+
+Json = dict[str, Any]
+
+TYPING = 0.15
+"""Seconds without a change after which a text is checked."""
+
+SEVERITIES = {
+    "error": lsp.DiagnosticSeverity.Error,
+    "warning": lsp.DiagnosticSeverity.Warning,
+    "note": lsp.DiagnosticSeverity.Information,
+}
+
+
+class Server(LanguageServer):
+    """One server an editor. ``answers`` holds the last result of each document that was solved."""
+
+    def __init__(self, timeout: float) -> None:
+        super().__init__("backsolve", version("backsolve"))
+        workers = Workers()
+        self.quick, self.slow = Lane(workers, timeout), Lane(workers, timeout)
+        self.workers = workers
+        self.waiting: dict[str, asyncio.Task[None]] = {}
+        self.answers: dict[str, Json] = {}
+        self.loaded = ""
+
+    def document(self, uri: str) -> TextDocument:
+        return self.workspace.get_text_document(uri)
+
+    # --- checks and solves ---
+
+    def changed(self, uri: str, *, solve: bool = False) -> None:
+        """Check a document soon, and solve it if that is asked for; what was waiting for it is dropped."""
+        if before := self.waiting.pop(uri, None):
+            before.cancel()
+        self.waiting[uri] = asyncio.ensure_future(self._look(uri, solve))
+
+    async def _look(self, uri: str, solve: bool) -> None:
+        await asyncio.sleep(0 if solve else TYPING)
+        document = self.document(uri)
+        reply = await self.check(document, document.source)
+        found = [*reply.get("wrong", ()), *reply.get("warnings", ())]
+        if solve and "wrong" not in reply:
+            answer = await self.solved(document)
+            found += answer.get("diagnoses", ())
+        shown = [_diagnostic(document, one) for one in found]
+        self.text_document_publish_diagnostics(
+            lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
+        )
+
+    async def check(self, document: TextDocument, text: str) -> Json:
+        return await self.quick.ask({**_sheet(document, text), "do": "check"})
+
+    async def solved(self, document: TextDocument) -> Json:
+        """The result for the document as it stands, kept for hovers."""
+        self.answers.pop(document.uri, None)
+        reply = await self.slow.load(_sheet(document, document.source))
+        if "variables" in reply:
+            self.loaded = document.uri
+            answer = await self.slow.ask({"do": "solve"})
+            if "status" in answer:
+                self.answers[document.uri] = {**reply, **answer}
+                return answer
+        return {}
+
+    async def derivation(self, document: TextDocument, name: str) -> str:
+        """Why a variable has its value, as text; nothing where it has none."""
+        if self.loaded != document.uri or document.uri not in self.answers:
+            return ""
+        return str((await self.slow.ask({"do": "why", "name": name})).get("text", ""))
+
+    async def close(self) -> None:
+        await asyncio.gather(self.quick.stop(), self.slow.stop(), self.workers.close())
+
+
+def _sheet(document: TextDocument, text: str) -> Json:
+    path = document.path or ""
+    return {"text": text, "name": path or document.uri, "base": os.path.dirname(path), "within": None}
+
+
+def _diagnostic(document: TextDocument, complaint: Json) -> lsp.Diagnostic:
+    """At its first place in this document, with the notes; the first line where it is about another file."""
+    name = document.path or document.uri
+    place = next((one for one in complaint["places"] if one["file"] == name), {"start": 0, "end": 0})
+    lines = [complaint["message"], *(f"help: {note}" for note in complaint["notes"])]
+    return lsp.Diagnostic(
+        stretch(document, place["start"], place["end"]),
+        "\n".join(lines),
+        severity=SEVERITIES[complaint["severity"]],
+        code=complaint["code"],
+        source="backsolve",
+    )
+
+
+def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
+    """A stretch of the text in the units of the editor."""
+    source = Source("", document.source)
+
+    def position(offset: int) -> lsp.Position:
+        line, column = source.place(min(offset, len(source.text)))
+        return lsp.Position(
+            line - 1, document.position_codec.client_num_units(source.line(line)[: column - 1])
+        )
+
+    return lsp.Range(position(start), position(end))
+
+
+# --- what is asked about a place ---
+
+
+def word_at(document: TextDocument, position: lsp.Position) -> tuple[Names, Word | None]:
+    names = Names(document.source)
+    return names, names.at(document.offset_at_position(position))
+
+
+def used_files(document: TextDocument, names: Names) -> Iterator[Path]:
+    """The files that a document names in ``use``, those that are there."""
+    folder = Path(document.path or ".").parent
+    for word in names.words:
+        path = folder / word.text.strip('"')
+        if word.kind == "path" and path.is_file():
+            yield path
+
+
+def home(document: TextDocument, names: Names, named: Symbol) -> lsp.Location | None:
+    """Where a symbol is declared: in the document, or in a file that it uses."""
+    name = named.name
+    function, dot, local = name.partition(".")
+    texts = [(document, names)]
+    texts += [(_other(path), Names(read_source(path).text)) for path in used_files(document, names)]
+    wanted = Symbol(local, function.partition("#")[0].lower()) if dot else named
+    for other, known in texts if dot or named.function else texts[:1]:
+        if word := known.definition(wanted):
+            return lsp.Location(other.uri, stretch(other, word.start, word.end))
+    return None
+
+
+def _other(path: Path) -> TextDocument:
+    return TextDocument(str(from_fs_path(str(path.resolve()))), read_source(path).text)
+
+
+async def explained(server: Server, document: TextDocument, names: Names, word: Word) -> str:
+    """What a hover says of a word, as Markdown."""
+    if word.kind in ("builtin", "constant"):
+        entry = ENTRIES[word.text.lower()]
+        return f"`{entry.usage}`: {entry.meaning}\n\nExample: `{entry.example}`"
+    named = symbol(word)
+    if named is None or named.function or named.scope:
+        return ""
+    answer = server.answers.get(document.uri, {})
+    values = (answer.get("solutions") or [answer.get("partial", {})])[0]
+    rows: Json = {one["name"]: one for one in answer.get("variables", ())}
+    row = rows.get(named.name, {})
+    lines = [row.get("comment", "")]
+    if named.name in values:
+        given = " (input)" if named.name in answer["inputs"] else ""
+        unit = row.get("unit", "")
+        lines.append(f"`{named.name} = {readable(values[named.name])}{unit and f' {unit}'}`{given}")
+        if not given and (text := await server.derivation(document, named.name)):
+            lines.append(f"```text\n{text}\n```")
+    return "\n\n".join(filter(None, lines))
+
+
+def completions(document: TextDocument, names: Names, offset: int) -> Iterator[lsp.CompletionItem]:
+    """Names of the scope, functions and keywords; symbols after ``'``."""
+    kinds = lsp.CompletionItemKind
+    word = names.at(offset)
+    if word and word.kind in ("comment", "unit", "path"):
+        return
+    if word and (word.kind == "symbol" or word.text == "'"):
+        for said in sorted({one.text[1:] for one in names.words if one.kind == "symbol"}):
+            yield lsp.CompletionItem(said, kind=kinds.EnumMember)
+        return
+    before = [one for one in names.words if one.start < offset]
+    scope = before[-1].scope if before else ""
+    typed = word.text if word and word.end == offset and word.kind == "name" else ""
+    for name in names.known(scope) + (names.known("") if scope else []):
+        if name != typed:
+            yield lsp.CompletionItem(name, kind=kinds.Variable)
+    for name, entry in ENTRIES.items():
+        yield lsp.CompletionItem(name, kind=kinds.Function, detail=entry.usage, documentation=entry.meaning)
+    others = (Names(read_source(path).text).functions() for path in used_files(document, names))
+    for name in dict.fromkeys((*names.functions(), *(name for some in others for name in some))):
+        yield lsp.CompletionItem(name, kind=kinds.Module, detail="rule function")
+    for name in (*KEYWORDS, *HEADS, *(MARKS if before and before[-1].section == "figure" else ())):
+        yield lsp.CompletionItem(name, kind=kinds.Keyword)
+
+
+async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+    """The edit that renames a symbol in one document. Raises for one that other files share."""
+    document = server.document(params.text_document.uri)
+    names, word = word_at(document, params.position)
+    named = symbol(word) if word else None
+    new = params.new_name
+    if named is None or "." in named.name:
+        raise JsonRpcInvalidParams("only variables, points and functions of this file can be renamed")
+    if not NAME.fullmatch(new) or new.lower() in RESERVED:
+        raise JsonRpcInvalidParams(f"{new} is not a name")
+    if Symbol(new.lower() if named.function else new, named.scope, named.function) in names.places:
+        raise JsonRpcInvalidParams(f"there is already a {new}")
+    if named.function and names.definition(named) is None:
+        raise JsonRpcInvalidParams(f"{named.name} is defined in another file")
+    places = names.places[named]
+    text, end = "", 0
+    for place in places:
+        text, end = text + document.source[end : place.start] + new, place.end
+    before, after = (
+        await server.check(document, document.source),
+        await server.check(document, text + document.source[end:]),
+    )
+    if "wrong" in after and "wrong" not in before:
+        raise JsonRpcInvalidParams(f"then this is wrong: {after['wrong'][0]['message']}")
+    edits = [lsp.TextEdit(stretch(document, place.start, place.end), new) for place in places]
+    return lsp.WorkspaceEdit(changes={document.uri: edits})
+
+
+def formatted(document: TextDocument) -> list[lsp.TextEdit]:
+    """The edit that puts a document in canonical form; nothing for one that is no sheet yet."""
+    text = document.source
+    try:
+        new = format_sheet(parsed(Source(document.path or document.uri, text), document.path or None))
+    except RuleSheetError:
+        return []
+    return [] if new == text else [lsp.TextEdit(stretch(document, 0, len(text)), new)]
+
+
+# --- the protocol ---
+
+
+def server(timeout: float) -> Server:
+    """The server with everything that it answers."""
+    one = Server(timeout)
+
+    @one.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
+    async def opened(params: lsp.DidOpenTextDocumentParams) -> None:
+        one.changed(params.text_document.uri, solve=True)
+
+    @one.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
+    async def changed(params: lsp.DidChangeTextDocumentParams) -> None:
+        one.changed(params.text_document.uri)
+
+    @one.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
+    async def saved(params: lsp.DidSaveTextDocumentParams) -> None:
+        one.changed(params.text_document.uri, solve=True)
+
+    @one.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
+    async def closed(params: lsp.DidCloseTextDocumentParams) -> None:
+        uri = params.text_document.uri
+        one.answers.pop(uri, None)
+        if task := one.waiting.pop(uri, None):
+            task.cancel()
+        one.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+    @one.feature(lsp.TEXT_DOCUMENT_HOVER)
+    async def hover(params: lsp.HoverParams) -> lsp.Hover | None:
+        document = one.document(params.text_document.uri)
+        names, word = word_at(document, params.position)
+        said = await explained(one, document, names, word) if word else ""
+        if not word or not said:
+            return None
+        content = lsp.MarkupContent(lsp.MarkupKind.Markdown, said)
+        return lsp.Hover(content, stretch(document, word.start, word.end))
+
+    @one.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=["'"]))
+    async def complete(params: lsp.CompletionParams) -> list[lsp.CompletionItem]:
+        document = one.document(params.text_document.uri)
+        offset = document.offset_at_position(params.position)
+        return list(completions(document, Names(document.source), offset))
+
+    @one.feature(lsp.TEXT_DOCUMENT_DEFINITION)
+    async def define(params: lsp.DefinitionParams) -> lsp.Location | None:
+        document = one.document(params.text_document.uri)
+        names, word = word_at(document, params.position)
+        if word and word.kind == "path":
+            path = Path(document.path or ".").parent / word.text.strip('"')
+            start = lsp.Position(0, 0)
+            return lsp.Location(str(from_fs_path(str(path.resolve()))), lsp.Range(start, start))
+        named = symbol(word) if word else None
+        return home(document, names, named) if named else None
+
+    @one.feature(lsp.TEXT_DOCUMENT_RENAME)
+    async def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+        return await renamed(one, params)
+
+    @one.feature(lsp.TEXT_DOCUMENT_FORMATTING)
+    async def format_(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+        return formatted(one.document(params.text_document.uri))
+
+    @one.feature(lsp.SHUTDOWN)
+    async def shutdown(_: None) -> None:
+        await one.close()
+
+    return one
