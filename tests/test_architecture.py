@@ -64,6 +64,7 @@ DOORS = {
     "starlette": ("solver.page.gate", "solver.page.app"),
     "uvicorn": ("solver.page.serve",),
     "pygls": ("solver.editor.server",),
+    "pygments": ("solver.editor.lexer",),
     "lsprotocol": ("solver.editor.server",),
     "llvmlite": ("solver.compiled.native",),
     "flint": ("rulesheets.functions",),

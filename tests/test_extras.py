@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 EXTRAS = (
     *("flint", "matplotlib", "PIL", "llvmlite", "pyarrow", "distributed", "dask", "rich", "pint"),
-    *("starlette", "uvicorn", "websockets", "pygls", "lsprotocol"),
+    *("starlette", "uvicorn", "websockets", "pygls", "lsprotocol", "pygments"),
 )
 
 GUARDS = {

@@ -12,7 +12,7 @@ from rulesheets.marks import KINDS, Shape
 from rulesheets.parse.heads import head_word
 from rulesheets.parse.layout import logical_lines
 
-HEADS = ("variables", "rules", "function", "figure", "parameters", "use")
+HEADS = ("units", "variables", "rules", "function", "figure", "parameters", "use")
 RESERVED = ("if", "then", "else", "call", "and", "or", "not")
 KEYWORDS = (*RESERVED, "given", "in")
 FUNCTIONS = tuple(TABLE)
@@ -114,6 +114,8 @@ class _Place:
             return "mark"
         if self.head == "figure":
             return "title"
+        if self.section == "units":
+            return "unit"
         called = _CALLED.match(code, match.end())
         if word in KEYWORDS and (word in RESERVED or (word == "given" and called)):
             return "keyword"
