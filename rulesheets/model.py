@@ -58,6 +58,11 @@ class Variable:
     difference: bool = False
 
     @property
+    def shown_unit(self) -> str:
+        """The unit in which it is shown, empty for none."""
+        return self.display_unit or self.unit or ""
+
+    @property
     def measure(self) -> Unit | None:
         """Its unit with what it is worth."""
         return self.units.unit(self.unit) if self.unit else None

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
-from rulesheets.model import Variable
+from rulesheets.model import Model, Variable
 from rulesheets.nodes import UnitRow
 from rulesheets.source import Span
 from rulesheets.spelling import suggestion
 from rulesheets.units.library import MONEY, Library, library
 from rulesheets.units.text import UnitError
-from rulesheets.units.unit import Unit, convert
+from rulesheets.units.unit import Unit, affine, convert
 
 _BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
 _PLAIN = re.compile(
@@ -40,12 +40,23 @@ def converted(
     """
     if unit == variable.unit:
         return list(numbers)
+    source, target = _units(unit, variable, place)
+    return [convert(number, source, target, difference or variable.difference) for number in numbers]
+
+
+def scaling(unit: str, variable: Variable) -> tuple[float, float]:
+    """Factor and shift from ``unit`` to that of the variable. Raises RuleSheetError as ``converted`` does."""
+    return affine(*_units(unit, variable, None), variable.difference)
+
+
+def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Unit]:
+    """A unit, and that of a variable, which is of its kind."""
     if not variable.unit:
         raise RuleSheetError(_no_unit(variable, unit, place))
     source, target = (unit_named(text, place, variable.units) for text in (unit, variable.unit))
     if source.bases != target.bases:
         raise RuleSheetError(_other_kind(variable, unit, source, target, place))
-    return [convert(number, source, target, difference or variable.difference) for number in numbers]
+    return source, target
 
 
 def unit_named(text: str, place: Span | None, units: Library) -> Unit:
@@ -128,3 +139,13 @@ def shown(number: float, variable: Variable, difference: bool = False) -> float:
         return number
     source, target = map(variable.units.unit, (variable.unit, variable.display_unit))
     return convert(number, source, target, difference or variable.difference)
+
+
+def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """Factor and shift to the display unit, for the variables that have one."""
+    variables = (model.variables[name] for name in names if name in model.variables)
+    return {
+        v.name: affine(v.measure, v.units.unit(v.display_unit), v.difference)
+        for v in variables
+        if v.display_unit and v.measure is not None
+    }

@@ -68,10 +68,16 @@ def ratio(source: Unit, target: Unit) -> float:
     return float(source.factor / target.factor) * math.pi ** (source.pi - target.pi)
 
 
+def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float, float]:
+    """The factor and the number that turn readings in ``source`` into readings in ``target``."""
+    shift = Fraction(0) if difference else source.offset - target.offset
+    return ratio(source, target), float(shift / target.factor) / math.pi**target.pi
+
+
 def convert(number: float, source: Unit, target: Unit, difference: bool = False) -> float:
     """A reading in ``source`` as a reading in ``target``; of a ``difference`` no scale begins anywhere."""
-    shift = Fraction(0) if difference else source.offset - target.offset
     if source.pi == target.pi:
-        exact = (Fraction(number) * source.factor + shift) / target.factor
-        return float(exact)
-    return number * ratio(source, target) + float(shift / target.factor) / math.pi**target.pi
+        shift = Fraction(0) if difference else source.offset - target.offset
+        return float((Fraction(number) * source.factor + shift) / target.factor)
+    factor, start = affine(source, target, difference)
+    return number * factor + start

@@ -187,10 +187,12 @@ class _Studio:
 
 def _named(name: str, value: Value, model: Model) -> str:
     """``thetaAO = 30 deg``."""
+    from rulesheets.units.quantity import shown
     from solver.report.numbers import readable
 
-    unit = model.variables[name].unit
-    return f"{name} = {value if isinstance(value, str) else readable(value)}" + (f" {unit}" if unit else "")
+    variable = model.variables[name]
+    number = value if isinstance(value, str) else readable(shown(value, variable))
+    return f"{name} = {number} {variable.shown_unit}".rstrip()
 
 
 def _some(names: Sequence[str]) -> str:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from rulesheets.units.quantity import shown
 from solver.commands.inputs import read_request
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
+    from rulesheets.model import Model, Variable
     from solver.curves.table import Branch, CurveTable
 
 ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
@@ -36,12 +39,12 @@ def follow(arguments: Namespace) -> int:
     values = axis.cut(0, len(axis))
     given = {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(request.model, name, values, request.want, given, request.guesses)
-    _write(table, arguments.output)
+    _write(table, request.model, arguments.output)
     late = expired()
     if late:
         print("the time was up: there may be branches that were not found", file=sys.stderr)
     if table.branches or not late:
-        print("\n".join(_summary(table)), file=sys.stderr)
+        print("\n".join(_summary(table, request.model)), file=sys.stderr)
     return 0 if len(table.status) and _only_limits(table) else 1
 
 
@@ -52,15 +55,20 @@ def _one_range(others: list[str]) -> Diagnosis:
     return error("E447", f"a curve is followed over one range{said}", notes=("give one --over, and --want",))
 
 
-def _write(table: CurveTable, path: str | None) -> None:
-    if path:
-        table.write(path)
-        return
+def _write(table: CurveTable, model: Model, path: str | None) -> None:
     from solver.files.columns import Columns
     from solver.files.csv_table import csv_head, csv_rows
+    from solver.files.tables import write_table
+    from solver.sweeps.shown import heads, shown_columns
 
-    columns = Columns(dict(table), table.status, tuple(map(str, table.STATUSES)))
-    sys.stdout.write((csv_head(tuple(table)) + csv_rows(columns)).decode("utf-8"))
+    found = Columns(dict(table), table.status, tuple(map(str, table.STATUSES)))
+    names = heads(tuple(table), model)
+    values = dict(zip(names, shown_columns(found, model).values.values(), strict=True))
+    columns = replace(found, values=values)
+    if path:
+        write_table(path, columns)
+    else:
+        sys.stdout.write((csv_head(names) + csv_rows(columns)).decode("utf-8"))
 
 
 def _only_limits(table: CurveTable) -> bool:
@@ -68,7 +76,7 @@ def _only_limits(table: CurveTable) -> bool:
     return all(solved or row in limits for row, solved in enumerate(table.solved.tolist()))
 
 
-def _summary(table: CurveTable) -> Iterator[str]:
+def _summary(table: CurveTable, model: Model) -> Iterator[str]:
     """How many rows and branches there are; of each branch its ends and where it turns back."""
     from rulesheets.spelling import plural
 
@@ -77,20 +85,21 @@ def _summary(table: CurveTable) -> Iterator[str]:
         return
     yield f"{plural(len(table.status), 'row')} on {_branches(len(table.branches))}"
     for branch in table.branches:
-        yield f"branch {branch.number}: {'; '.join(_told(table.swept, branch))}"
+        yield f"branch {branch.number}: {'; '.join(_told(model.variables[table.swept], branch))}"
 
 
 def _branches(count: int) -> str:
     return "1 branch" if count == 1 else f"{count} branches"
 
 
-def _told(swept: str, branch: Branch) -> Iterator[str]:
+def _told(swept: Variable, branch: Branch) -> Iterator[str]:
     yield f"rows {branch.first + 1} to {branch.last}"
     if branch.limits:
         limits = (
-            f"{limit.value:.12g} ({'greatest' if limit.greatest else 'least'})" for limit in branch.limits
+            f"{shown(limit.value, swept):.12g} ({'greatest' if limit.greatest else 'least'})"
+            for limit in branch.limits
         )
-        yield f"{swept} turns back at {', '.join(limits)}"
+        yield f"{swept.name} turns back at {', '.join(limits)}"
     if branch.closed:
         yield "it is closed"
     else:

@@ -69,7 +69,11 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
     from solver.sweeps.grid import Stretch, listed
 
     if ":" not in stretch:
-        values = [_listed(option, variable, part.strip(), model) for part in stretch.split(",")]
+        parts = [part.strip() for part in stretch.split(",")]
+        last = parted(parts[-1])
+        if last is not None and not any(map(parted, parts[:-1])):  # 1,2,5 in: the unit of all
+            parts = [*(f"{part} [{last[1]}]" for part in parts[:-1]), parts[-1]]
+        values = [_listed(option, variable, part, model) for part in parts]
         return listed(values, variable.name)
     measured = parted(stretch.rpartition(":")[2])
     if measured is not None:

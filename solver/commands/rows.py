@@ -14,7 +14,8 @@ from solver.commands.option import Option
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rulesheets.model import Model
+    from rulesheets.model import Model, Variable
+    from solver.files.columns import Array
     from solver.sweeps.chunks import Chunk
 
 
@@ -56,7 +57,8 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     from solver.files.rows import heading, pieces
     from solver.sweeps.chunks import file_chunks, first_lessons
 
-    there, total = heading(path)
+    written, total = heading(path)
+    there = tuple(_parted(head)[0] for head in written)
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
     if not any(name in model.variables for name in there):
         raise RuleSheetError(_no_rows(path, model))
@@ -66,10 +68,32 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
     if complaints:
         raise RuleSheetError(*complaints)
-    numbers = quantities(model).intersection(names)
-    chunks = file_chunks(pieces(path, names, numbers), total)
+    heads = [written[there.index(name)] for name in names]
+    numbers = [head for head, name in zip(heads, names, strict=True) if name in quantities(model)]
+    scales = [
+        _scale(model.variables[name], _parted(head)[1]) for name, head in zip(names, heads, strict=True)
+    ]
+    read = (tuple(map(_scaled, piece, scales)) for piece in pieces(path, heads, numbers))
+    chunks = file_chunks(read, total)
     first = next(chunks, ())
     return Swept(names, total, None, chain([first] if first else [], chunks), first_lessons(first))
+
+
+def _parted(head: str) -> tuple[str, str]:
+    """``v [km/h]`` as the name of a column and its unit, which may be empty."""
+    name, bracket, unit = head.removesuffix("]").partition("[")
+    return (name.strip(), unit.strip()) if bracket and head.endswith("]") else (head, "")
+
+
+def _scale(variable: Variable, unit: str) -> tuple[float, float] | None:
+    """Factor and shift from the unit of a column to that of its variable. Raises RuleSheetError."""
+    from rulesheets.units.quantity import scaling
+
+    return scaling(unit, variable) if unit and unit != variable.unit else None
+
+
+def _scaled(column: Array, scale: tuple[float, float] | None) -> Array:
+    return column if scale is None else column * scale[0] + scale[1]
 
 
 def _either() -> Diagnosis:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.source import escaped
-from solver.commands.inputs import Request, add_input_options, read_request
+from solver.commands.inputs import Request, add_display_options, add_input_options, read_request
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -27,6 +27,7 @@ INTERRUPTED = 130
 
 def add_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
+    add_display_options(parser)
     add = parser.add_argument
     add(
         "--over",
@@ -93,6 +94,7 @@ def run(arguments: Namespace) -> int:
 
 def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     """What is to be solved for each row. Lines of CSV are made where the rows are solved, if they can be."""
+    from rulesheets.units.quantity import displays
     from solver.files.tables import is_csv
     from solver.plan import prepare
     from solver.sweeping import work_of
@@ -101,7 +103,7 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
     lines = not arguments.output or is_csv(arguments.output)
-    texted = lines and not arguments.all
+    texted = lines and not arguments.all and not displays(request.model, (*swept.names, *plan.want))
     tabled = not texted or bool(arguments.plot)
     return work_of(
         plan,
@@ -117,21 +119,26 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
 def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
     """The table goes to a file and to a picture, or to standard output."""
     from rulesheets.kinds import symbolic
+    from solver.sweeps.shown import ShownSink, heads
     from solver.sweeps.sinks import FileSink, StreamSink
 
-    sinks: list[Sink] = []
-    if arguments.plot:
-        sinks.append(_plot(arguments.plot, work, swept))
-    if arguments.output:  # the table first: it is in its place before the picture is drawn
-        sinks.insert(0, FileSink(arguments.output, work.names, symbolic(work.model)))
+    names = heads(work.names, work.model)
+    table: Sink | None = None
+    if arguments.output:
+        table = FileSink(arguments.output, names, symbolic(work.model))
     elif not arguments.plot:
-        sinks.append(StreamSink(sys.stdout, work.names))
-    return sinks
+        table = StreamSink(sys.stdout, names)
+    if table is not None and names != work.names:
+        table = ShownSink(table, work.model)
+    # the table first: it is in its place before the picture is drawn
+    pictures = [_plot(arguments.plot, work, swept)] if arguments.plot else []
+    return [*([] if table is None else [table]), *pictures]
 
 
 def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved], Iterator[Chunk]]:
     """What an earlier run has left, and the rows that are left to solve."""
     from solver.sweeps.resuming import earlier
+    from solver.sweeps.shown import expect_plain
 
     if not arguments.resume:
         return [], swept.chunks
@@ -139,6 +146,7 @@ def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved
         raise RuleSheetError(_not_resumable())
     if not os.path.exists(arguments.output):
         return [], swept.chunks
+    expect_plain(work.model, work.names)
     there = earlier(arguments.output, work.names)
     return [there.solved()], there.after(swept.chunks, work.inputs)
 

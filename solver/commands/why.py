@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from solver.commands.inputs import add_input_options, read_request
+from solver.commands.inputs import add_display_options, add_input_options, read_request
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False)
+    add_display_options(parser)
     parser.add_argument("name", metavar="NAME", help="the variable to account for, a local by its full name")
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--markdown", action="store_true", help="print Markdown")

@@ -31,12 +31,12 @@ def _lines(page: Page, link: Direct | Together) -> Iterator[dict[str, Any]]:
         yield _line(page, formula, closing.equation, closing.guards, within=True)
     for known in iterated(link):
         value = page.notation.value(known.value)
-        yield {"tex": f"{page.name(known.name)} = {value}", "unit": page.unit(known.name), "within": True}
+        yield {"tex": f"{page.name(known.name)} = {value}", "unit": page.unit(known), "within": True}
 
 
 def _direct(page: Page, link: Direct, within: bool = False) -> dict[str, Any]:
     formula = " = ".join((page.name(link.found.name), *page.chain(link)))
-    return _line(page, formula, link.equation, link.guards, within) | {"unit": page.unit(link.found.name)}
+    return _line(page, formula, link.equation, link.guards, within) | {"unit": page.unit(link.found)}
 
 
 def _line(

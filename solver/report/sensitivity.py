@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from rulesheets.diagnosis import render
 from rulesheets.model import Model
+from rulesheets.units.quantity import shown
 from solver.derivatives.sensitivities import Sensitivities
 from solver.report.numbers import readable
 from solver.report.table import table
@@ -33,15 +34,22 @@ def _table(found: Sensitivities, inputs: Iterable[str]) -> str:
     inputs = tuple(inputs)
     header = ("", *(_named(found.model, given) for given in inputs))
     rows = (
-        (_named(found.model, output), *(_cell(found[output, given]) for given in inputs))
+        (_named(found.model, output), *(_cell(_shown(found, output, given)) for given in inputs))
         for output in found.outputs
     )
     return table(header, rows)
 
 
 def _named(model: Model, name: str) -> str:
-    unit = model.variables[name].unit
+    unit = model.variables[name].shown_unit
     return f"{name} [{unit}]" if unit else name
+
+
+def _shown(found: Sensitivities, output: str, given: str) -> float | None:
+    """A slope in display units."""
+    slope, variables = found[output, given], found.model.variables
+    above, below = (shown(1.0, variables[name], difference=True) for name in (output, given))
+    return slope if slope is None or above == below else slope * above / below
 
 
 def _cell(slope: float | None) -> str:

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rulesheets.diagnosis import render
+from rulesheets.model import Variable
 from rulesheets.spelling import plural
+from rulesheets.units.quantity import shown
 from solver.derivatives.tolerances import Band, ToleranceBands
 from solver.report.numbers import readable
 from solver.report.table import table
@@ -35,10 +40,17 @@ def tolerances_text(bands: ToleranceBands, *, color: bool = False) -> str:
 
 def _row(bands: ToleranceBands, name: str) -> tuple[str, ...]:
     band = bands[name]
-    unit = bands.sensitivities.model.variables[name].unit or ""
+    variable = bands.sensitivities.model.variables[name]
+    unit = variable.shown_unit
     if band is None:
         return name, "", "not known", "not known", unit, ""
+    band = _displayed(band, variable)
     return name, readable(band.value), _bar(band.worst), _bar(band.rss), unit, ", ".join(_shares(band))
+
+
+def _displayed(band: Band, variable: Variable) -> Band:
+    worst, rss = (abs(shown(size, variable, difference=True)) for size in (band.worst, band.rss))
+    return replace(band, value=shown(band.value, variable), worst=worst, rss=rss)
 
 
 def _bar(size: float) -> str:
@@ -69,7 +81,9 @@ def samples_text(samples: Samples, bands: ToleranceBands) -> str:
 
 
 def _sampled(samples: Samples, bands: ToleranceBands, name: str) -> tuple[str, ...]:
-    column, band = samples.solved(name), bands[name]
+    variable, band = bands.sensitivities.model.variables[name], bands[name]
+    column = np.array([shown(value, variable) for value in samples.solved(name).tolist()])
+    band = None if band is None else _displayed(band, variable)
     rss, worst = ("", "") if band is None else (f"{band.rss * samples.spread:.{DIGITS}g}", _around(band))
     if len(column) < 2:
         return name, "", "", rss, "", "", worst

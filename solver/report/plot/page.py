@@ -50,7 +50,7 @@ def panels(names: Sequence[str], model: Model, families: bool) -> list[list[str]
     """Variables of one unit share a panel; those without a unit, and families of curves, have their own."""
     shared: dict[str, list[str]] = {}
     for name in names:
-        unit = model.variables[name].unit
+        unit = model.variables[name].shown_unit
         shared.setdefault(unit if unit and not families else f" {name}", []).append(name)
     return list(shared.values())
 
@@ -134,6 +134,6 @@ def colored(field: Any) -> tuple[float | None, float | None, str]:
 
 def titled(names: Sequence[str], model: Model) -> str:
     """``xB [mm]``; of several names the unit that they share."""
-    unit = model.variables[names[0]].unit
+    unit = model.variables[names[0]].shown_unit
     title = names[0] if len(names) == 1 else ", ".join(names)
     return f"{title} [{unit}]" if unit else title

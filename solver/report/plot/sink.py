@@ -7,12 +7,14 @@ from dataclasses import replace
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.model import Model
+from rulesheets.units.quantity import shown
 from solver.files.columns import Columns, joined
 from solver.files.replacing import write_file
 from solver.path.planner import planner
 from solver.report.drawing.picture import require_matplotlib
 from solver.report.plot.curves import Lattice, arranged
 from solver.report.plot.page import plotted
+from solver.sweeps.shown import shown_columns
 from solver.sweeps.work import Solved
 
 LIMIT = 1_000_000
@@ -59,15 +61,21 @@ class PlotSink:
             return
         table = self._drawn(joined(self._pieces))
         lattice = Lattice(self._inputs, self._shape or (self._rows,), self._answer)
-        shown = arranged(table, lattice)
-        turn = planner(self._model).graph.turn
-        picture = plotted(shown, self._model, {name: turn(name) for name in table.values}, self._form[1:])
+        drawn = arranged(table, lattice)
+        picture = plotted(
+            drawn, self._model, {name: self._turn(name) for name in table.values}, self._form[1:]
+        )
         write_file(self._path, picture)
+
+    def _turn(self, name: str) -> float | None:
+        turn = planner(self._model).graph.turn(name)
+        return turn and shown(turn, self._model.variables[name], difference=True)
 
     def _drawn(self, table: Columns) -> Columns:
         """The columns of variables, and the numbers of answers where every one is drawn."""
         drawn = (*self._model.variables, self._answer)
-        return replace(table, values={n: column for n, column in table.values.items() if n in drawn})
+        kept = replace(table, values={n: column for n, column in table.values.items() if n in drawn})
+        return shown_columns(kept, self._model)
 
     def discard(self) -> None:
         self._pieces = []

@@ -27,12 +27,12 @@ def why_latex(derivation: Derivation) -> str:
 
 
 def _known(page: Page, known: Known) -> str:
-    return f"  {page.name(known.name)} &= {page.notation.value(known.value)}{_unit(page, known.name)}"
+    return f"  {page.name(known.name)} &= {page.notation.value(known.value)}{_unit(page, known)}"
 
 
-def _unit(page: Page, name: str) -> str:
+def _unit(page: Page, known: Known) -> str:
     r"""A unit in upright letters: ``\ \text{rad/s}``."""
-    unit = "".join(_ESCAPED.get(character, character) for character in page.unit(name).strip())
+    unit = "".join(_ESCAPED.get(character, character) for character in page.unit(known).strip())
     return rf"\ \text{{{unit}}}" if unit else ""
 
 
@@ -51,7 +51,7 @@ def _rows(page: Page, link: Link) -> Iterator[str]:
 
 def _direct(page: Page, link: Direct) -> str:
     chain = " = ".join(page.chain(link))
-    row = f"  {page.name(link.found.name)} &= {chain}{_unit(page, link.found.name)}"
+    row = f"  {page.name(link.found.name)} &= {chain}{_unit(page, link.found)}"
     return f"  % {_place(page, link.equation)}\n{row}{_guards(page, link.guards)}"
 
 

@@ -46,7 +46,7 @@ def _known(page: Page, knowns: Iterable[Known]) -> Iterator[str]:
 
 
 def _math(page: Page, known: Known) -> str:
-    return f"${page.name(known.name)} = {page.notation.value(known.value)}${_text(page.unit(known.name))}"
+    return f"${page.name(known.name)} = {page.notation.value(known.value)}${_text(page.unit(known))}"
 
 
 def _lines(page: Page) -> Iterator[str]:
@@ -59,7 +59,7 @@ def _lines(page: Page) -> Iterator[str]:
 
 def _direct(page: Page, link: Direct) -> Iterator[str]:
     chain = " = ".join((page.name(link.found.name), *page.chain(link)))
-    yield f"${chain}${_text(page.unit(link.found.name))}  "
+    yield f"${chain}${_text(page.unit(link.found))}  "
     yield from _rule(page, link.equation, link.guards)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from rulesheets.model import Equation
 from rulesheets.nodes import Name
 from rulesheets.spelling import plural
+from rulesheets.units.quantity import shown
 from solver.derivation import Derivation, Direct, Guard, Known, Together
 from solver.report.notation import Notation, Plain
 from solver.report.places import Places
@@ -25,7 +26,7 @@ class Page:
         name, value = self.derivation.name, self.derivation.value
         if value is None:
             return f"{code(name)} has no value"
-        whole = code(f"{name} = {Plain().value(value)}{self.unit(name)}")
+        whole = code(f"{name} = {Plain().value(value)}{self.unit(self.derivation)}")
         if any(known.name == name for known in self.derivation.inputs):
             return f"{whole} is an input"
         if any(known.name == name for known in self.derivation.assumed):
@@ -37,16 +38,20 @@ class Page:
     def _used(self) -> int:
         return sum(1 if isinstance(link, Direct) else len(link.found) for link in self.derivation.links)
 
-    def unit(self, name: str) -> str:
-        unit = self.model.variables[name].unit
-        return f" {unit}" if unit else ""
+    def unit(self, known: Known | Derivation) -> str:
+        """`` N``, or `` N = 2.25 lbf`` where it is shown in another unit than that of the rules."""
+        variable = self.model.variables[known.name]
+        unit = f" {variable.unit}" if variable.unit else ""
+        if not variable.display_unit or not isinstance(known.value, float):
+            return unit
+        return f"{unit} = {Plain().value(shown(known.value, variable))} {variable.display_unit}"
 
     def name(self, name: str) -> str:
         return self.notation.expression(Name(name))
 
     def known(self, known: Known) -> str:
         """``AO = 3 mm``."""
-        return f"{known.name} = {Plain().value(known.value)}{self.unit(known.name)}"
+        return f"{known.name} = {Plain().value(known.value)}{self.unit(known)}"
 
     def chain(self, link: Direct) -> tuple[str, ...]:
         """What equals the unknown: its form, the form with numbers, its value; each said once."""

@@ -41,7 +41,7 @@ def _lines(page: Page) -> Iterator[str]:
 
 
 def _direct(page: Page, link: Direct) -> Iterator[str]:
-    yield f"{link.found.name} = {' = '.join(page.chain(link))}{page.unit(link.found.name)}"
+    yield f"{link.found.name} = {' = '.join(page.chain(link))}{page.unit(link.found)}"
     yield from _rule(page, link.equation, link.guards)
 
 

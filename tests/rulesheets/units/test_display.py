@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import pytest
 
@@ -69,3 +71,80 @@ def test_a_solve_warns_of_units_and_keeps_its_status(tmp_path, capsys: pytest.Ca
     found = json.loads(capsys.readouterr().out)
     assert found["status"] == "solved"
     assert [d["severity"] for d in found["diagnoses"]] == ["warning"] * 5
+
+
+CAR = """variables
+  s = 100 [m -> ft]
+  t [s]
+  v = 20 [m/s -> km/h]
+  T = 20 ± 1 [degC -> degF]
+  Q [degC]
+rules
+  v = s/t
+  Q = 2*T - 20
+"""
+
+
+@pytest.fixture
+def car(tmp_path: Path) -> str:
+    sheet = tmp_path / "car.tk"
+    sheet.write_text(CAR)
+    return str(sheet)
+
+
+def test_a_sweep_is_shown_in_display_units_and_read_again(
+    car: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    swept = [car, "--want", "t,s", "--unit", "t=min"]
+    assert main(["sweep", *swept, "--over", "v=36:72:18km/h"]) == 0
+    table = capsys.readouterr().out
+    assert table.splitlines()[:2] == [
+        "v [km/h],t [min],s [ft],answers,status",
+        "36,0.16666666666666666,328.0839895013123,1,solved",
+    ]
+    rows = Path(car).with_name("rows.csv")
+    rows.write_text(table)
+    assert main(["sweep", *swept, "--rows", str(rows), "--columns", "v"]) == 0
+    assert capsys.readouterr().out == table
+    assert main(["sweep", *swept, "--over", "v=36,72 km/h", "--follow"]) == 0
+    assert capsys.readouterr().out.startswith("v [km/h],t [min],s [ft],branch,arc,status\n36,")
+    assert main(["sweep", *swept, "--over", "v=36:72:18km/h", "--resume", "-o", str(rows)]) == 2
+    assert "E448" in capsys.readouterr().err
+
+
+def test_a_column_of_another_kind_is_told(car: str, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = Path(car).with_name("rows.csv")
+    rows.write_text("v [kg]\n3\n")
+    assert main(["sweep", car, "--rows", str(rows)]) == 2
+    assert "E461" in capsys.readouterr().err
+
+
+def test_a_plot_names_the_units_that_it_shows(car: str) -> None:
+    pytest.importorskip("matplotlib")
+    picture = Path(car).with_name("plot.svg")
+    over = ["--over", "v=36:72:18km/h", "--want", "t", "--unit", "t=min", "--plot", str(picture)]
+    assert main(["sweep", car, *over]) == 0
+    said = picture.read_text()
+    assert "v [km/h]" in said
+    assert "t [min]" in said
+    assert {"0.10", "0.14", "40", "70"} <= set(re.findall(r"<text[^>]*>([0-9.]+)</text>", said))
+
+
+def test_a_derivation_shows_both_units(car: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["why", car, "t", "--unit", "t=min"]) == 0
+    said = capsys.readouterr().out
+    assert "v = 20 m/s = 72 km/h" in said
+    assert "t = s/v = 100/20 = 5 s = 0.08333333333 min" in said
+
+
+def test_slopes_and_tolerances_are_shown_in_display_units(
+    car: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["--unit", "Q=degF", "--tolerances", "--sensitivity", "--monte-carlo", "20"]
+    assert main(["solve", car, *given]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line.split() for line in lines]
+    assert ["68", "±", "1.8", "T", "degF"] in rows
+    assert ["Q", "[degF]", "0", "0", "2"] in rows
+    assert ["Q", "68", "±", "3.6", "±", "3.6", "degF", "T", "100", "%"] in rows
+    assert rows[-1][-3:] == ["64.4", "to", "71.6"]
