@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from rulesheets.deadline import expect_time
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
@@ -26,12 +28,9 @@ STILL = 1e-9
 SECOND_ORDER = 2.0**-90
 """What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
 places, where it is 0."""
-SLIGHT = -500.0
-"""The power of two below which the weight of an equation, beside the largest one, does not matter."""
 
 SMALLEST = 2.0**-1022
 """The smallest number of which the inverse is a float."""
-REFINEMENTS = 2
 WITNESSED = 128.0
 """Half units of a last place by which the witness lets numbers differ: how far those may be that say the same
 where it would be refused, or nothing of an unknown be left, for less."""
@@ -83,8 +82,6 @@ def undetermined(
     ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
     is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
     """
-    import numpy as np
-
     with np.errstate(all="ignore"):  # what overflows is no point at which a rule holds
         try:
             return _undetermined(question, _Nearly(matrix, rhs), exact, off, singular, slack)
@@ -107,11 +104,9 @@ def _undetermined(
     if not lost:
         return None
     point = question.named(near.point(len(lost)))
-    directions = [question.named(near.straightened(z, len(lost), exact)) for z in lost]
+    directions = [question.named(z) for z in lost]
     if not moved.holds(point):
-        point = question.named(near.point(len(lost), moved.allowances(point)))
-        if not moved.holds(point):
-            return None if moved.keeps_rank(near.matrix, exact) else near.contradiction(question, len(lost))
+        return near.contradiction(question, len(lost))
     if not all(moved.holds(far_along(point, direction)) for direction in directions):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
@@ -149,8 +144,6 @@ class _Nearly:
     """The singular value decomposition of the scaled matrix: what of it is small."""
 
     def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
-        import numpy as np
-
         self.matrix = matrix
         a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
         self.rows = np.abs(a).max(axis=1)
@@ -179,48 +172,15 @@ class _Nearly:
                 found.append([q / size for q in z])
         return found
 
-    def point(self, lost: int, allowances: Sequence[float] | None = None) -> list[float]:
-        """The solution of least scaled norm with the last singular values taken for 0.
-
-        ``allowances``: what each equation (n,) may miss by; with them, that of least misses in their units.
-        """
-        import numpy as np
-
-        u, s, v, b, columns = self.u, self.s, self.v, self.b, self.columns
-        if allowances is not None:
-            # Only their proportions count, which floats hold from 1 down where they do not from there up.
-            powers = np.log2(self.rows) - np.log2(allowances)
-            weights = np.exp2(np.maximum(powers - powers.max(), SLIGHT))
-            b = b * weights
-            a = self.a * weights[:, None]
-            columns = np.abs(a).max(axis=0)
-            columns[columns == 0] = 1.0
-            u, s, v = np.linalg.svd(a / columns)
-        kept = len(s) - lost
-        y = (u.T @ b)[:kept] / s[:kept]
-        point: list[float] = ((v[:kept].T @ y) / columns).tolist()
+    def point(self, lost: int) -> list[float]:
+        """The solution of least scaled norm with the last singular values taken for 0."""
+        kept = len(self.s) - lost
+        y = (self.u.T @ self.b)[:kept] / self.s[:kept]
+        point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
         return point
-
-    def straightened(self, z: Sequence[float], lost: int, exact: Callable[[float], Any]) -> list[float]:
-        """A null direction (n,) with the last singular values taken for 0, also where small entries beside
-        large ones were lost: corrected by what A z is to all digits (iterative refinement)."""
-        import numpy as np
-
-        kept, found = len(self.s) - lost, list(z)
-        for _ in range(REFINEMENTS):
-            at = list(map(exact, found))
-            misses = [
-                -float(sum((a * v for a, v in zip(row, at, strict=True)), exact(0.0))) for row in self.matrix
-            ]
-            y = (self.u.T @ (np.array(misses) / self.rows))[:kept] / self.s[:kept]
-            step = (self.v[:kept].T @ y) / self.columns
-            found = [v + d for v, d in zip(found, step.tolist(), strict=True)]
-        return found
 
     def contradiction(self, question: Question, lost: int) -> BlockOutcome:
         """The equations whose left sides make up 0 = 0, and what their right sides make up instead."""
-        import numpy as np
-
         scaled = self.u[:, len(self.s) - lost :].T
         worst = scaled[np.argmax(np.abs(scaled @ self.b))]
         involved = [i for i, share in enumerate(worst) if abs(share) > STILL]

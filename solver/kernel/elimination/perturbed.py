@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from fractions import Fraction
-from itertools import product
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
 from solver.accuracy.last_places import blur, half_unit, with_named_numbers
-from solver.accuracy.witness import BACKWARD, size, testify
+from solver.accuracy.witness import testify
 from solver.kernel.question import Question
-from solver.numerics.elimination import Singular, eliminate_rows
 
 NUDGE = 1e-5
 """Relative step of the differences that tell how a coefficient depends on a known number."""
-LEAST = 1e-150
-"""What an equation is allowed to miss by, at least, and at most 1 by that."""
-
-DIGITS, ROUNDS = 20, 60
-"""Of the numbers that bound a spectral radius, for their exponents more than their digits; steps of it."""
 
 
 class Perturbed:
@@ -46,41 +37,6 @@ class Perturbed:
             rows = (sum(d * q for d, q in zip(row, z, strict=True)) for row in moved)
             total += abs(sum(p * far for p, far in zip(w, rows, strict=True)))
         return total
-
-    def keeps_rank(self, matrix: Sequence[Sequence[Any]], exact: Callable[[float], Any]) -> bool:
-        """Whether the matrix (n, n) is regular however the numbers in it move by what they may be off.
-
-        It is if the spectral radius of Σ|A⁻¹·D| is less than 1, D being how far its entries (n, n) go with
-        one of them (J. Rohn, "Systems of linear interval equations", Linear Algebra Appl. 126 (1989), for
-        entries that move one by one).
-        Singular vectors do not tell where entries differ by more than floats have digits. ``exact`` makes
-        numbers of the kind of ``matrix``.
-        """
-        from rulesheets.functions.extended import context
-
-        n = len(matrix)
-        unit = [[exact(float(i == j)) for i in range(n)] for j in range(n)]
-        try:
-            columns = eliminate_rows([dict(enumerate(row)) for row in matrix], unit)
-        except Singular:
-            return False
-        big = context(DIGITS)
-        inverse = [[_as(columns[j][i], big) for j in range(n)] for i in range(n)]
-        spread = [[big.zero] * n for _ in range(n)]
-        for moved in self._moved():
-            for i, j in product(range(n), repeat=2):
-                spread[i][j] += abs(
-                    sum(a * big.mpf(row[j]) for a, row in zip(inverse[i], moved, strict=True))
-                )
-        x = [big.one] * n
-        for _ in range(ROUNDS):
-            ahead = [
-                v + sum(b * w for b, w in zip(row, x, strict=True)) for v, row in zip(x, spread, strict=True)
-            ]
-            if all(v < 2 * w for v, w in zip(ahead, x, strict=True)):  # 1 + the radius is less than v / w
-                return True
-            x = ahead
-        return False
 
     def _moved(self) -> Iterator[list[list[float]]]:
         """How far the entries of the matrix (n, n) go with each number that moves; nan where that is not
@@ -119,17 +75,6 @@ class Perturbed:
                 misses, question.kernel.forms, question.kernel.equations, strict=True
             )
         )
-
-    def allowances(self, point: Mapping[str, float]) -> list[float]:
-        """What each equation may miss by: as its known numbers are off, or the witness admits."""
-        everything = {**self.question.here, **point}
-        rows = zip(self.question.kernel.forms, self.question.kernel.equations, strict=True)
-        found = (blur(form, everything, self.off) + BACKWARD * size(e, everything) for form, e in rows)
-        return [min(max(allowed, LEAST), 1.0 / LEAST) for allowed in found]
-
-
-def _as(number: Any, big: Any) -> Any:
-    return big.mpf(number.numerator) / number.denominator if isinstance(number, Fraction) else big.mpf(number)
 
 
 def _noise(form: Expression, values: Mapping[str, Value]) -> float:
