@@ -31,13 +31,16 @@ COMMANDS = {
     "format": "print a sheet in its canonical form",
     "open": "open a sheet as a page in the browser",
     "export": "write a sheet as one file with sliders",
+    "watch": "solve a sheet whenever it is saved",
+    "tutor": "learn the first steps, in five minutes",
     "lsp": "serve an editor: the language server",
+    "completion": "print what a shell completes commands by",
     "models": "list the sheets that come with Backsolve",
     "codes": "say what the code of a message means",
     "cache": "show what is kept between runs, or clear it",
 }
 
-UNKEPT = frozenset({"format", "models", "codes", "cache", "lsp"})
+UNKEPT = frozenset({"format", "models", "codes", "cache", "lsp", "tutor", "completion"})
 """Commands that neither find nor keep anything."""
 
 UNSOLVED = 1
