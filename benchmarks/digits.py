@@ -5,6 +5,7 @@ It shares no code with the solver: the rules are read by ``expressions.py``, and
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -58,8 +59,13 @@ def linearized(
     rows = []
     for rule, miss in zip(rules, misses, strict=True):
         steps = [(abs(at[n]) or mpmath.mpf(1)) * share for n in unknowns]
-        moved = [_miss(rule, {**at, n: at[n] + step}) for n, step in zip(unknowns, steps, strict=True)]
-        rows.append([(there - miss) / step for there, step in zip(moved, steps, strict=True)])
+        read = set(re.findall(r"\w+", rule))
+        rows.append(
+            [
+                (_miss(rule, {**at, n: at[n] + step}) - miss) / step if n in read else mpmath.mpf(0)
+                for n, step in zip(unknowns, steps, strict=True)
+            ]
+        )
     return misses, rows
 
 

@@ -17,6 +17,7 @@ from mpmath import mpf
 
 DIGITS = 50
 MOST_BITS = 100_000
+DECADES_A_BIT = math.log10(2.0)
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)")
 
 
@@ -27,12 +28,13 @@ class Undefined(Exception):
 def evaluated(text: str, values: Mapping[str, Any], digits: int = DIGITS) -> Any:
     """The value with 50 digits (more where numbers are large or small, for whole turns and cancellation);
     floats are the exact numbers that they are. Raises Undefined."""
-    sizes = (mpmath.log10(abs(v)) for v in values.values() if v)
-    decades = max([_decades(text), *map(abs, map(float, sizes))])
+    code = _code(text)
+    read = {name: values[name] for name in code.co_names if name in values}
+    decades = max([_decades(text), *(abs(mpmath.mag(v)) * DECADES_A_BIT for v in read.values() if v)])
     with mpmath.workdps(digits + (4 * round(decades) if decades > 12 else 0)):
-        numbers = {name: mpf(value) for name, value in values.items()}
+        numbers = {name: mpf(value) for name, value in read.items()}
         try:
-            found = eval(_code(text), dict(FUNCTIONS), numbers)
+            found = eval(code, dict(FUNCTIONS), numbers)
         except (ArithmeticError, ValueError, mpmath.libmp.ComplexResult) as error:
             raise Undefined(text) from error
         if isinstance(found, bool):
