@@ -36,11 +36,11 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
-from solver.compiled.native import available
 from solver.path.activity import activity
 from solver.plan import Plan
 from solver.result import Solution
 from solver.table import CODES
+from solver.trace.llvm import available
 
 ROUGH = (0.0, 1.0, -1.0, 1e300, -1e300, 1e-300, math.nan)
 NUMBER = re.compile(r"(?<![\w.^(-])(\d+\.?\d*(?:e[+-]?\d+)?)(?![\w.])")

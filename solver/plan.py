@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.deadline import TimeIsUp, time_limit
@@ -13,15 +12,13 @@ from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.arguments import arguments
-from solver.compiled.scalar import with_resort
-from solver.compiled.way import Pattern
 from solver.facts import OutOfTime
-from solver.path.activity import activity
 from solver.path.planner import planner
-from solver.ranking.ranking import Ranking
 from solver.result import Status
-from solver.solution.leaves import Exploration, Leaf
-from solver.trace.paths import CompiledPaths
+from solver.solution.leaves import Exploration
+from solver.trace.python import with_resort
+from solver.trace.records import Records
+from solver.trace.state import Pattern
 from solver.verdicts.conclusion import conclude
 from solver.verdicts.explain import explain
 from solver.verdicts.verdict import Verdict
@@ -30,9 +27,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from solver.compiled.program import Program
     from solver.table import Column, Table
     from solver.trace.answer_rows import Answers, AnswerSweeper
+    from solver.trace.program import Program
 
 
 class Unsolved(Exception):
@@ -47,8 +44,8 @@ class Unsolved(Exception):
 class Plan:
     """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``.
 
-    Rows that decide alike share one compiled way, learned from the first of them; rows that no way
-    settles are solved step by step.
+    Rows that decide alike share the record of the first of them; rows that no record settles are solved
+    step by step.
     """
 
     def __init__(
@@ -62,8 +59,7 @@ class Plan:
     ) -> None:
         self.model, self.inputs, self.want = model, inputs, want
         self.given, self.guesses, self.timeout = given, guesses, timeout
-        self.paths = CompiledPaths(model, planner(model), Pattern(inputs, given, want, guesses))
-        self.ranking = Ranking(model, (*inputs, *given), want, guesses)
+        self.records = Records(model, planner(model), Pattern(inputs, given, want, guesses))
         self._sweeper: AnswerSweeper | None = None
         self._bound: Program | None = None
         self._call(self._primary, self._every)
@@ -91,27 +87,12 @@ class Plan:
             object.__setattr__(self, name, function)
 
     def _bind(self) -> None:
-        """Let calls begin with the first way that there is, where answers need no order."""
-        paths = self.paths
-        if paths.programs and not self.wide and self._bound is not paths.programs[0]:
-            self._bound = paths.programs[0]
-            ways = (paths.primary(), self._primary), (paths.every[0], self._every)
-            self._call(*(with_resort(*pair) for pair in ways))
-
-    @property
-    def wide(self) -> bool:
-        """Whether more than the wanted names is computed: all that the order of answers depends on."""
-        return self.paths.pattern.want is not self.want
-
-    def _widen(self, answer: Mapping[str, Value]) -> None:
-        """Begin anew with ways that compute all that the order depends on, which ``answer`` has values of."""
-        among = (*self.want, *(name for name in answer if name not in self.want))
-        self.ranking = Ranking(self.model, (*self.inputs, *self.given), among, self.guesses)
-        names = (*self.want, *(name for name in self.ranking.read if name not in self.want))
-        pattern = replace(self.paths.pattern, want=names, pruned=self.want)
-        self.paths = CompiledPaths(self.model, planner(self.model), pattern)
-        self._bound = None
-        self._call(self._primary, self._every)
+        """Let calls begin with the first record that there is."""
+        records = self.records
+        if records.programs and self._bound is not records.programs[0]:
+            self._bound = records.programs[0]
+            pairs = (records.primary(), self._primary), (records.every[0], self._every)
+            self._call(*(with_resort(*pair) for pair in pairs))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         """What the first way does not settle, or all where there is none yet."""
@@ -121,28 +102,13 @@ class Plan:
         return self._listed(self._numbers(given, named))
 
     def _listed(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        for way, program in zip(self.paths.every, self.paths.programs, strict=True):
-            if (found := way(*numbers)) is not None:
-                return self._wanted(found if program.ordered else self._in_order(numbers, found))
-        return self._answers(numbers)
+        found = self._known(numbers)
+        return self._answers(numbers) if found is None else found
 
-    def _in_order(self, numbers: Sequence[Value], rows: list[tuple[Value, ...]]) -> list[tuple[Value, ...]]:
-        if len(rows) < 2:
-            return rows
-        places = {name: place for place, name in enumerate(self.paths.pattern.want)}
-        there = [places.get(name) for name in self.ranking.read]
-        read = [tuple(_float(row[at]) if at is not None else math.nan for at in there) for row in rows]
-        given = [_float(value) for value in self.known(numbers)]
-        return [rows[place] for place in self.ranking.order_of_rows(read, given)]
-
-    def _wanted(self, rows: Iterable[tuple[Value, ...]]) -> list[tuple[Value, ...]]:
-        """The wanted values of answers, none of them twice."""
-        return list(dict.fromkeys(row[: len(self.want)] for row in rows))
-
-    def known(self, inputs: Sequence[Any]) -> list[Any]:
-        """What the order of answers is told of the inputs: numbers or columns of them, and what is fixed."""
-        values = {**self.given, **dict(zip(self.inputs, inputs, strict=True))}
-        return [math.nan if isinstance(values[n], str) else values[n] for n in self.ranking.known]
+    def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
+        """The answers by the first record that settles them."""
+        rows = (every(*numbers) for every in self.records.every)
+        return next((found for found in rows if found is not None), None)
 
     def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
         """The numbers of a call; places that a compiled way has filled up hold None."""
@@ -170,33 +136,26 @@ class Plan:
         return sweep_answers(self, columns, jit)
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
-        """What solves rows by the ways that there are."""
+        """What solves rows by the records that there are."""
         from solver.trace.answer_rows import AnswerSweeper
 
-        if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.paths is not self.paths:
-            self._sweeper = AnswerSweeper(self.paths, jit)
+        if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
+            self._sweeper = AnswerSweeper(self.records, jit)
         return self._sweeper
 
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row and, where it is solved, the wanted values of every answer in order."""
-        status, rows = self.states(numbers)
-        return status, self._wanted(rows)
-
-    def states(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of one row, and what the ways compute of every answer."""
-        for way, program in zip(self.paths.every, self.paths.programs, strict=True):
-            rows = way(*numbers)
-            if rows is not None:
-                return Status.SOLVED, rows if program.ordered else self._in_order(numbers, rows)
+        rows = self._known(numbers)
+        if rows is not None:
+            return Status.SOLVED, rows
         verdict, found = self.judged(numbers)
         self.learn(numbers, verdict, found)
-        if verdict.status is not Status.SOLVED:
-            return verdict.status, []
-        return verdict.status, self._rows(verdict)
+        return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
 
     def _rows(self, verdict: Verdict) -> list[tuple[Value, ...]]:
-        names = self.paths.pattern.want
-        return [tuple(leaf.branch.values.get(n, math.nan) for n in names) for leaf in verdict.leaves]
+        """The wanted values of answers, none of them twice."""
+        rows = (tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in verdict.leaves)
+        return list(dict.fromkeys(rows))
 
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
@@ -233,39 +192,17 @@ class Plan:
         return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
 
     def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> None:
-        """A compiled way from a row that was judged step by step, where it has one.
+        """A record of a row that was solved step by step, where it has one.
 
         Of an infeasible row it is the way to its refusal, where nothing but that is known of it. A row that
         lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew for it.
         """
         if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
             return
-        if verdict.status is Status.SOLVED:
-            self._learn(verdict.leaves, numbers)
-            return
-        ends = (*found.leaves, *found.dead, *found.adrift)
-        if verdict.status is not Status.INFEASIBLE or len(ends) != 1 or found.dead:
-            return
-        branch = ends[0].branch
-        known = [e for e in self.model.equations if all(name in branch.values for name in e.names)]
-        active = [e.index for e in known if activity(e, branch.decided)]
-        if not branch.assumed and branch.settled.issuperset(active):
-            self.paths.refuse(numbers, branch.values)
-
-    def _learn(self, leaves: Sequence[Leaf], numbers: tuple[Value, ...]) -> None:
-        if not self.wide and len(leaves) > 1:
-            names = (*self.want, *(name for name in leaves[0].branch.values if name not in self.want))
-            ranking = Ranking(self.model, (*self.inputs, *self.given), names, self.guesses)
-            if self.paths.record(numbers, leaves, ranking):
-                self._bind()
-                return
-        if not self.wide and len(leaves) == 1:
-            self.paths.learn(numbers, leaves)
-        if not self.wide and (len(leaves) > 1 or self.paths.forked):
-            self._widen(leaves[0].branch.values)
-        if self.wide:
-            self.paths.learn(numbers, leaves)
-        self._bind()
+        if verdict.status is Status.SOLVED and self.records.learn(numbers, verdict.leaves, found.dead):
+            self._bind()
+        elif verdict.status is Status.INFEASIBLE:
+            self.records.refuse(numbers, found)
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         verdict, found = self.judged(numbers)
@@ -277,11 +214,7 @@ class Plan:
         if verdict.status is not Status.SOLVED:
             raise Unsolved(verdict.status, explain(self.model, verdict, self._values(numbers), self.want))
         self.learn(numbers, verdict, found)
-        return self._wanted(self._rows(verdict))
-
-
-def _float(value: Value) -> float:
-    return math.nan if isinstance(value, str) else float(value)
+        return self._rows(verdict)
 
 
 def prepare(

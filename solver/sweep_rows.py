@@ -25,10 +25,6 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[Any]
 
 
-class _Widened(Exception):
-    """The plan now computes more names than those that are wanted: the rows are solved anew."""
-
-
 def sweep_answers(plan: Plan, columns: Sequence[Column], jit: bool) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
@@ -38,10 +34,7 @@ def sweep_answers(plan: Plan, columns: Sequence[Column], jit: bool) -> tuple[NDA
     arrays = _columns(plan.inputs, columns)
     if not arrays or any(array.dtype != float for array in arrays):
         return _one_by_one(plan, arrays)
-    try:
-        return _numbers(plan, arrays, jit)
-    except _Widened:
-        return _numbers(plan, arrays, jit)
+    return _numbers(plan, arrays, jit)
 
 
 def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
@@ -95,52 +88,6 @@ def _picked(values: Array, places: Array) -> Array:
     return column
 
 
-def _in_order(plan: Plan, columns: Sequence[Array], found: Answers) -> Answers:
-    """The wanted values of answers, those of each row in their order, none of them twice."""
-    wanted = len(plan.want)
-    several = np.flatnonzero(found.counts > 1)
-    if not len(several):
-        return Answers(found.counts, found.values[:wanted])
-    starts, most = np.cumsum(found.counts) - found.counts, int(found.counts[several].max())
-    places = starts[several] + np.arange(most)[:, None]
-    places[np.arange(most)[:, None] >= found.counts[several]] = -1
-    numbers = {
-        name: np.append(_numbers_of(v), np.nan)
-        for name, v in zip(plan.paths.pattern.want, found.values, strict=True)
-    }
-    nothing = np.full(places.shape, np.nan)
-    read = [numbers[name][places] if name in numbers else nothing for name in plan.ranking.read]
-    given = plan.known([column[several] for column in columns])
-    order = plan.ranking.order_of_columns([[c[k] for c in read] for k in range(most)], given)
-    places = np.take_along_axis(places, order, axis=0)
-    places[1:][_twice(places, [points_of([v], len(v))[0] for v in found.values[:wanted]])] = -1
-    counts = found.counts.copy()
-    counts[several] = (places >= 0).sum(axis=0)
-    kept_places = np.repeat(np.where(found.counts == 1, starts, 0), counts)
-    kept_places[np.repeat(found.counts > 1, counts)] = places.T[places.T >= 0]
-    return Answers(counts, [values[kept_places] for values in found.values[:wanted]])
-
-
-def _twice(places: Array, values: Sequence[Array]) -> Array:
-    """Which answers (answers, rows) but the first have the values of one before them."""
-    same = np.zeros((len(places) - 1, places.shape[1]), dtype=bool)
-    for later in range(1, len(places)):
-        for sooner in range(later):
-            one, other = places[sooner], places[later]
-            alike = (one >= 0) & (other >= 0)
-            for column in values:
-                alike &= column[one] == column[other]
-            same[later - 1] |= alike
-    return same
-
-
-def _numbers_of(values: Array) -> Array:
-    """A column as numbers, nan for a symbol."""
-    if values.dtype != object:
-        return values
-    return np.array([v if isinstance(v, float) else np.nan for v in values.tolist()], dtype=float)
-
-
 def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
     if len(columns) != len(names):
         raise TypeError(f"this plan is prepared for {plural(len(names), 'column')}, not for {len(columns)}")
@@ -154,25 +101,21 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
 def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.int8], Answers]:
     """Rows of numbers: by compiled ways first. Raises Interrupted with the same for an interrupt at a row."""
     status = np.zeros(len(columns[0]), dtype=np.int8)
-    paths, sweeper = plan.paths, plan.sweeper(jit)
 
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
         watch = WATCH.get()
         if watch is not None:
             watch(row)
-        found = plan.states(tuple(float(column[row]) for column in columns))
-        if plan.paths is not paths:
-            raise _Widened
-        return found
+        return plan.outcome(tuple(float(column[row]) for column in columns))
 
     def keep(rows: Array, outcome: Status) -> None:
         status[rows] = CODES[outcome]
 
     try:
-        found = sweeper.run(columns, len(paths.pattern.want), outcome, keep)
+        found = plan.sweeper(jit).run(columns, len(plan.want), outcome, keep)
     except Interrupted as reached:
-        raise Interrupted(reached.rows, (status, _in_order(plan, columns, reached.kept))) from None
-    return status, _in_order(plan, columns, found) if plan.wide else found
+        raise Interrupted(reached.rows, (status, reached.kept)) from None
+    return status, found
 
 
 def _one_by_one(plan: Plan, columns: list[Array]) -> tuple[NDArray[np.int8], Answers]:

@@ -25,7 +25,7 @@ QUICK = (
         "solver/test_columns.py",
         "solver/test_codes.py",
     ),
-    *("solver/accuracy/test_attained.py", "solver/compiled/test_folding.py"),
+    *("solver/accuracy/test_attained.py", "solver/trace/test_folding.py"),
     *("solver/derivatives/test_tolerances.py", "solver/kernel/steps", "solver/numerics/test_newton.py"),
     *("solver/path/test_closed_form.py", "solver/ranking/test_homogeneity.py", "solver/report/test_table.py"),
     *("solver/solution/test_turns.py", "solver/structure/test_matching.py", "solver/trace/test_record.py"),

@@ -22,7 +22,7 @@ GUARDS = {
     "solver.report.drawing": "require_matplotlib",
     "solver.report.plot": "require_matplotlib",
     "solver.report.chart": "require_matplotlib",
-    "solver.compiled.native": "available",
+    "solver.trace.llvm": "available",
     "solver.commands.open": "missing_extra",
     "solver.commands.lsp": "missing_extra",
 }

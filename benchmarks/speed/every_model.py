@@ -18,11 +18,11 @@ from benchmarks.speed.closed_forms import Array
 from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.rules_as_equations import System, system_of
 from rulesheets.model import Model
-from solver.compiled.native import available
 from solver.plan import Plan
 from solver.result import Status
 from solver.solution.refinement import explore_refined
 from solver.table import CODES
+from solver.trace.llvm import available
 
 ROOT = Path(__file__).parents[2] / "models"
 ROWS, MANY = 16, 100_000
@@ -121,7 +121,7 @@ def compare(path: Path) -> Compared | None:
     plan = solver.prepare(model, [driver], want)
     plan(value)
     near = np.linspace(value - 1e-3 * abs(value), value + 1e-3 * abs(value), MANY)
-    sweeps = plan.paths.programs and plan.sweep(near[:: MANY // 10]).solved.all()
+    sweeps = plan.records.programs and plan.sweep(near[:: MANY // 10]).solved.all()
     verdict, _ = plan.judged((value,))
     system = system_of(model, plan, verdict)
     difference = _differences(model, plan, driver, value)
@@ -130,7 +130,7 @@ def compare(path: Path) -> Compared | None:
     return Compared(
         path.parent.name,
         driver,
-        _best(lambda: plan(value), 5) if plan.paths.programs else math.nan,
+        _best(lambda: plan(value), 5) if plan.records.programs else math.nan,
         _best(lambda: plan.judged((value,)), 2),
         math.nan if system is None else _fsolve_seconds(system, plan, value),
         swept,
@@ -148,7 +148,7 @@ def _rows(model: Model, driver: str, value: float) -> Array:
 
 
 def _differences(model: Model, plan: Plan, driver: str, value: float) -> Difference:
-    if not plan.paths.programs:
+    if not plan.records.programs:
         return Difference(0, 0, math.nan, math.nan)
     rows = _rows(model, driver, value)
     plan.sweep(rows)

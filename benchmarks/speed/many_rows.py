@@ -18,7 +18,7 @@ from benchmarks.speed.closed_forms import Array
 from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.stopwatch import Contestant, Time, race
 from benchmarks.speed.task import BACKWARD, DIRECTIONS, FORWARD, column, plan
-from solver.compiled.native import available
+from solver.trace.llvm import available
 
 SAMPLE = 200
 FEW, SOME = 1_000, 100_000

@@ -52,6 +52,9 @@ def kept(
     known = np.flatnonzero(back >= 0)
     heading[:, known] += wound(points[:, known] - points[:, back[known]], turns[:, None])
     onward, clear = answers.nearest(heading, rows - 1, rows)
+    here = answers.starts[rows - 1]
+    if (onward[here] == answers.starts[rows])[clear[here]].all():
+        return chosen  # the first answer of the rule is the one that goes on
     starts = answers.starts.tolist()
     for row in rows.tolist():
         here = starts[row - 1] + int(chosen[row - 1])
@@ -114,16 +117,19 @@ class _Answers:
         """
         near = np.full(self.points.shape[1], -1, dtype=np.intp)
         clear = np.zeros(self.points.shape[1], dtype=bool)
-        sizes = np.stack([self.counts[sources], self.counts[targets]])
-        for few, many in np.unique(sizes, axis=1).T.tolist():
+        sizes = self.counts[sources], self.counts[targets]
+        base = int(self.counts.max()) + 1
+        for code in np.flatnonzero(np.bincount(sizes[0] * base + sizes[1])).tolist():
+            few, many = divmod(code, base)
             here = (sizes[0] == few) & (sizes[1] == many)
             mine = self.starts[sources[here]] + np.arange(few)[:, None]
             theirs = self.starts[targets[here]] + np.arange(many)[:, None]
             apart = self._distances(heading[:, mine], self.points[:, theirs])
             first = apart.argmin(axis=1)
             near[mine] = np.take_along_axis(theirs, first, axis=0)
-            ordered = np.sort(apart, axis=1)
-            clear[mine] = ordered[:, 0] <= CLEAR * ordered[:, 1] if many > 1 else True
+            least = np.take_along_axis(apart, first[:, None], axis=1)[:, 0]
+            np.put_along_axis(apart, first[:, None], np.inf, axis=1)
+            clear[mine] = least <= CLEAR * apart.min(axis=1) if many > 1 else True
         return near, clear
 
     def _distances(self, heading: Points, points: Points) -> Points:

@@ -44,12 +44,11 @@ class SteadyPlan:
         self._jit = pattern.jit
         if lessons and len(lessons[0]):
             self._plan.sweep(*lessons, jit=pattern.jit)
-        self._known = self._plan.paths, self._plan.paths.mark()
+        self._known = self._plan.records.mark()
 
     def _forget(self) -> None:
         """Go back to what the lessons taught."""
-        self._plan.paths, mark = self._known
-        self._plan.paths.forget(mark)
+        self._plan.records.forget(self._known)
 
     def every(self, columns: Sequence[Array]) -> tuple[NDArray[np.int8], Answers]:
         """The status codes of the rows and all their answers, for one or more columns (n,) of numbers."""

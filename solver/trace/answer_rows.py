@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Value
-from solver.compiled.answers import every
-from solver.compiled.flow import NotCompilable
-from solver.compiled.program import Program
 from solver.interruption import Interrupted
 from solver.result import Status
-from solver.trace.paths import CompiledPaths
+from solver.trace.answers import every
+from solver.trace.flow import NotCompilable
+from solver.trace.program import Program
+from solver.trace.records import Records
 from solver.trace.rows import WORTH, Keep, Refusals, columns_of, kernel_of
 
 Array: TypeAlias = NDArray[Any]
@@ -44,7 +44,7 @@ class AnswerKernel:
             raise NotCompilable
         merged = every(program)
         self.symbols = merged.symbols
-        self.there = [place.there for place in merged.places]
+        self.there = merged.there
         self.nodes = [node for place in merged.places for node in place.results]
         self.kernel = kernel_of(program.flow, (*self.nodes, *self.there, merged.holds), jit)
 
@@ -78,8 +78,8 @@ class AnswerKernel:
 class AnswerSweeper:
     """The rows of sweeps of one pattern, with every answer of each."""
 
-    def __init__(self, paths: CompiledPaths, jit: bool = False) -> None:
-        self.paths, self.jit = paths, jit
+    def __init__(self, records: Records, jit: bool = False) -> None:
+        self.records, self.jit = records, jit
         self._refusals = Refusals(jit)
         self._kernels: dict[int, tuple[Program, AnswerKernel | None]] = {}
 
@@ -89,7 +89,7 @@ class AnswerSweeper:
         ``outcome`` has the word on a row that no way settles (and learns from it); ``keep`` is told the
         status of rows that are not solved.
         """
-        known = set(map(id, self.paths.programs))
+        known = set(map(id, self.records.programs))
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
@@ -98,11 +98,11 @@ class AnswerSweeper:
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
-                for program in self.paths.programs[ways:]:
+                for program in self.records.programs[ways:]:
                     left = self._settled(program, columns, left, parts)
-                for program in self.paths.refusals[refusals:]:
+                for program in self.records.refusals[refusals:]:
                     left = self._refusals.left(program, columns, left, keep)
-            ways, refusals = len(self.paths.programs), len(self.paths.refusals)
+            ways, refusals = len(self.records.programs), len(self.records.refusals)
             for row in left.tolist():
                 try:
                     status, alone[row] = outcome(row)
@@ -112,7 +112,7 @@ class AnswerSweeper:
                 left = left[1:]
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
-                if (ways, refusals) != (len(self.paths.programs), len(self.paths.refusals)):
+                if (ways, refusals) != (len(self.records.programs), len(self.records.refusals)):
                     break  # what was learned may settle the others
         if alone:
             parts.append(_one_by_one(alone, wanted))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from solver.compiled.flow import Flow, NotCompilable
+from solver.trace.flow import Flow, NotCompilable
 
 THRESHOLD = 0.05
 """Share of the largest entry of its row, each by the size of its column, that a pivot must have."""

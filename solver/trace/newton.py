@@ -16,13 +16,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled.array import ArrayKernel
-from solver.compiled.flow import Flow, NotCompilable
-from solver.compiled.program import Ending, Program
-from solver.compiled.scalar import block_function
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.chain import jumps
+from solver.trace.arrays import ArrayKernel
 from solver.trace.elimination import Elimination, Matrix, eliminate
+from solver.trace.flow import Flow, NotCompilable
+from solver.trace.program import Ending, Program
+from solver.trace.python import block_function
 
 Array: TypeAlias = NDArray[Any]
 
@@ -61,7 +61,7 @@ class BlockNewton:
         places = {name: self.flow.input(i) for i, name in enumerate((*kernel.unknowns, *kernel.known))}
         residual = [self.flow.expression(form, places) for form in kernel.forms]
         self.step = self.elimination(self.flow, self.matrix(self.flow, places)).solve(residual)
-        ending = Ending(tuple(self.step), (), (), self.flow.false, ())
+        ending = Ending(tuple(self.step), (), ())
         program = Program(self.flow, len(places), (ending,))
         self._newton: Callable[..., tuple[float, ...] | None] = block_function(
             program, _loop(len(self.start), self.scale)

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rulesheets.functions import TABLE
-from solver.compiled.flow import FOLD, Flow
-from solver.compiled.schedule import LEAVES, operands
+from solver.trace.flow import FOLD, Flow
+from solver.trace.schedule import LEAVES, operands
 
 if TYPE_CHECKING:
-    from solver.compiled.flow import Operand
+    from solver.trace.flow import Operand
 
 
 class Numbers:

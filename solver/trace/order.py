@@ -13,48 +13,61 @@ from functools import reduce
 from itertools import combinations
 from typing import Any
 
-from solver.compiled.flow import Flow, NotCompilable
 from solver.ranking.arithmetic import LEAST, MOST, Arithmetic
 from solver.ranking.ranking import Ranking
+from solver.trace.flow import Flow, NotCompilable
+
+NOISE = 1e-13
+"""Powers and factors below this are what rounding has left of 0."""
 
 
 class Number:
-    """A node of a program, with the operators of numbers; a logical one counts as 0 or 1."""
+    """A node of a program, with the operators of numbers; a ``logical`` one counts as 0 or 1."""
 
     def __init__(self, flow: Flow, node: int, logical: bool = False) -> None:
         self.flow, self.node, self.logical = flow, node, logical
 
-    def _number(self, other: Any) -> int:
-        if isinstance(other, Number):
-            if not other.logical:
-                return other.node
-            one, zero = self.flow.constant(1.0), self.flow.constant(0.0)
-            return self.flow.add("where", other.node, one, zero)
-        return self.flow.constant(float(other))
+    @property
+    def number(self) -> int:
+        """The node as a number."""
+        flow = self.flow
+        return (
+            flow.add("where", self.node, flow.constant(1.0), flow.constant(0.0))
+            if self.logical
+            else self.node
+        )
 
-    def _with(self, operation: str, left: Any, right: Any) -> Number:
-        return Number(self.flow, self.flow.add(operation, self._number(left), self._number(right)))
+    def _of(self, other: Any) -> int:
+        return other.number if isinstance(other, Number) else self.flow.constant(float(other))
 
-    def _compared(self, left: Any, right: Any, operation: str = "lt") -> Number:
-        return Number(self.flow, self.flow.add(operation, self._number(left), self._number(right)), True)
+    def _with(self, operation: str, left: Any, right: Any, logical: bool = False) -> Number:
+        return Number(self.flow, self.flow.add(operation, self._of(left), self._of(right)), logical)
 
     def __add__(self, other: Any) -> Number:
         return self._with("add", self, other)
 
-    def __radd__(self, other: Any) -> Number:
-        return self._with("add", other, self)
+    __radd__ = __add__
 
     def __sub__(self, other: Any) -> Number:
         return self._with("sub", self, other)
 
     def __rsub__(self, other: Any) -> Number:
+        if self.logical and other == 1.0:
+            return Number(self.flow, self.flow.add("not", self.node), True)
         return self._with("sub", other, self)
 
-    def __mul__(self, other: Any) -> Number:
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, Number):
+            return 0.0 if abs(other) < NOISE else self if other == 1.0 else self._with("mul", self, other)
+        if self.logical and other.logical:
+            return self & other
+        if self.logical or other.logical:
+            chosen, number = (self, other) if self.logical else (other, self)
+            zero = self.flow.constant(0.0)
+            return Number(self.flow, self.flow.add("where", chosen.node, number.node, zero))
         return self._with("mul", self, other)
 
-    def __rmul__(self, other: Any) -> Number:
-        return self._with("mul", other, self)
+    __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Number:
         return self._with("div", self, other)
@@ -63,25 +76,25 @@ class Number:
         return self._with("div", other, self)
 
     def __abs__(self) -> Number:
-        return Number(self.flow, self.flow.add("abs", self._number(self)))
+        return Number(self.flow, self.flow.add("abs", self.number))
 
     def __neg__(self) -> Number:
-        return Number(self.flow, self.flow.add("neg", self._number(self)))
+        return Number(self.flow, self.flow.add("neg", self.number))
 
     def __lt__(self, other: Any) -> Number:
-        return self._compared(self, other)
+        return self._with("lt", self, other, True)
 
     def __gt__(self, other: Any) -> Number:
-        return self._compared(other, self)
+        return self._with("lt", other, self, True)
 
     def __le__(self, other: Any) -> Number:
-        return self._compared(self, other, "le")
+        return self._with("le", self, other, True)
 
     def __ge__(self, other: Any) -> Number:
-        return self._compared(other, self, "le")
+        return self._with("le", other, self, True)
 
     def __ne__(self, other: Any) -> Number:  # type: ignore[override]
-        return Number(self.flow, self.flow.add("not", self._compared(self, other, "eq").node), True)
+        return Number(self.flow, self.flow.add("not", self._with("eq", self, other, True).node), True)
 
     def __and__(self, other: Any) -> Number:
         return Number(self.flow, self.flow.add("and", self.node, other.node), True)
@@ -126,31 +139,26 @@ def order(
 
 
 def _node(flow: Flow, value: Any) -> int:
-    if isinstance(value, Number):
-        return abs(value).node if value.logical else value.node
-    return flow.constant(float(value))
+    return value.number if isinstance(value, Number) else flow.constant(float(value))
 
 
 def _arithmetic(flow: Flow) -> Arithmetic:
     """The rule's arithmetic on nodes. What has no number at the sample has none in any row."""
 
-    def number(value: Any) -> Number:
-        return value if isinstance(value, Number) else Number(flow, flow.constant(float(value)))
-
     def larger(one: Any, other: Any) -> Any:
         if not isinstance(one, Number) and not isinstance(other, Number):
             return max(one, other)
-        a, b = number(one), number(other)
-        left, right = (_node(flow, n) for n in (a, b))
-        return Number(flow, flow.add("where", flow.add("lt", left, right), right, left))
+        logical = [isinstance(n, Number) and n.logical for n in (one, other)]
+        if all(logical):
+            return Number(flow, flow.add("or", one.node, other.node), True)
+        if any(logical) and 0.0 in (one, other):
+            return one if logical[0] else other
+        return Number(flow, flow.add("max", _node(flow, one), _node(flow, other)))
 
     def decade(value: Any) -> Any:
         if not isinstance(value, Number):
             return math.log10(min(max(abs(value), LEAST), MOST))
-        size = larger(abs(value), LEAST)
-        return Number(
-            flow, flow.call("log10", flow.add("where", (size < MOST).node, size.node, number(MOST).node))
-        )
+        return Number(flow, flow.call("log10", larger(abs(value), LEAST).node))
 
     def there(value: Any, other: float) -> Any:
         return value if isinstance(value, Number) or value == value else other

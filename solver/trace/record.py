@@ -1,32 +1,38 @@
 """The record of a solve: for each answer the steps that led to it, as one straight-line program with guards.
 
-A direct step is recorded by the inverse that was taken, a block by its closed form or else by Newton's
-method from the answer. The conditions that were decided or assumed, the ends of domains and every rule
-guard the results: where one of them fails, the record is left and the next one, or a full solve, has
-the word. Where the condition of a block is bad, no record calls it solved.
+A direct step is recorded by the inverse that was taken, rules that exclude each other as a selection, a block
+by its closed form or else by Newton's method from the answer. The conditions that were decided or assumed,
+the ends of domains and every rule guard the results: where one of them fails, the record is left and the next
+one, or a full solve, has the word. So it is where a branch that came to nothing may come to an answer, and
+where the condition of a block is bad.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from rulesheets.model import Model, Value, Variable
-from solver.compiled.flow import NotCompilable
-from solver.compiled.program import Program
-from solver.compiled.translate import Translation
-from solver.compiled.way import Pattern, Way
+from solver.facts import Conflict, Unmet
 from solver.kernel.code.block import kernel_of
 from solver.path.activity import activity
 from solver.path.cases import EQUAL, value_of_equality
 from solver.path.planner import Planner
-from solver.path.steps import Evaluate, Select, SolveBlock, Step
+from solver.path.steps import Decide, Evaluate, Select, SolveBlock, Step
 from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Leaf
+from solver.trace.closed_forms import ClosedForms
+from solver.trace.flow import NotCompilable
 from solver.trace.newton import BlockNewton
 from solver.trace.numbers import Numbers
 from solver.trace.order import order
+from solver.trace.program import Ending, Program
+from solver.trace.rounding import apart_from_edges
+from solver.trace.schedule import operands
+from solver.trace.state import Pattern, State
+from solver.trace.trim import computed_from, trimmed
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
@@ -35,7 +41,15 @@ CONDITION = 1e6
 APART = 1e-6
 """The least relative distance of two answers of a block."""
 REMOTE = 1e60
-"""No record iterates on larger numbers, or on smaller ones than 1 over it: products of them overflow."""
+"""No record is good for larger numbers, or for smaller ones than 1 over it: products of them overflow."""
+DIGITS = 1e-10
+"""Share of a result that rounding may change where numbers of the rules may be far above its own size."""
+MAX_DEAD = 8
+"""Branches without an answer that a record watches."""
+_DIRECTIONS = frozenset({"atan2", "atan2d", "acosd", "asind", "atand", "acos", "asin", "atan"})
+_BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le"})
+_VANISHING = frozenset({"exp", "erfc"})
+"""Functions that are never 0 and come out as 0."""
 
 
 def record(
@@ -43,19 +57,19 @@ def record(
     planner: Planner,
     pattern: Pattern,
     leaves: Sequence[Leaf],
-    plain: bool = False,
-    ranking: Ranking | None = None,
+    dead: Sequence[Leaf],
+    plain: bool,
+    ranking: Ranking | None,
 ) -> Program:
-    """The program of the answers ``leaves``, in their order: where the ``ranking`` says the same.
+    """The program of the answers ``leaves``, put in their order by the ``ranking``.
 
-    Raises NotCompilable where a step has no record.
+    ``dead`` are branches that contradict a rule at the sample. ``plain``: without what is more exact than
+    the rules are in floats. Raises NotCompilable where a step has no record.
     """
-    if model.requirements:
-        raise NotCompilable  # an answer that one of them excluded at the sample may be one elsewhere
-    return Recording(model, planner, pattern, leaves, plain).run(ranking)
+    return Recording(model, planner, pattern, leaves, plain).run(dead, ranking)
 
 
-class Recording(Translation):
+class Recording(ClosedForms):
     """Follows the steps of each answer as they were taken."""
 
     def __init__(
@@ -63,122 +77,236 @@ class Recording(Translation):
     ) -> None:
         super().__init__(model, planner, pattern, leaves[0].branch.values, plain)
         self.leaves, self.branch = leaves, leaves[0].branch
+        self.endings: list[Ending] = []
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
-        self._numbers = Numbers(self.flow, {})
-        self._ways: list[Way] = []
+        values = (self.sample[name] for name in pattern.inputs)
+        self._numbers = Numbers(self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)})
 
-    def run(self, ranking: Ranking | None = None) -> Program:
+    def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
         start, symbols = self._start()
-        for place, leaf in enumerate(self.leaves):
-            way = start.fork()
-            self.branch, self.sample = leaf.branch, leaf.branch.values
-            if self.branch.void or self.branch.facts:
-                raise NotCompilable
-            self._numbers = Numbers(self.flow, self._inputs())
-            if len(self.leaves) > 1:
-                way.order.append(self.flow.constant(float(place)))
-            self._record(way)
-        if ranking is not None and len(self.leaves) > 1:
-            self._rank(ranking)
-        ordered = ranking is not None or len(self.leaves) == 1
-        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, ordered)
+        states = [self._followed(start, leaf) for leaf in self.leaves]
+        if ranking is not None and len(states) > 1:
+            self._rank(ranking, states)
+        for leaf in dead[:MAX_DEAD]:
+            with suppress(NotCompilable, KeyError):
+                self._watch(start, leaf)
+        self._keep_usual()
+        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols)
 
-    def _rank(self, ranking: Ranking) -> None:
-        """Sort the answers by the rule."""
-        answers = [[way.values.get(name) for name in ranking.read] for way in self._ways]
-        given = [self._ways[0].values.get(name) for name in ranking.known]
-        numbers = Numbers(self.flow, self._inputs())
-        for newton, items in self._blocks.values():
-            numbers.found.update(zip(items, newton.start, strict=True))
-        keys, guards = order(self.flow, ranking, answers, given, lambda node: float(numbers(node)))
-        first, *others = (replace(e, order=key) for e, key in zip(self.endings, keys, strict=True))
-        holds = dict.fromkeys((*first.holds, *(node for node in guards if node != self.flow.true)))
-        self.endings = [replace(first, holds=tuple(holds)), *others]
+    def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
+        """What is given, and the symbols among that, by their places."""
+        flow, values, symbols = self.flow, dict[str, int](), dict[str, str]()
+        for name, known in self.pattern.given.items():
+            if isinstance(known, str):
+                symbols[name] = known
+            else:
+                values[name] = flow.constant(known)
+        told: list[tuple[int, str]] = []
+        for place, name in enumerate(self.pattern.inputs):
+            if isinstance(said := self.sample[name], str):
+                symbols[name] = said
+                told.append((place, said))
+            else:
+                values[name] = flow.input(place)
+        state = self._on(State(values, symbols, {}))
+        for name in self.pattern.inputs:
+            if name in values:
+                flow.bound(values[name])  # a missing one comes out on some side of every comparison
+                flow.require(self._in_range(self.model.variables[name], values[name]))
+        return state, tuple(told)
 
-    def _record(self, way: Way) -> None:
-        way.decided = dict(self.branch.conditions)
+    def _followed(self, start: State, leaf: Leaf) -> State:
+        state = self._steps(start.fork(), leaf)
+        self._check_rules(state)
+        self._check_requirements(state)
+        for name, variable in self.model.variables.items():
+            self._turned(state, name, variable)
+        self.endings.append(self._ending(state))
+        return state
+
+    def _steps(self, state: State, leaf: Leaf) -> State:
+        """What the steps of a leaf have computed, and the conditions under which they are taken."""
+        self.branch, self.sample = leaf.branch, leaf.branch.values
+        if self.branch.void or self.branch.facts:
+            raise NotCompilable
+        state.decided = dict(self.branch.assumed)
         for pair, sign in self.branch.signs.items():
             if sign == EQUAL and (said := value_of_equality(pair)) is not None:
-                self._say(way, *said)
+                self._say(state, *said)
+        self._on(state)
+        self._decide(state, self.branch.conditions)
         for step in self.branch.steps:
-            way = self._recorded(way, step)
-        self.flow.checks, self.flow.finite = way.checks, way.finite
-        for index, outcome in self.branch.conditions.items():
-            node = self._condition(way, self.model.conditions[index], outcome)
+            state = self._step(state, step)
+        self._on(state)
+        for index in (*self.branch.assumed, *sorted(state.used - state.decided.keys())):
+            outcome = self.branch.conditions[index]
+            node = self._condition(state, self.model.conditions[index], outcome)
             if node is not None:
-                self.flow.require(node if outcome else self.flow.add("not", node))
-        self._settle(way)
-        self._ways.append(way)
-        self.endings.append(self._finished(way))
+                state.decided[index] = outcome
+                self._require(node, outcome)
+        self._settle(state)
+        return state
 
-    def _settle(self, way: Way) -> None:
+    def _decide(self, state: State, conditions: Iterable[int]) -> None:
+        """Require the outcomes that the sample had, of conditions that are known."""
+        for index in conditions:
+            outcome = self.branch.conditions.get(index)
+            if index in state.decided or outcome is None:
+                continue
+            node = self._condition(state, self.model.conditions[index], outcome)
+            if node is not None:
+                state.decided[index] = outcome
+                self._require(node, outcome)
+
+    def _say(self, state: State, name: str, value: Value) -> None:
+        if isinstance(value, str):
+            state.symbols.setdefault(name, value)
+        else:
+            state.values.setdefault(name, self.flow.constant(value))
+
+    def _step(self, state: State, step: Step) -> State:
+        try:
+            fork = self._on(state.fork())
+            match step:
+                case Evaluate(equation=equation, unknown=unknown):
+                    return self._direct(fork, equation, unknown)
+                case Select(unknown=unknown):
+                    return self._taken(fork, unknown, [self._selected(fork, step)])
+                case SolveBlock():
+                    return self._solved(fork, step)
+                case Decide(conditions=conditions):
+                    self._decide(state, conditions)
+        except NotCompilable:
+            return self._otherwise(state, step)
+        return state
+
+    def _otherwise(self, state: State, step: Step) -> State:
+        """A selection as the rule that was active, and Newton's method for what has no form of its own."""
+        match step:
+            case Select(equations=equations, unknown=unknown):
+                active = (e for e in equations if activity(self.model.equations[e], self.branch.conditions))
+                return self._step(state, Evaluate(next(active), unknown))
+            case Evaluate(equation=equation, unknown=unknown):
+                return self._iterated(state, SolveBlock((equation,), (unknown,), (unknown,)))
+            case SolveBlock():
+                return self._iterated(state, step)
+            case _:
+                raise NotCompilable
+
+    def _use(self, state: State, equations: Iterable[int]) -> None:
+        """These rules are active at the sample, and have to be."""
+        for equation in equations:
+            state.used.update(premise.condition for premise in self.model.equations[equation].guard)
+
+    # --- which of several values ---
+
+    def _direct(self, state: State, equation: int, unknown: str) -> State:
+        self._use(state, (equation,))
+        return self._taken(state, unknown, self._values(state, equation, unknown))
+
+    def _taken(self, state: State, unknown: str, found: Sequence[int | str]) -> State:
+        """The value of the answer; others that are out of range have to stay there."""
+        taken = next((node for node in found if self._is_sampled(node, unknown)), None)
+        if taken is None:
+            raise NotCompilable
+        if isinstance(taken, str):
+            state.symbols[unknown] = taken
+            return state
+        variable = self.model.variables[unknown]
+        state.values[unknown] = taken
+        self.flow.require(self._in_range(variable, taken))
+        for node in found:
+            if node != taken and isinstance(node, int):
+                self._stays_out([self._in_range(variable, node)])
+        return state
+
+    def _solved(self, state: State, step: SolveBlock) -> State:
+        """The candidate that is the answer; others that are none for what they need have to stay none."""
+        self._use(state, step.equations)
+        candidates = self._candidates(state, step)
+        taken, letters = next(
+            (one, letters)
+            for one, letters in (*candidates, (None, None))
+            if letters is None or all(self._is_sampled(letters[name], name) for name in step.unknowns)
+        )
+        if taken is None or letters is None:
+            raise NotCompilable
+        self._on(taken)
+        for name in step.unknowns:
+            taken.values[name] = letters[name]
+            self.flow.require(self._in_range(self.model.variables[name], letters[name]))
+        for one, others in candidates:
+            if one is not taken:
+                ranges = [self._in_range(self.model.variables[name], others[name]) for name in step.unknowns]
+                self._stays_out([*one.checks[len(state.checks) :], *ranges])
+        return taken
+
+    def _stays_out(self, conditions: Sequence[int]) -> None:
+        """Of conditions of which one fails at the sample, require that it goes on failing."""
+        failing = (node for node in conditions if self._numbers(node) is False)
+        node = next(failing, None)
+        if node is not None:
+            self.flow.require(self.flow.add("not", node))
+
+    def _is_sampled(self, node: int | str, name: str) -> bool:
+        wanted = self.sample[name]
+        if isinstance(wanted, str) or isinstance(node, str):
+            return node == wanted
+        apart = abs(float(self._numbers(node)) - wanted)
+        turn = self.graph.turn(name)
+        if turn is not None:
+            apart = min(apart, abs(apart - turn))
+        return apart <= MATCHES * max(abs(wanted), 1e-3 if turn is not None else 0.0)
+
+    # --- the end ---
+
+    def _settle(self, state: State) -> None:
         """Angles in the turn in which the answer has them."""
-        for name, node in way.values.items():
+        for name, node in state.values.items():
             wanted, turn = self.sample[name], self.graph.turn(name)
             if turn is None or name in self.given or isinstance(wanted, str):
                 continue
             if abs(float(self._numbers(node)) - wanted) > turn / 2:
-                way.values[name] = self._wrapped(node, turn)
+                state.values[name] = self._wrapped(node, turn)
 
-    def _turned(self, way: Way, name: str, variable: Variable) -> None:
-        """A case may say that an angle lies outside of the turn around 0."""
-        node = way.values.get(name)
-        if node is not None and self.flow.value_of(node) is None:
-            super()._turned(way, name, variable)
+    def _turned(self, state: State, name: str, variable: Variable) -> None:
+        """Require an angle to be within one turn: a full solve moves it there. A case may say otherwise."""
+        flow, turn, node = self.flow, self.graph.single_turn(name), state.values.get(name)
+        bounded = variable.low > -math.inf or variable.high < math.inf
+        if node is None or turn is None or bounded or not variable.posted or name in self.given:
+            return
+        kind = flow.nodes[node]
+        if flow.value_of(node) is not None or str(kind[kind[0] == "call"]) in _DIRECTIONS:
+            return
+        if kind[0] in ("direction", "directiond"):
+            return
+        half = flow.constant(turn / 2)
+        flow.require(flow.add("lt", flow.add("neg", half), node))
+        flow.require(flow.add("le", node, half))
 
-    def _say(self, way: Way, name: str, value: Value) -> None:
-        if isinstance(value, str):
-            way.symbols.setdefault(name, value)
-        else:
-            way.values.setdefault(name, self.flow.constant(value))
+    def _ending(self, state: State) -> Ending:
+        flow = self.flow
+        results = tuple(self._result(state, name) for name in self.pattern.want)
+        nodes = [node for node in results if isinstance(node, int)]
+        for told in apart_from_edges(flow, nodes):
+            flow.require(told)
+        if state.absorbed:
+            self._known_to_some_digits(results, DIGITS)
+        for node in nodes:
+            flow.bound(node)
+        for node in computed_from(flow, nodes):
+            if flow.nodes[node][:2] in {("call", name) for name in _VANISHING}:
+                flow.require(flow.add("le", flow.constant(1.0 / REMOTE), flow.add("abs", node)))
+        return trimmed(flow, Ending(results, tuple(state.checks), tuple(state.finite)))
 
-    def _recorded(self, way: Way, step: Step) -> Way:
-        match step:
-            case Evaluate(equation=equation, unknown=unknown):
-                return self._direct(way, equation, unknown)
-            case Select(equations=equations, unknown=unknown):
-                active = (e for e in equations if activity(self.model.equations[e], self.branch.conditions))
-                return self._direct(way, next(active), unknown)
-            case SolveBlock():
-                return self._solved(way, step)
-            case _:
-                return way
-
-    def _direct(self, way: Way, equation: int, unknown: str) -> Way:
-        """By the inverse that was taken; by Newton's method where it has no form of its own."""
-        try:
-            fork = self._on(way.fork())
-            return self._taken_of(list(self._evaluated(fork, equation, unknown)), (unknown,))
-        except NotCompilable:
-            return self._iterated_from(way, SolveBlock((equation,), (unknown,), (unknown,)))
-
-    def _solved(self, way: Way, step: SolveBlock) -> Way:
-        try:
-            fork = self._on(way.fork())
-            return self._taken_of(list(self._block(fork, step)), step.unknowns)
-        except NotCompilable:
-            return self._iterated_from(way, step)
-
-    def _on(self, way: Way) -> Way:
-        self.flow.checks, self.flow.finite = way.checks, way.finite
-        return way
-
-    def _iterated(self, way: Way, step: SolveBlock) -> Iterator[Way]:
-        """No search for all roots: the record holds those that were found."""
-        raise NotCompilable
-
-    def _prefer(self, way: Way, step: SolveBlock) -> None:
-        """Answers stand in the order in which they were solved."""
-
-    def _result(self, way: Way, name: str) -> int | str:
-        """What only the order of answers reads may have no value in one of them. Answers that are told apart
-        by that alone have the same wanted values, to the last bit."""
-        flow, wanted = self.flow, self.pattern.pruned or self.pattern.want
-        if not (name in way.symbols or name in way.values or name in wanted):
-            return flow.constant(math.nan)
-        found = super()._result(way, name)
-        twin = self._twin(wanted) if name in wanted else None
-        if twin is None or isinstance(found, str):
+    def _result(self, state: State, name: str) -> int | str:
+        """Answers that are told apart by other names alone have the same wanted values, to the last bit."""
+        if name in state.symbols:
+            return state.symbols[name]
+        if name not in state.values:
+            raise NotCompilable
+        flow, found, twin = self.flow, state.values[name], self._twin()
+        if twin is None:
             return found
         other = self.endings[twin].results[self.pattern.want.index(name)]
         if isinstance(other, str):
@@ -187,47 +315,78 @@ class Recording(Translation):
         flow.require(flow.add("le", flow.add("abs", flow.add("sub", found, other)), limit))
         return other
 
-    def _twin(self, wanted: Sequence[str]) -> int | None:
+    def _twin(self) -> int | None:
         """The number of an answer before this one that has the same wanted values."""
-        mine = [self.sample.get(name) for name in wanted]
+        mine = [self.sample.get(name) for name in self.pattern.want]
         before = self.leaves[: len(self.endings)]
-        same = (k for k, leaf in enumerate(before) if [leaf.branch.values.get(n) for n in wanted] == mine)
+        same = (
+            k for k, one in enumerate(before) if [one.branch.values.get(n) for n in self.pattern.want] == mine
+        )
         return next(same, None)
 
-    # --- which of several values ---
+    def _rank(self, ranking: Ranking, states: Sequence[State]) -> None:
+        """Sort the answers by the rule."""
+        answers = [[state.values.get(name) for name in ranking.read] for state in states]
+        given = [states[0].values.get(name) for name in ranking.known]
+        keys, guards = order(self.flow, ranking, answers, given, lambda node: float(self._numbers(node)))
+        self.endings = [replace(e, order=key) for e, key in zip(self.endings, keys, strict=True)]
+        self._guard(guards, ())
 
-    def _taken_of(self, ways: Sequence[Way], unknowns: Sequence[str]) -> Way:
-        """The way on which the unknowns have the values of the answer."""
-        numbers = self._numbers
-        for way in ways:
-            if all(self._is_sampled(way, name, numbers) for name in unknowns):
-                del way.order[1 if len(self.leaves) > 1 else 0 :]
-                return way
-        raise NotCompilable
+    def _guard(self, checks: Iterable[int], finite: Iterable[int]) -> None:
+        """Require more of the record."""
+        first, *others = self.endings
+        holds = dict.fromkeys((*first.holds, *(node for node in checks if node != self.flow.true)))
+        numbers = dict.fromkeys((*first.finite, *finite))
+        self.endings = [replace(first, holds=tuple(holds), finite=tuple(numbers)), *others]
 
-    def _inputs(self) -> dict[int, float]:
-        values = (self.sample[name] for name in self.pattern.inputs)
-        return {place: value for place, value in enumerate(values) if isinstance(value, float)}
+    def _watch(self, start: State, leaf: Leaf) -> None:
+        """Require that a branch which came to no answer still comes to none, for the same reason."""
+        state, flow = self._steps(start.fork(), leaf), self.flow
+        broken = flow.false
+        for fact in leaf.conflicts:
+            if isinstance(fact, Unmet):
+                active, meets = self._requirement(state, self.model.requirements[fact.requirement])
+                broken = flow.add("or", broken, flow.add("and", active, flow.add("not", meets)))
+            elif isinstance(fact, Conflict) and len(fact.equations) == 1:
+                broken = flow.add("or", broken, self._broken(state, self.model.equations[fact.equations[0]]))
+        if self._numbers(broken) is True:
+            self._guard((*state.checks, broken), state.finite)
 
-    def _is_sampled(self, way: Way, name: str, numbers: Numbers) -> bool:
-        wanted = self.sample[name]
-        if isinstance(wanted, str) or name in way.symbols:
-            return way.symbols.get(name) == wanted
-        apart = abs(float(numbers(way.values[name])) - wanted)
-        turn = self.graph.turn(name)
-        if turn is not None:
-            apart = min(apart, abs(apart - turn))
-        return apart <= MATCHES * max(abs(wanted), 1e-3 if turn is not None else 0.0)
+    def _keep_usual(self) -> None:
+        """No numbers that products of a few could lose: inputs of a size that has a meaning."""
+        flow = self.flow
+        wanted = [
+            node
+            for e in self.endings
+            for node in (*e.holds, *e.order, *e.finite, *(r for r in e.results if isinstance(r, int)))
+        ]
+        odd = {
+            operand
+            for node in computed_from(flow, wanted)
+            if flow.nodes[node][0] not in _BOUNDED
+            for operand in operands(flow, node)
+        }
+        checks = []
+        for place in self._numbers.inputs:
+            node = flow.input(place)
+            if node in odd:
+                size, zero = flow.add("abs", node), flow.add("eq", node, flow.constant(0.0))
+                checks.append(flow.add("le", size, flow.constant(REMOTE)))
+                checks.append(flow.add("or", flow.add("le", flow.constant(1.0 / REMOTE), size), zero))
+        if not all(self._numbers(check) for check in checks):
+            raise NotCompilable
+        self._guard(checks, ())
 
     # --- blocks without a form ---
 
-    def _iterated_from(self, way: Way, step: SolveBlock) -> Way:
+    def _iterated(self, state: State, step: SolveBlock) -> State:
         """Newton's method from the answer of the record."""
-        self._on(way)
+        self._on(state)
+        self._use(state, step.equations)
         kernel = kernel_of(self.graph, step)
         known = self._floats(kernel.known)
         start = self._floats(step.unknowns)
-        places = [way.values.get(name, -1) for name in kernel.known]
+        places = [state.values.get(name, -1) for name in kernel.known]
         if -1 in places:
             raise NotCompilable
         key = (step.equations, step.unknowns, tuple(start), *places)
@@ -237,10 +396,10 @@ class Recording(Translation):
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)
         for name, node in zip(step.unknowns, items, strict=True):
-            way.values[name] = self._in_turn(name, node)
-            self._within(way, self.model.variables[name], way.values[name])
-        self._well_conditioned(way, newton)
-        return way
+            state.values[name] = self._in_turn(name, node)
+            self.flow.require(self._in_range(self.model.variables[name], state.values[name]))
+        self._well_conditioned(state, newton)
+        return state
 
     def _newton(self, newton: BlockNewton, places: list[int]) -> tuple[BlockNewton, list[int]]:
         flow = self.flow
@@ -279,17 +438,17 @@ class Recording(Translation):
                 apart = flow.add("or", apart, flow.add("lt", limit, differ))
             flow.require(apart)
 
-    def _well_conditioned(self, way: Way, newton: BlockNewton) -> None:
+    def _well_conditioned(self, state: State, newton: BlockNewton) -> None:
         """Require that the rounding of the block's rules moves no unknown far: what an inverse of the slopes
         makes of errors of these sizes, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
         flow, kernel = self.flow, newton.kernel
-        entries = newton.matrix(flow, way.values)
+        entries = newton.matrix(flow, state.values)
         errors = []
         for place, equation in enumerate(kernel.equations):
-            size, _ = self._sizes(way, equation)
+            size, _ = self._sizes(state, equation)
             errors.append(flow.add("neg", size) if place * place % 3 == 1 else size)
         moved = newton.elimination(flow, entries).solve(errors)
         for name, node, scale in zip(kernel.unknowns, moved, newton.scale, strict=True):
-            size = flow.add("add", flow.add("abs", way.values[name]), flow.constant(scale))
+            size = flow.add("add", flow.add("abs", state.values[name]), flow.constant(scale))
             limit = flow.add("mul", flow.constant(CONDITION), size)
             flow.require(flow.add("le", flow.add("abs", node), limit))

@@ -9,11 +9,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled.array import ArrayKernel
-from solver.compiled.flow import Flow, NotCompilable
-from solver.compiled.merge import states
-from solver.compiled.program import Program
 from solver.result import Status
+from solver.trace.arrays import ArrayKernel
+from solver.trace.flow import Flow, NotCompilable
+from solver.trace.program import Program, counts
 
 Array: TypeAlias = NDArray[Any]
 Keep: TypeAlias = Callable[[Array, Status], None]
@@ -51,9 +50,8 @@ class Refusals:
             kernel = None
             if not program.symbols:
                 with suppress(NotCompilable):
-                    holds, sure = states(program.flow, program.endings[0])
-                    both = program.flow.add("and", holds, sure)
-                    kernel = kernel_of(program.flow, (both,), self.jit)
+                    holds = counts(program.flow, program.endings[0])
+                    kernel = kernel_of(program.flow, (holds,), self.jit)
             known = program, kernel
             self._kernels[id(program)] = known  # the program is kept, so that its number stays its own
         return known[1]
@@ -62,7 +60,7 @@ class Refusals:
 def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]:
     """Machine code where it is asked for and can hold the functions, else blocks of numpy."""
     if jit:
-        from solver.compiled.native import NativeKernel, available
+        from solver.trace.llvm import NativeKernel, available
 
         if not available():
             raise ImportError("machine code needs llvmlite: pip install 'backsolve[jit]'")

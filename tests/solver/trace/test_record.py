@@ -44,7 +44,7 @@ rules
 
 
 def finders(plan: solver.Plan) -> list[object]:
-    return [finder for program in plan.paths.programs for finder in program.flow.finders]
+    return [finder for program in plan.records.programs for finder in program.flow.finders]
 
 
 @pytest.mark.parametrize(("text", "inputs"), [(TWO, ["p", "q"]), (THREE, ["p"])])

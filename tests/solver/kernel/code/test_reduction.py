@@ -44,7 +44,7 @@ def test_the_vapour_of_a_flash_is_proven_to_be_the_only_one(z1: float, z2: float
 def test_a_flash_is_compiled_and_its_rows_are_those_of_the_closed_balances() -> None:
     plan = solver.prepare(FLASH, ["z1"], ["V", "x1"])
     plan(0.1)
-    assert plan.paths.programs
+    assert plan.records.programs
     rows = np.linspace(0.07, 0.14, 60)
     table = plan.sweep(rows)
     assert not table.status.any()

@@ -18,13 +18,13 @@ import rulesheets
 import solver
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.model import Equation
-from solver.compiled.array import ArrayKernel
-from solver.compiled.coverage import covered, inverted
-from solver.compiled.flow import Flow, NotCompilable
-from solver.compiled.rounding import Analysis
 from solver.path.isolate import isolate
 from solver.solution.explore import planner
 from solver.table import CODES
+from solver.trace.arrays import ArrayKernel
+from solver.trace.coverage import covered, inverted
+from solver.trace.flow import Flow, NotCompilable
+from solver.trace.rounding import Analysis
 
 UNIT = 2.0**-52
 DIGITS = 640
@@ -209,7 +209,7 @@ def test_numbers_next_to_the_end_of_a_domain_are_told_by_exact_numbers(text: str
     plan = solver.prepare(rulesheets.loads(f"x = {text}\n"), ["b", "c", "d"], ["x"])
     for b in (7.0, 6.5, 5.5):
         plan(6.0 + EDGES[text] * (b - 5.0), 2.0, 3.0)
-    assert plan.paths.programs, "nothing was learned, nothing is tried"
+    assert plan.records.programs, "nothing was learned, nothing is tried"
     for _ in range(5):
         c, d = dice.uniform(0.1, 10.0), dice.uniform(0.1, 10.0)
         b = c * d

@@ -7,18 +7,17 @@ from types import FunctionType
 from typing import TYPE_CHECKING
 
 from rulesheets.functions import TABLE
-from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine_lines
-from solver.compiled.flow import TOLERANCE
-from solver.compiled.schedule import LEAVES, LOGICAL, SELECTORS, operands
-from solver.compiled.trim import computed_from
+from solver.trace.angles import NAMES, direction_lines, sine_and_cosine_lines
+from solver.trace.flow import TOLERANCE
+from solver.trace.schedule import SELECTORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from typing import Any, TypeAlias
 
     from rulesheets.model import Value
-    from solver.compiled.flow import Flow
-    from solver.compiled.program import Ending, Program
+    from solver.trace.flow import Flow
+    from solver.trace.program import Ending, Program
 
     Row: TypeAlias = tuple[Value, ...]
 
@@ -136,19 +135,15 @@ class _Writer:
     def source(self) -> str:
         arguments = [f"a{i}" for i in range(self.program.inputs)]
         endings = self.program.endings
-        only = endings[0]
-        if len(endings) == 1 and only.gone == self.flow.false:
-            self._conditions(only, "    ")
-            row = self._row(only)
+        if len(endings) == 1:
+            self._conditions(endings[0].holds, endings[0].finite)
+            row = self._row(endings[0])
             self._line(f"return [{row}]" if self.all_answers else f"return {row}", "    ")
         else:
-            shared = set.intersection(*(set(ending.holds) for ending in endings))
-            self._require([check for check in only.holds if check in shared], "    ")
-            for node in self._in_common():
-                self.text(node, "    ", store=True)
-            for place, ending in enumerate(endings):
-                self._ending(place, ending, shared)
-            self._chosen(len(endings))
+            checks = dict.fromkeys(check for ending in endings for check in ending.holds)
+            finite = dict.fromkeys(node for ending in endings for node in ending.finite)
+            self._conditions(checks, finite)
+            self._sorted(endings)
         symbols = dict(self.program.symbols)
         inputs = [f"            if a{place} != {said!r}: break" for place, said in symbols.items()]
         numbers = [place for place in range(self.program.inputs) if place not in symbols]
@@ -170,70 +165,37 @@ class _Writer:
     def _line(self, text: str, indent: str) -> None:
         self.lines.append(indent + text)
 
-    def _in_common(self) -> list[int]:
-        """What all endings compute, the last of it: the nodes that something of one ending alone reads."""
-        every = [_needed(self.flow, ending) for ending in self.program.endings]
-        common = set.intersection(*every)
-        read = {int(o) for node in set.union(*every) - common for o in operands(self.flow, node)}
-        heads = {node for ending in self.program.endings for node in (*ending.finite, *_numbers(ending))}
-        return sorted(
-            node
-            for node in common & (read | heads)
-            if self.flow.nodes[node][0] not in LEAVES and self.flow.nodes[node][0] not in LOGICAL
-        )
-
-    def _ending(self, place: int, ending: Ending, shared: set[int]) -> None:
-        """Assign the row of an ending, or None where it is gone, and what it is ordered by."""
-        outer = dict(self.texts)
-        self._line(f"row{place} = None", "    ")
-        indent = "    "
-        if ending.gone != self.flow.false:
-            self._line(f"if not {self._either(ending.gone, indent)}:", indent)
-            indent = "        "
-        self._conditions(ending, indent, shared)
-        if len(self.program.endings) > 1:
+    def _sorted(self, endings: Sequence[Ending]) -> None:
+        """Return the rows in their order, or the first of them."""
+        for place, ending in enumerate(endings):
             for number, node in enumerate(ending.order):
-                self._line(f"k{place}_{number} = {self.text(node, indent)}", indent)
-        self._line(f"row{place} = {self._row(ending, indent)}", indent)
-        if indent != "    ":
-            self.texts = outer  # what was computed inside is not known outside
-
-    def _chosen(self, count: int) -> None:
-        """Return the rows there are, in their order, or the first of them."""
-        keys = len(self.program.endings[0].order)
-        if count == 1:
-            self._line("if row0 is None: break", "    ")
-            self._line("return [row0]" if self.all_answers else "return row0", "    ")
-            return
-        if count > 2:
-            self._line("found = []", "    ")
-            for place in range(count):
-                key = "".join(f"k{place}_{number}, " for number in range(keys))
-                self._line(f"if row{place} is not None: found.append((({key}), {place}, row{place}))", "    ")
-            self._line("if not found: break", "    ")
-            self._line("found = [row for _, _, row in sorted(found)]", "    ")
+                self._line(f"k{place}_{number} = {self.text(node, '    ')}", "    ")
+            self._line(f"row{place} = {self._row(ending)}", "    ")
+        keys = range(len(endings[0].order))
+        if len(endings) > 2:
+            rows = (
+                f"(({''.join(f'k{place}_{number}, ' for number in keys)}), {place}, row{place})"
+                for place in range(len(endings))
+            )
+            self._line(f"found = [row for _, _, row in sorted(({', '.join(rows)}))]", "    ")
             self._line("return list(fromkeys(found))" if self.all_answers else "return found[0]", "    ")
             return
         later = "False"
-        for number in reversed(range(keys)):
+        for number in reversed(keys):
             one, other = f"k1_{number}", f"k0_{number}"
             later = f"{one} < {other}" + ("" if later == "False" else f" or ({one} == {other} and ({later}))")
-        self._line("if row0 is None:", "    ")
-        self._line("if row1 is None: break", "        ")
         if not self.all_answers:
-            self._line("return row1", "        ")
-            self._line(f"return row0 if row1 is None or not ({later}) else row1", "    ")
+            self._line(f"return row1 if {later} else row0", "    ")
             return
-        self._line("return [row1]", "        ")
-        self._line("if row1 is None or row1 == row0: return [row0]", "    ")
+        self._line("if row1 == row0: return [row0]", "    ")
         self._line(f"return [row1, row0] if {later} else [row0, row1]", "    ")
 
-    def _conditions(self, ending: Ending, indent: str, known: Iterable[int] = ()) -> None:
-        self._require([check for check in ending.holds if check not in set(known)], indent)
-        total = " + ".join(self.text(node, indent, store=True) for node in ending.finite)
+    def _conditions(self, checks: Iterable[int], finite: Iterable[int]) -> None:
+        self._require(checks, "    ")
+        total = " + ".join(self.text(node, "    ", store=True) for node in finite)
         if total:
-            self._line(f"total = {total}", indent)
-            self._line("if total - total != 0.0: break", indent)
+            self._line(f"total = {total}", "    ")
+            self._line("if total - total != 0.0: break", "    ")
 
     def _require(self, checks: Iterable[int], indent: str) -> None:
         for check in checks:
@@ -245,28 +207,6 @@ class _Writer:
                 self._inside([int(parts[1])], indent, "if not {}: break")
             else:
                 self._line(f"if not {self.text(check, indent)}: break", indent)
-
-    def _either(self, node: int, indent: str) -> str:
-        """Source that reads a condition; what is dear of its alternatives is computed only if it matters."""
-        alternatives, dear = [node], []
-        plain = []
-        while alternatives:
-            at = alternatives.pop()
-            kind, *parts = self.flow.nodes[at]
-            if kind == "or":
-                alternatives += [int(part) for part in parts]
-            elif kind == "unless":
-                dear.append((int(parts[0]), int(parts[1])))
-            else:
-                plain.append(at)
-        if not dear:
-            return self.text(node, indent)
-        texts = [self.text(at, indent) for at in plain]
-        self._line(f"gone = {' or '.join(texts) or 'False'}", indent)
-        for sooner, far in dear:
-            self._line(f"if not (gone or {self.text(sooner, indent)}):", indent)
-            self._inside([far], indent, "gone = {}")
-        return "gone"
 
     def _inside(self, read: list[int], indent: str, line: str) -> None:
         """A line one level in; what is computed for it is not known outside."""
@@ -294,20 +234,10 @@ class _Writer:
             return self._sine_and_cosine(int(parts[0]), node, indent)
         if operation == "directiond" or (operation == "call" and parts[0] == "atan2d"):
             return self._direction(node, int(parts[-2]), int(parts[-1]), indent)
-        if operation == "seldom":
-            return self._seldom(node, [int(part) for part in parts], indent)
         source = self._source(str(operation), parts, indent)
         if self.reads[node] == 1 and not store:
             return source
         self._line(f"t{node} = {source}", indent)
-        self.texts[node] = f"t{node}"
-        return self.texts[node]
-
-    def _seldom(self, node: int, parts: list[int], indent: str) -> str:
-        condition, dear, cheap = parts
-        self._line(f"t{node} = {self.text(cheap, indent)}", indent)
-        self._line(f"if {self.text(condition, indent)}:", indent)
-        self._inside([dear], indent, f"t{node} = {{}}")
         self.texts[node] = f"t{node}"
         return self.texts[node]
 
@@ -334,6 +264,9 @@ class _Writer:
         if operation in ("call", "root"):
             arguments = ", ".join(self.text(int(o), indent) for o in operands[1:])
             return f"f_{operands[0]}({arguments})"
+        if operation == "max":
+            one, other = (self.text(int(o), indent, store=True) for o in operands)
+            return f"({one} if {one} > {other} else {other})"
         parts = [self.text(int(o), indent) for o in operands]
         if operation in _BINARY:
             return f"({parts[0]} {_BINARY[operation]} {parts[1]})"
@@ -346,21 +279,9 @@ class _Writer:
             return f"(not {parts[0]})"
         if operation == "sooner":
             return f"({parts[0]} or {parts[1]})"
-        if operation == "unless":
-            return f"(not {parts[0]} and {parts[1]})"
         if operation == "where":
             return f"({parts[1]} if {parts[0]} else {parts[2]})"
         return f"{operation}({', '.join(parts)})"
-
-
-def _numbers(ending: Ending) -> list[int]:
-    """Nodes of the numbers that an ending returns, and is ordered by."""
-    return [*ending.order, *(result for result in ending.results if isinstance(result, int))]
-
-
-def _needed(flow: Flow, ending: Ending) -> set[int]:
-    """All that an ending computes."""
-    return computed_from(flow, (*ending.holds, *ending.finite, ending.gone, *_numbers(ending)))
 
 
 def reads(program: Program) -> dict[int, int]:
@@ -375,7 +296,7 @@ def reads(program: Program) -> dict[int, int]:
         count[node] += 1
 
     for ending in program.endings:
-        for node in (*ending.holds, *ending.finite, *ending.order, ending.gone):
+        for node in (*ending.holds, *ending.finite, *ending.order):
             read(node)
         for result in ending.results:
             if isinstance(result, int):

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import Call, Name
-from solver.compiled.flow import NotCompilable
-from solver.compiled.schedule import LEAVES, LOGICAL, operands, schedule
-from solver.compiled.simplify import not_negative
+from solver.trace.flow import NotCompilable
+from solver.trace.schedule import LEAVES, LOGICAL, operands, schedule
+from solver.trace.simplify import not_negative
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from solver.compiled.flow import Flow
+    from solver.trace.flow import Flow
 
 UNIT = 2.0**-52
 CANCELLED = 1e-12
@@ -156,7 +156,7 @@ class Analysis:
 
     def bound(self, node: int) -> Bound:
         """The error bound of a node."""
-        for one in (*schedule(self.flow, [node], rare=False).order, node):
+        for one in (*schedule(self.flow, [node]).order, node):
             if one not in self.bounds:
                 self.bounds[one] = self._bound(one)
         return self.bounds[node]
@@ -190,7 +190,7 @@ class Analysis:
             return Bound(0.0, flow.constant(off)) if (off := flow.off(node)) else Bound()
         if operation in LEAVES or operation in LOGICAL:
             return Bound()
-        parts = operands(flow, node, rare=False)
+        parts = operands(flow, node)
         bounds = [self.bounds.get(part) or self._bound(part) for part in parts]
         name = str(rest[0]) if operation == "call" else str(operation)
         return self._carried(node, name, parts, bounds)
@@ -207,8 +207,6 @@ class Analysis:
                 return Bound(1.0, self._sum(*totals))
             case "neg" | "abs":
                 return bounds[0]
-            case "seldom":
-                return bounds[-1]
             case "rint":
                 return Bound()
             case "mul":

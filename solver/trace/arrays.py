@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.functions.arrays import ARRAYS
-from solver.compiled.circular import SineAndCosine
-from solver.compiled.flow import TOLERANCE, Flow
-from solver.compiled.schedule import LEAVES, LOGICAL, Schedule, operands, schedule
+from solver.trace.circular import SineAndCosine
+from solver.trace.flow import TOLERANCE, Flow
+from solver.trace.schedule import LEAVES, LOGICAL, Schedule, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
 
@@ -28,6 +28,7 @@ _UFUNCS = {
     "sqrt": np.sqrt,
     "abs": np.absolute,
     "rint": np.rint,
+    "max": lambda a, b, out: np.maximum(a, b, out=out),
     "pow": np.power,
     "expm1": np.expm1,
     "log1p": np.log1p,
@@ -49,7 +50,7 @@ class ArrayKernel:
 
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
         self.flow, self.wanted = flow, tuple(wanted)
-        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted, rare=False))
+        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted))
         namespace: dict[str, Any] = dict(writer.namespace)
         self.source = writer.source()
         exec(compile(self.source, "<compiled path>", "exec"), namespace)
@@ -127,7 +128,7 @@ class _Writer:
         if node in self.names:
             return
         operation, *rest = self.flow.nodes[node]
-        read = [self._read(o) for o in operands(self.flow, node, rare=False)]
+        read = [self._read(o) for o in operands(self.flow, node)]
         if operation in ("sind", "cosd"):
             self._circular(at, int(rest[0]), read[0])
             return
@@ -140,15 +141,11 @@ class _Writer:
         if operation == "where":
             # The register of an alternative that is not read again can take the result.
             target = self._register(node)
-            self.lines.append(f"copy_({target}, {read[2]})")
-            self.lines.append(f"copy_({target}, {read[1]}, where={read[0]})")
-            self._release(at, node)
-            return
-        if operation == "seldom":
-            target = self._register(node)
-            self.namespace[f"rare_{node}"] = _Rare(self.flow, int(rest[1]))
-            self.lines.append(f"copy_({target}, {read[1]})")
-            self.lines.append(f"rare_{node}({read[0]}, columns, {target})")
+            if (read[1], read[2]) == ("1.0", "0.0"):
+                self.lines.append(f"copy_({target}, {read[0]})")
+            else:
+                self.lines.append(f"copy_({target}, {read[2]})")
+                self.lines.append(f"copy_({target}, {read[1]}, where={read[0]})")
             self._release(at, node)
             return
         self._release(at, node)
@@ -195,26 +192,10 @@ class _Writer:
 
     def _release(self, at: int, node: int) -> None:
         """Give back the registers that are read here for the last time."""
-        for operand in dict.fromkeys(operands(self.flow, node, rare=False)):
+        for operand in dict.fromkeys(operands(self.flow, node)):
             name = self.names.get(operand)
             if name is not None and self.plan.last[operand] == at and name[0] in "bm":
                 self.free[name[0]].append(name)
-
-
-class _Rare:
-    """Computes a node for the few rows of a block that need it."""
-
-    def __init__(self, flow: Flow, node: int) -> None:
-        self.flow, self.node = flow, node
-        self._kernel: ArrayKernel | None = None
-
-    def __call__(self, these: Array, columns: Sequence[Array], out: Array) -> None:
-        rows = np.flatnonzero(these)
-        if len(rows):
-            self._kernel = self._kernel or ArrayKernel(self.flow, (self.node,))
-            found = np.empty(len(rows))
-            self._kernel([column[rows] for column in columns], (found,))
-            out[rows] = found
 
 
 def _near(a: Array, b: Array, out: Array) -> None:

@@ -1,21 +1,17 @@
-"""What a translation starts from, and what it knows along one way through the forks of a path."""
+"""What a record starts from, and what it knows at a place of one answer's steps."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
+from rulesheets.model import Value
 from rulesheets.nodes import Expression, Name, Symbol
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rulesheets.model import Value
-
 CLEAR = 1e-6
-"""Discriminants and divisors smaller than this, relative to their terms, are left to the step-by-step way."""
+"""Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
 STRANGE = 1e-6
-"""A root that came out negative by more than this, relative to its terms, belongs to no answer."""
+"""A rule that is missed by more than this, relative to its terms, is broken."""
 
 
 @dataclass(frozen=True)
@@ -26,44 +22,38 @@ class Pattern:
     given: Mapping[str, Value]
     want: tuple[str, ...]
     guesses: Mapping[str, float]
-    pruned: tuple[str, ...] | None = ()
-    """The names that the path is pruned to where it is not to ``want``; None: a path to all there is."""
-    clear: float = CLEAR
 
 
 @dataclass
-class Way:
-    """What is known along one way through the forks."""
+class State:
+    """The nodes of the variables that are known, and what must hold for them to count.
+
+    ``settled`` are the rules that hold by the way an unknown was computed, ``used`` the conditions that let
+    in the rules that were solved, ``apart`` pairs of nodes that are required to differ. ``absorbed``: a rule
+    has a number that may be so large beside its variables that floats lose them.
+    """
 
     values: dict[str, int]
     symbols: dict[str, str]
     decided: dict[int, bool]
     settled: set[int] = field(default_factory=set)
+    used: set[int] = field(default_factory=set)
     apart: set[frozenset[int]] = field(default_factory=set)
-    """Pairs of numbers that are required to differ."""
-    chosen: list[int] = field(default_factory=list)
     checks: list[int] = field(default_factory=list)
     finite: list[int] = field(default_factory=list)
-    undone: list[int] = field(default_factory=list)
-    """Products and quotients that make a rule hold if no digit of them is lost."""
-    order: list[int] = field(default_factory=list)
-    gone: int = 1
-    drowned: bool = False
-    """Whether a rule has a number that may drown its variables: then results must be known to some digits."""
+    absorbed: bool = False
 
-    def fork(self) -> Way:
+    def fork(self) -> State:
         return replace(
             self,
             values=dict(self.values),
             symbols=dict(self.symbols),
             decided=dict(self.decided),
             settled=set(self.settled),
+            used=set(self.used),
             apart=set(self.apart),
-            chosen=list(self.chosen),
             checks=list(self.checks),
             finite=list(self.finite),
-            undone=list(self.undone),
-            order=list(self.order),
         )
 
 

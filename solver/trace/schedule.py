@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from solver.compiled.flow import Flow
+    from solver.trace.flow import Flow
 
-LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unless"})
+LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner"})
 LEAVES = frozenset({"const", "input"})
 SELECTORS = frozenset({"call", "root", "item"})
 """Operations whose first operand is no node."""
@@ -24,24 +24,22 @@ class Schedule:
     last: dict[int, int]
 
 
-def operands(flow: Flow, node: int, rare: bool = True) -> tuple[int, ...]:
-    """The nodes that a node reads; without ``rare``, not what it reads in rare cases only."""
+def operands(flow: Flow, node: int) -> tuple[int, ...]:
+    """The nodes that a node reads."""
     operation, *rest = flow.nodes[node]
     if operation in LEAVES:
         return ()
-    if operation == "seldom" and not rare:
-        return int(rest[0]), int(rest[2])
     return tuple(int(o) for o in (rest[1:] if operation in SELECTORS else rest))
 
 
-def schedule(flow: Flow, wanted: Sequence[int], rare: bool = True) -> Schedule:
-    """Depth first from the wanted nodes, so that what is computed is soon read; ``rare`` as in ``operands``.
+def schedule(flow: Flow, wanted: Sequence[int]) -> Schedule:
+    """Depth first from the wanted nodes, so that what is computed is soon read.
 
     The sine and the cosine of one angle stand side by side.
     """
     order: list[int] = []
     placed: set[int] = set()
-    partner = _partners(flow, wanted, rare)
+    partner = _partners(flow, wanted)
 
     def place(node: int) -> None:
         stack = [(node, False)]
@@ -57,27 +55,27 @@ def schedule(flow: Flow, wanted: Sequence[int], rare: bool = True) -> Schedule:
                     order.append(partner[at])
                 continue
             stack.append((at, True))
-            stack.extend((o, False) for o in reversed(operands(flow, at, rare)))
+            stack.extend((o, False) for o in reversed(operands(flow, at)))
 
     for node in wanted:
         place(node)
     last = {node: place for place, node in enumerate(order)}
     for at, node in enumerate(order):
-        for operand in operands(flow, node, rare):
+        for operand in operands(flow, node):
             last[operand] = at
     for node in wanted:
         last[node] = len(order)
     return Schedule(tuple(order), last)
 
 
-def _partners(flow: Flow, wanted: Sequence[int], rare: bool) -> dict[int, int]:
+def _partners(flow: Flow, wanted: Sequence[int]) -> dict[int, int]:
     needed: set[int] = set()
     waiting = list(wanted)
     while waiting:
         node = waiting.pop()
         if node not in needed:
             needed.add(node)
-            waiting.extend(operands(flow, node, rare))
+            waiting.extend(operands(flow, node))
     by_angle: dict[int, dict[str, int]] = {}
     for node in needed:
         operation, *rest = flow.nodes[node]

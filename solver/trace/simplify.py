@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from solver.compiled.flow import Flow
+    from solver.trace.flow import Flow
 
 
 def _negative(flow: Flow, a: int) -> int | None:
@@ -83,6 +83,8 @@ def not_negative(flow: Flow, node: int) -> bool:
         return float(parts[0]) >= 0.0
     if kind in ("abs", "sqrt"):
         return True
+    if kind == "max":
+        return any(not_negative(flow, int(part)) for part in parts)
     if kind == "mul" and parts[0] == parts[1]:
         return True
     return kind in ("mul", "add") and all(not_negative(flow, int(part)) for part in parts)
@@ -296,6 +298,16 @@ def _absolute(flow: Flow, a: int) -> int | None:
     return a if not_negative(flow, a) else None
 
 
+def _larger(flow: Flow, a: int, b: int) -> int | None:
+    if a == b:
+        return a
+    for one, other in ((a, b), (b, a)):
+        number = flow.value_of(one)
+        if number is not None and (number == -math.inf or (number <= 0.0 and not_negative(flow, other))):
+            return other
+    return flow.node("max", b, a) if b < a else None
+
+
 SIMPLIFY: dict[str, Callable[..., int | None]] = {
     "neg": _negative,
     "add": _add,
@@ -311,4 +323,5 @@ SIMPLIFY: dict[str, Callable[..., int | None]] = {
     "lt": _ordered("lt"),
     "le": _at_most,
     "xor": _differ,
+    "max": _larger,
 }

@@ -131,7 +131,7 @@ def test_a_call_goes_on_from_way_to_way_and_then_step_by_step() -> None:
     for x in (4.0, -1.0, 11.0, -4.0):
         assert plan(x) == (2 * x if x > 0 else x * x, math.sqrt(x + 5))
         assert plan.all(x) == [plan(x)]
-    assert len(plan.paths.programs) == 2
+    assert len(plan.records.programs) == 2
     with pytest.raises(solver.Unsolved) as refused:
         plan(-6.0)
     assert str(refused.value.status) == "infeasible"
@@ -182,7 +182,7 @@ def test_rows_out_of_reach_are_told_together_and_truly() -> None:
     rng = np.random.default_rng(5)
     cranks, angles = rng.uniform(0.05, 1.5, 3000), rng.uniform(-180, 180, 3000)
     table = plan.sweep(cranks, angles)
-    assert plan.paths.refusals
+    assert plan.records.refusals
     Q = cranks * np.exp(1j * np.radians(angles))
     reach = np.abs(Q - 0.5)
     possible = (reach <= 0.5 + 0.4) & (reach >= abs(0.5 - 0.4))

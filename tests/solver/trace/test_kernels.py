@@ -17,13 +17,13 @@ import solver
 from rulesheets import nodes
 from rulesheets.functions.degrees import atan2d, cosd, sind
 from rulesheets.model import Model
-from solver.compiled.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
-from solver.compiled.array import ArrayKernel
-from solver.compiled.circular import SineAndCosine
-from solver.compiled.flow import Flow
-from solver.compiled.native import NativeKernel, available
 from solver.plan import Plan
+from solver.trace.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
 from solver.trace.answer_rows import AnswerKernel
+from solver.trace.arrays import ArrayKernel
+from solver.trace.circular import SineAndCosine
+from solver.trace.flow import Flow
+from solver.trace.llvm import NativeKernel, available
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
@@ -219,8 +219,8 @@ def test_floats_arrays_machine_code_and_steps_agree_to_four_ulp_on_every_model(n
     rows = value * (1.0 + np.concatenate([[0.0], rng.uniform(-0.02, 0.02, 2)]))
     if model.variables[driver].unit == "deg":
         rows = np.concatenate([rows, rng.uniform(-180.0, 180.0, 2)])
-    assert plan.paths.programs
-    program, scalar = plan.paths.programs[0], plan.paths.every[0]
+    assert plan.records.programs
+    program, scalar = plan.records.programs[0], plan.records.every[0]
     (arrays, holds), (native, also) = (AnswerKernel(program, jit=jit)([rows]) for jit in (False, True))
     assert (holds == also).all() and holds[0]
     assert (arrays.counts == native.counts).all()

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from solver.compiled.schedule import operands
-from solver.compiled.simplify import not_negative
+from solver.trace.schedule import operands
+from solver.trace.simplify import not_negative
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from solver.compiled.flow import Flow
-    from solver.compiled.program import Ending
+    from solver.trace.flow import Flow
+    from solver.trace.program import Ending
 
 
 def trimmed(flow: Flow, ending: Ending) -> Ending:
@@ -20,7 +20,7 @@ def trimmed(flow: Flow, ending: Ending) -> Ending:
     zero = flow.constant(0.0)
     holds = [check for check in ending.holds if not _implied(flow, check, ending.holds, zero)]
     results = [result for result in ending.results if isinstance(result, int)]
-    needed = computed_from(flow, [*holds, *ending.order, ending.gone, *results]) | flow.always
+    needed = computed_from(flow, [*holds, *ending.order, *results]) | flow.always
     finite, sure = _heads(flow, [node for node in ending.finite if node in needed])
     holds = [check for check in holds if not _shown(flow, check, sure, zero)]
     return replace(ending, holds=tuple(holds), finite=tuple(finite))

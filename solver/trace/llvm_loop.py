@@ -10,9 +10,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterator
 
-from solver.compiled.circular import COSINE, RADIAN, SINE
-from solver.compiled.flow import TOLERANCE, Flow, NotCompilable
-from solver.compiled.schedule import LEAVES, LOGICAL, operands, schedule
+from solver.trace.circular import COSINE, RADIAN, SINE
+from solver.trace.flow import TOLERANCE, Flow, NotCompilable
+from solver.trace.schedule import LEAVES, LOGICAL, operands, schedule
 
 DEGREE = 57.29577951308232
 TANGENT = (
@@ -151,7 +151,7 @@ done:
             value = self._call(_INTRINSIC[name], *read)
         elif name in ("and", "or", "xor"):
             value = self._line(f"{name} i1 {read[0]}, {read[1]}")
-        elif name in ("where", "seldom"):
+        elif name == "where":
             kind = "i1" if self._logical(node) else "double"
             value = self._line(f"select i1 {read[0]}, {kind} {read[1]}, {kind} {read[2]}")
         elif name in ("sind", "cosd"):
@@ -256,6 +256,7 @@ done:
 _HALF_PI = 1.5707963267948966
 _SPECIAL: dict[str, Callable[..., str]] = {
     "neg": _Writer._negative,
+    "max": lambda w, a, b: w._select(w._line(f"fcmp ogt double {a}, {b}"), a, b),
     "not": _Writer._not,
     "finite": _Writer._finite,
     "near": _Writer._near,

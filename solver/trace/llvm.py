@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets import store
-from solver.compiled.flow import Flow
-from solver.compiled.native_loop import loop_module
+from solver.trace.flow import Flow
+from solver.trace.llvm_loop import loop_module
 
 Array: TypeAlias = NDArray[Any]
 

@@ -16,21 +16,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.compiled.folding import folded_error
-from solver.compiled.simplify import SIMPLIFY
+from solver.trace.folding import folded_error
+from solver.trace.simplify import SIMPLIFY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from typing import TypeAlias
 
-    from solver.compiled.magnitude import Size
-
     Operand: TypeAlias = int | float | str
     Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
-far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` and
-``unless`` are their second operand, which may be dear to compute: true (false) where the first is true.
-``seldom`` is a selection, the first alternative of which is dear and rare."""
+far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` is its
+second operand, which may be dear to compute: true where the first is true."""
 
 TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
@@ -62,9 +59,8 @@ FOLD: dict[str, Callable[..., float | bool]] = {
     "not": lambda a: not a,
     "xor": lambda a, b: a is not b,
     "where": lambda c, a, b: a if c else b,
-    "seldom": lambda c, a, b: a if c else b,
+    "max": max,
     "sooner": lambda sooner, whole: whole,
-    "unless": lambda sooner, whole: whole,
 }
 
 
@@ -106,7 +102,6 @@ class Flow:
         self.finite: list[int] = []
         self.finders: list[Finder] = []
         self.always: set[int] = set()
-        self.sizes: dict[int, Size] = {}
         self.taken_away: list[tuple[int, int]] = []
         """What was left of a sum that another number was taken away from, and that number."""
         self._numbers: dict[Node, int] = {}

@@ -1,0 +1,324 @@
+"""Guards: the conditions of rules and their checks, as nodes of a record.
+
+Where one of them fails the results do not count, and another record or a full solve has the word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property, reduce
+
+from rulesheets import nodes
+from rulesheets.construct import subtract
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds, value
+from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
+from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
+from solver.accuracy.attained import heights
+from solver.accuracy.witness import BACKWARD, STEEP, jumps
+from solver.path.activity import activity
+from solver.path.cases import comparisons
+from solver.path.planner import Planner
+from solver.trace.coverage import HARMLESS, covered, steep
+from solver.trace.flow import Flow, NotCompilable
+from solver.trace.rounding import UNIT, Analysis
+from solver.trace.schedule import LEAVES
+from solver.trace.state import STRANGE, Pattern, State, symbol_of
+
+LARGEST = 1e300
+_TURNED = ("<=", ">=")
+
+
+class Guards:
+    """A graph in the making, of one model for one pattern, that decides as ``sample`` does."""
+
+    def __init__(
+        self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value], plain: bool
+    ) -> None:
+        self.model, self.planner, self.pattern = model, planner, pattern
+        self.graph = planner.graph
+        self.sample = sample
+        self.flow = Flow(plain)
+        self.given = frozenset((*pattern.given, *pattern.inputs))
+        self._mirrored: frozenset[frozenset[Expression]] = frozenset()
+
+    def _on(self, state: State) -> State:
+        """Let what is required from here on be required of this state."""
+        self.flow.checks, self.flow.finite = state.checks, state.finite
+        return state
+
+    def _expression(self, state: State, expression: Expression) -> int:
+        try:
+            return self.flow.expression(expression, state.values)
+        except KeyError:
+            raise NotCompilable from None
+
+    @cached_property
+    def rounding(self) -> Analysis:
+        return Analysis(self.flow)
+
+    # --- conditions ---
+
+    def _decide(self, state: State, conditions: Iterable[int]) -> None:
+        """Take the outcomes that the sample had where these can be told, and require them."""
+        known = {n: v for n, v in self.sample.items() if n in state.values or n in state.symbols}
+        for index in conditions:
+            if index in state.decided:
+                continue
+            try:
+                outcome = holds(self.model.conditions[index], known, self.given)
+            except KeyError:
+                continue
+            except Undefined:
+                raise NotCompilable from None
+            state.decided[index] = outcome
+            node = self._condition(state, self.model.conditions[index], outcome)
+            if node is None:
+                raise NotCompilable
+            self._require(node, outcome)
+
+    def _require(self, condition: int, outcome: bool) -> None:
+        self.flow.require(condition if outcome else self.flow.add("not", condition))
+
+    def _condition(self, state: State, condition: nodes.Condition, missing: bool | None = None) -> int | None:
+        """The node of a condition; None where a variable is missing.
+
+        With ``missing``, terms that are not known are left out where the others settle that outcome.
+        """
+        match condition:
+            case Comparison(operator, left, right):
+                return self._comparison(state, operator, left, right)
+            case And(terms) | Or(terms):
+                join = "and" if isinstance(condition, And) else "or"
+                found = [self._condition(state, term) for term in terms]
+                known = [node for node in found if node is not None]
+                if len(known) < len(found) and (missing is None or missing is (join == "and") or not known):
+                    return None
+                return reduce(lambda one, other: self.flow.add(join, one, other), known)
+            case Not(term):
+                inside = self._condition(state, term)
+                return None if inside is None else self.flow.add("not", inside)
+            case Given(name):
+                return self.flow.constant(name in self.given)
+        raise NotCompilable
+
+    def _comparison(self, state: State, operator: str, left: Expression, right: Expression) -> int | None:
+        used = {*nodes.names(left), *nodes.names(right)}
+        if not all(name in state.values or name in state.symbols for name in used):
+            return None
+        symbols = [symbol_of(side, state.symbols) for side in (left, right)]
+        if symbols != [None, None]:
+            same = symbols[0] == symbols[1]
+            return self.flow.constant(same is (operator == "=") and operator in ("=", "<>"))
+        one, other = (self._expression(state, side) for side in (left, right))
+        if operator not in _TURNED:
+            return self.flow.compare(operator, one, other)
+        if frozenset((left, right)) in self._mirrored and self._apart_in_sample(left, right):
+            self._part(state, one, other)
+        return self._at_most(state, *((one, other) if operator == "<=" else (other, one)))
+
+    def _part(self, state: State, one: int, other: int) -> None:
+        """Leave rows with two numbers alike to a full solve."""
+        if frozenset((one, other)) not in state.apart:
+            state.apart.add(frozenset((one, other)))
+            self.flow.require(self.flow.add("not", self.flow.add("eq", one, other)))
+            self.flow.bound(one)
+            self.flow.bound(other)
+
+    def _at_most(self, state: State, one: int, other: int) -> int:
+        """Whether ``one <= other``; of numbers that are apart, that or the opposite of ``other <= one``."""
+        if frozenset((one, other)) in state.apart:
+            opposite = self.flow.add("le", other, one)
+            if self.flow.value_of(opposite) is not None or other < one:
+                return self.flow.add("not", opposite)
+        return self.flow.add("le", one, other)
+
+    def _apart_in_sample(self, left: Expression, right: Expression) -> bool:
+        try:
+            return value(left, self.sample) != value(right, self.sample)
+        except (Undefined, KeyError):
+            return False
+
+    def _mirrored_in(self, equations: Sequence[int]) -> frozenset[frozenset[Expression]]:
+        """Pairs of numbers that the guards of some equations compare both ways, ``<=`` and ``>=``."""
+        seen: set[tuple[Expression, Expression]] = set()
+        for index in equations:
+            for premise in self.model.equations[index].guard:
+                for comparison in comparisons(self.model.conditions[premise.condition]):
+                    if comparison.operator in _TURNED:
+                        pair = comparison.left, comparison.right
+                        seen.add(pair if comparison.operator == "<=" else pair[::-1])
+        return frozenset(frozenset(pair) for pair in seen if pair[::-1] in seen)
+
+    def _active(self, state: State, guard: Sequence[Premise]) -> int | None:
+        """The node of a guard; None where it is not known."""
+        total = self.flow.true
+        for premise in guard:
+            node = self._condition(state, self.model.conditions[premise.condition])
+            if node is None:
+                return None
+            total = self.flow.add("and", total, node if premise.holds else self.flow.add("not", node))
+        return total
+
+    # --- ranges ---
+
+    def _in_range(self, variable: Variable, node: int) -> int:
+        """Whether a number lies in a declared range, and rounding does not make it so."""
+        flow, inside = self.flow, self.flow.true
+        if variable.low > -math.inf:
+            inside = flow.add("and", inside, self._above(node, variable.low, variable.low_open))
+        if variable.high < math.inf:
+            inside = flow.add("and", inside, self._below(node, variable.high, variable.high_open))
+        return inside
+
+    def _above(self, node: int, edge: float, strict: bool) -> int:
+        flow = self.flow
+        return flow.add("lt" if strict else "le", flow.constant(edge), self._shifted("sub", node, edge))
+
+    def _below(self, node: int, edge: float, strict: bool) -> int:
+        flow = self.flow
+        return flow.add("lt" if strict else "le", self._shifted("add", node, edge), flow.constant(edge))
+
+    def _shifted(self, operation: str, node: int, edge: float) -> int:
+        """A number moved towards an edge by what it may be off by; the sign of a product is right."""
+        try:
+            bound = self.rounding.bound(node)
+            if bound.exact or (edge == 0.0 and bound.rest is None):
+                return node
+            return self.flow.add(operation, node, self.rounding.error(node))
+        except NotCompilable:
+            return node
+
+    # --- rules ---
+
+    def _check_rules(self, state: State) -> None:
+        """Require every rule that does not hold by the way in which an unknown was computed."""
+        for equation in self.model.equations:
+            known = all(name in state.values or name in state.symbols for name in equation.names)
+            if not known or equation.index in state.settled or activity(equation, state.decided) is False:
+                continue
+            active = self._active(state, equation.guard)
+            if active is None or active == self.flow.false:
+                continue
+            check = self._check_rule(state, equation)
+            with self.flow.only_if(active):
+                self.flow.require(check)
+
+    def _check_rule(self, state: State, equation: Equation) -> int:
+        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, with what rounding may have hidden."""
+        flow = self.flow
+        symbols = [symbol_of(side, state.symbols) for side in (equation.left, equation.right)]
+        if symbols != [None, None]:
+            return flow.constant(symbols[0] == symbols[1])
+        with flow.as_reported():
+            sides = [self._expression(state, side) for side in (equation.left, equation.right)]
+            miss = flow.add("sub", *sides)
+            if flow.value_of(miss) == 0.0 and not flow.off(miss):
+                return flow.true
+            size, quick = self._sizes(state, equation)
+            for clear in self._clear_of_edges(state, equation):
+                flow.require(clear)
+        apart = flow.add("abs", miss)
+        rounded = covered(equation, not flow.plain)
+        if rounded > HARMLESS:
+            flow.require(self._gentle(sides, size))
+            flow.bound(size)
+            noise = Analysis(flow, state.values.values()).error(miss)
+            limit = flow.add("mul", flow.constant(BACKWARD), size)
+            return flow.add("le", flow.add("add", apart, noise), limit)
+        if steep(equation):
+            exact = flow.add("eq", miss, flow.constant(0.0))
+            flow.require(flow.add("or", exact, self._gentle(sides, size)))
+        share = flow.constant(BACKWARD - rounded * UNIT)
+        met = flow.add("le", apart, flow.add("mul", share, size))
+        if quick in (size, flow.constant(0.0)):
+            flow.bound(size)
+            return met
+        flow.bound(quick)  # terms that are there already may be enough
+        sooner = flow.add("le", apart, flow.add("mul", share, quick))
+        finite = flow.add("lt", size, flow.constant(LARGEST))
+        return flow.node("sooner", sooner, flow.add("and", finite, met))
+
+    def _broken(self, state: State, equation: Equation) -> int:
+        """Whether an equation is missed by far."""
+        flow = self.flow
+        sides = [self._expression(state, side) for side in (equation.left, equation.right)]
+        apart = flow.add("abs", flow.add("sub", *sides))
+        limit = flow.add("mul", flow.constant(STRANGE), self._sizes(state, equation)[0])
+        flow.bound(apart)
+        return flow.add("lt", limit, apart)
+
+    def _sizes(self, state: State, equation: Equation) -> tuple[int, int]:
+        """Σ|∂F/∂v · v| over all variables, and over those whose slope is a number."""
+        flow = self.flow
+        form = subtract(equation.left, equation.right)
+        size = quick = flow.constant(0.0)
+        for name in equation.names:
+            slope = self._slope(state, form, name)
+            term = flow.add("abs", flow.add("mul", slope, state.values[name]))
+            size = flow.add("add", size, term)
+            if flow.value_of(slope) is not None:
+                quick = flow.add("add", quick, term)
+        return size, quick
+
+    def _slope(self, state: State, form: Expression, name: str) -> int:
+        try:
+            return self._expression(state, differentiate(form, name))
+        except NotDifferentiable:
+            raise NotCompilable from None
+
+    def _clear_of_edges(self, state: State, equation: Equation) -> Iterator[int]:
+        """Whether no function jumps next to what was computed: there slopes do not tell."""
+        flow = self.flow
+        for function, height in heights(equation) if jumps(equation) else ():
+            if all(flow.nodes[state.values[name]][0] in LEAVES for name in nodes.names(height)):
+                continue
+            at = self._expression(state, height)
+            apart = at if function in ("sgn", "step") else flow.add("sub", at, flow.add("rint", at))
+            if function == "round":
+                apart = flow.add("sub", flow.add("abs", apart), flow.constant(0.5))
+            reach = flow.constant(0.0)
+            for name in dict.fromkeys(nodes.names(height)):
+                slope = self._slope(state, height, name)
+                reach = flow.add("add", reach, flow.add("abs", flow.add("mul", slope, state.values[name])))
+            reach = flow.add("mul", flow.constant(2.0 * BACKWARD), reach)
+            yield flow.add("lt", reach, flow.add("abs", apart))
+
+    def _gentle(self, sides: Sequence[int], size: int) -> int:
+        """Whether a rule does not go far within so small a change: slopes do not tell of it where it does."""
+        flow = self.flow
+        both = flow.add("add", *(flow.add("abs", side) for side in sides))
+        return flow.add("le", size, flow.add("mul", flow.constant(STEEP / BACKWARD), both))
+
+    # --- requirements ---
+
+    def _check_requirements(self, state: State) -> None:
+        """Require what the sheet requires of answers; next to an edge a full solve has the word."""
+        for requirement in self.model.requirements:
+            active, meets = self._requirement(state, requirement)
+            with self.flow.only_if(active):
+                self.flow.require(meets)
+
+    def _requirement(self, state: State, requirement: Requirement) -> tuple[int, int]:
+        """Whether a requirement is asked, and whether it is met. What is known too little is not asked."""
+        flow = self.flow
+        if not all(name in state.values for name in requirement.names):
+            if all(name in state.values or name in state.symbols for name in requirement.names):
+                raise NotCompilable
+            return flow.false, flow.true
+        active = self._active(state, requirement.guard)
+        if active is None or active == flow.false:
+            return flow.false, flow.true
+        comparison = requirement.comparison
+        one, other = (self._expression(state, side) for side in (comparison.left, comparison.right))
+        meets = flow.compare(comparison.operator, one, other)
+        with flow.only_if(active):
+            flow.require(flow.add("not", flow.compare("=", one, other)))
+        return active, meets
+
+    def _known_to_some_digits(self, results: Iterable[int | str], share: float) -> None:
+        for node in results:
+            if isinstance(node, int) and self.flow.nodes[node][0] not in LEAVES:
+                with suppress(NotCompilable):
+                    self.flow.require(self.rounding.within(node, share))

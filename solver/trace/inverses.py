@@ -1,0 +1,247 @@
+"""One rule solved for one unknown, as nodes: every preimage of each operation that is undone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from rulesheets.evaluate import Undefined, value
+from rulesheets.model import Variable
+from rulesheets.nodes import Expression
+from solver.accuracy.witness import BACKWARD
+from solver.path.activity import activity
+from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
+from solver.path.steps import Select
+from solver.trace.coverage import HARMLESS, covered, inverted
+from solver.trace.flow import NotCompilable
+from solver.trace.guards import Guards
+from solver.trace.rounding import known_angles, quiet
+from solver.trace.state import CLEAR, State, symbol_of
+
+MAX_TURNS = 8
+TINY = 1e-280
+"""Squares smaller than this may have lost digits to underflow."""
+HIDDEN = 1e-12
+"""Share of a number below which what was added to it is lost with its last places."""
+_LINEAR = frozenset({"negative", "sum", "product", "quotient"})
+
+
+class Inverses(Guards):
+    """Isolations followed backwards, and the two roots of a quadratic."""
+
+    def _isolation(self, equation: int, unknown: str) -> Isolation:
+        isolation = self.graph.isolation(equation, self.graph.number[unknown])
+        assert isolation is not None
+        return isolation
+
+    def _values(self, state: State, equation: int, unknown: str) -> list[int | str]:
+        """The nodes of all values, the principal one first, or a symbol."""
+        isolation = self._isolation(equation, unknown)
+        said = symbol_of(isolation.start, state.symbols) if isolation.identity else None
+        if said is not None:
+            state.settled.add(equation)
+            return [said]
+        found = self._preimages(state, isolation)
+        self._solved_for(state, equation, isolation, found[0])
+        return [*found]
+
+    def _selected(self, state: State, step: Select) -> int:
+        """A selection between the values of rules that can be active; exactly one value may come out."""
+        flow, groups = self.flow, dict[int, int]()
+        self._mirrored = self._mirrored_in(step.equations)
+        for index in step.equations:
+            equation = self.model.equations[index]
+            if activity(equation, state.decided) is False:
+                continue
+            active = self._active(state, equation.guard)
+            if active is None:
+                raise NotCompilable
+            if active == flow.false:
+                continue
+            isolation = self._isolation(index, step.unknown)
+            if isolation.branches > 1 or (isolation.identity and symbol_of(isolation.start, state.symbols)):
+                raise NotCompilable
+            with flow.only_if(active):
+                (node,) = self._preimages(state, isolation)
+                self._solved_for(state, index, isolation, node)
+            groups[node] = flow.add("or", groups[node], active) if node in groups else active
+        self._mirrored = frozenset()
+        if not groups:
+            raise NotCompilable
+        *others, (found, some) = groups.items()
+        for place, (node, active) in enumerate(reversed(others)):
+            found = flow.add("where", active, node, found)
+            if place == len(others) - 1:
+                some = flow.add("xor", active, some)
+            else:
+                flow.require(flow.add("not", flow.add("and", active, some)))
+                some = flow.add("or", active, some)
+        flow.require(some)
+        return found
+
+    def _solved_for(self, state: State, equation: int, isolation: Isolation, node: int) -> None:
+        """A rule that was solved by sums and products holds by construction: one rounding an operation.
+
+        Where the form of the rule does not tell that its variables explain these, it is required that
+        the unknown does.
+        """
+        rule, turns = self.model.equations[equation], not self.flow.plain
+        state.absorbed = state.absorbed or covered(rule, turns) > HARMLESS
+        if not _linear(isolation):
+            return
+        state.settled.add(equation)
+        if inverted(isolation, turns) > HARMLESS:
+            self.flow.require(quiet(self.flow, node, state.values.values(), BACKWARD / 2.0))
+
+    # --- stages ---
+
+    def _preimages(self, state: State, isolation: Isolation) -> list[int]:
+        if isolation.quadratic is not None:
+            return self._quadratic(state, isolation.quadratic)
+        targets = [self._expression(state, isolation.start)]
+        for place, stage in enumerate(isolation.stages):
+            targets = [node for target in targets for node in self._undone(state, stage, target)]
+            if stage.period is not None:
+                return self._turned_values(state, isolation, stage, isolation.stages[place + 1 :], targets)
+        return targets
+
+    def _undone(self, state: State, stage: Stage, target: int) -> list[int]:
+        flow = self.flow
+        several = len(stage.forms) > 1
+        if stage.low > -math.inf:
+            flow.require(self._above(target, stage.low, stage.low_open or several))
+        if stage.high < math.inf:
+            flow.require(self._below(target, stage.high, stage.high_open or several))
+        here = {**state.values, TARGET.name: target}
+        before = len(flow.taken_away)
+        if stage.divisor is not None:
+            divisor = flow.expression(stage.divisor, here)
+            flow.bound(divisor)
+            flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
+            for told in known_angles(flow, divisor):
+                flow.require(told)
+        found = [flow.expression(form, here) for form in stage.forms]
+        if stage.divisor == TARGET:  # what is found is what the rule divides by
+            for node in found:
+                flow.require(flow.add("not", flow.add("eq", node, flow.constant(0.0))))
+        if stage.divides:
+            self._hold_what_is_left(before)
+        return found
+
+    def _hold_what_is_left(self, before: int) -> None:
+        """Numbers that another was taken away from must be more than what floats hold of them beside it: an
+        unknown that is multiplied by less is not determined."""
+        flow = self.flow
+        for left, taken in flow.taken_away[before:]:
+            share = flow.add("mul", flow.constant(HIDDEN), flow.add("abs", taken))
+            apart = flow.add("le", share, flow.add("abs", left))
+            flow.require(flow.add("or", apart, flow.add("eq", left, flow.constant(0.0))))
+
+    def _turned_values(
+        self, state: State, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
+    ) -> list[int]:
+        """What is left to undo of an angle, and its whole turns: within the range, else within one turn."""
+        variable = self.model.variables[isolation.unknown]
+        period, turn = stage.period or 0.0, self.graph.turn(isolation.unknown)
+        if any(step.operation not in ("sum", "negative") for step in rest):
+            raise NotCompilable
+        for step in rest:
+            targets = [node for target in targets for node in self._undone(state, step, target)]
+        if variable.low > -math.inf or variable.high < math.inf:
+            images = [_image(form, stage) if not rest else None for form in stage.forms]
+            images *= len(targets) // len(images)
+            return [
+                node
+                for form, image in zip(targets, images, strict=True)
+                for node in self._whole_turns(variable, form, image, period, turn)
+            ]
+        if turn != period:
+            raise NotCompilable
+        return [self._wrapped(form, period) for form in targets]
+
+    def _wrapped(self, node: int, turn: float) -> int:
+        """The angle in the turn around 0, its upper end included."""
+        flow = self.flow
+        half, whole = flow.constant(turn / 2), flow.constant(turn)
+        count = flow.add("rint", flow.add("div", node, whole))
+        moved = flow.add("sub", node, flow.add("mul", whole, count))
+        outside = flow.add("lt", half, flow.add("abs", node))
+        wrapped = flow.add("where", outside, moved, node)
+        return flow.add("where", flow.add("eq", wrapped, flow.constant(-turn / 2)), half, wrapped)
+
+    def _whole_turns(
+        self,
+        variable: Variable,
+        node: int,
+        image: tuple[float, float] | None,
+        period: float,
+        turn: float | None,
+    ) -> list[int]:
+        """The angle with every whole turn that can bring it into a range."""
+        low, high = variable.low, variable.high
+        span = turn or period
+        if high == math.inf:
+            high = low + span
+        if low == -math.inf:
+            low = high - span
+        least, most = image or (-1.5 * period, 1.5 * period)
+        first, last = math.ceil((low - most) / period), math.floor((high - least) / period)
+        if last - first > MAX_TURNS:
+            raise NotCompilable
+        counts = sorted(range(first, last + 1), key=lambda k: (abs(k), k < 0))
+        return [self.flow.add("add", node, self.flow.constant(k * period)) for k in counts]
+
+    # --- two roots ---
+
+    def _quadratic(self, state: State, quadratic: Quadratic) -> list[int]:
+        before = len(self.flow.taken_away)
+        a, b, c = (self._expression(state, part) for part in (quadratic.a, quadratic.b, quadratic.c))
+        self._hold_what_is_left(before)
+        one, other = self._roots(a, b, c)
+        larger = self.flow.add("lt", other, one)
+        return [self.flow.add("where", larger, one, other), self.flow.add("where", larger, other, one)]
+
+    def _roots(self, a: int, b: int, c: int) -> tuple[int, int]:
+        """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
+        flow = self.flow
+        root = self._root(*self._discriminant(a, b, c))
+        signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)
+        q = flow.add("mul", flow.constant(-0.5), flow.add("add", b, signed))
+        for divisor in (a, q):
+            flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
+            flow.bound(divisor)
+        return flow.add("div", q, a), flow.add("div", c, q)
+
+    def _discriminant(self, a: int, b: int, c: int) -> tuple[int, int]:
+        """``b²`` and ``4 a c``."""
+        flow = self.flow
+        return flow.add("mul", b, b), flow.add("mul", flow.constant(4.0), flow.add("mul", a, c))
+
+    def _root(self, one: int, other: int) -> int:
+        """The root of a difference, of which something is left beside its terms."""
+        flow = self.flow
+        difference = flow.add("sub", one, other)
+        size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
+        limit = flow.add("mul", flow.constant(CLEAR), size)
+        flow.require(flow.add("lt", flow.add("add", limit, flow.constant(TINY)), difference))
+        return flow.add("sqrt", difference)
+
+
+def _linear(isolation: Isolation) -> bool:
+    """Whether an unknown comes of sums, products and quotients, undone one after the other, and its rule is
+    linear in it: what is a sum in a divisor may be far smaller than the unknown."""
+    operations = [stage.operation for stage in isolation.stages]
+    divides = [place for place, stage in enumerate(isolation.stages) if stage.divisor == TARGET]
+    linear = _LINEAR.issuperset(operations) and not any("sum" in operations[place:] for place in divides)
+    return linear and isolation.quadratic is None and not isolation.verify
+
+
+def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:
+    """Where the values of a form lie, from those at the ends of the stage's image."""
+    ends = [max(-1e300, stage.low), min(1e300, stage.high)]
+    try:
+        here: list[Mapping[str, float]] = [{TARGET.name: end} for end in ends]
+        found = sorted(value(form, values) for values in here)
+    except (Undefined, KeyError):
+        return None
+    return found[0], found[1]
