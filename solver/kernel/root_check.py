@@ -27,7 +27,7 @@ NEAR = 2e-4
 """The largest error bar of a point, relative to the size of its unknowns, that is followed ``FAR``."""
 NUDGE = 1e-5
 """Of an error bar, by which another start lies beside a point."""
-HALVINGS = 60
+HALVINGS = 12
 EPSILON = 2.0**-52
 SAFETY, FAR = 4.0, 100.0
 """Error bars from a root to an answer; and from the answer, beyond which no root is followed any farther."""
