@@ -97,7 +97,8 @@ def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
     """False where the least singular value is seen to be above ``SUSPECT``: it is no less than one over the
     Frobenius norm of the inverse."""
     inverted = inverse(matrix)
-    return inverted is None or not np.linalg.norm(inverted) * SUSPECT < 1.0
+    with np.errstate(over="ignore"):  # an infinite norm is large enough
+        return inverted is None or not np.linalg.norm(inverted) * SUSPECT < 1.0
 
 
 class _Reduction:
