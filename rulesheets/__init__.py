@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
+from rulesheets.functions.registered import function
 from rulesheets.loading import load, loads, shipped_models
 from rulesheets.model import Equation, Model, Premise, Value, Variable
 from rulesheets.source import Source, Span
@@ -31,6 +32,7 @@ __all__ = [
     "Span",
     "Value",
     "Variable",
+    "function",
     "load",
     "loads",
     "shipped_models",

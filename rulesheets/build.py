@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 
@@ -38,6 +39,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     if wrong := tuple(_wrong_units(program, units)):
         raise RuleSheetError(*wrong)
     expansion = expand(program)
+    python = tuple(map(os.path.abspath, program.python))
     model = Model(
         name=name,
         variables=_variables(program, variables, expansion),
@@ -47,7 +49,8 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         requirements=expansion.requirements,
         limits=program.limits,
         notes=tuple(_respelt(program)),
-        files=files,
+        files=(*files, *python),
+        python=python,
         units=units,
     )
     complaints = tuple(check_figures(program, model.variables))

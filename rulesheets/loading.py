@@ -15,12 +15,18 @@ from rulesheets.uses import gather
 MAIN_SHEET = "model.tk"
 
 
-def load(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | None = None) -> Model:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    within: str | os.PathLike[str] | None = None,
+    allow_python: bool = False,
+) -> Model:
     """The model of a rule sheet file.
 
     ``path`` is a file, a folder that holds ``model.tk``, or the bare name of a shipped model
     (``offset_slider_crank``). For sheets of strangers ``within`` names a folder: the sheet and every file
-    that it uses must lie in it, links resolved. Raises RuleSheetError where anything in it is wrong.
+    that it uses must lie in it, links resolved. ``allow_python`` lets the files run that the sheet names by
+    ``use python``. Raises RuleSheetError where anything in it is wrong.
     """
     file = find_sheet(os.fsdecode(path))
     folder = None if within is None else os.fsdecode(within)
@@ -28,7 +34,7 @@ def load(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | None 
         from rulesheets.uses import outside
 
         raise RuleSheetError(outside(file))
-    return _model(read_source(file), os.path.dirname(file), file, _model_name(file), folder)
+    return _model(read_source(file), os.path.dirname(file), file, _model_name(file), folder, allow_python)
 
 
 def loads(
@@ -37,19 +43,23 @@ def loads(
     base: str | os.PathLike[str] | None = None,
     *,
     within: str | os.PathLike[str] | None = None,
+    allow_python: bool = False,
 ) -> Model:
     """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``.
 
-    ``within`` confines used files to a folder, links resolved. Raises RuleSheetError where anything in it
-    is wrong, TypeError for what is no text.
+    ``within`` confines used files to a folder, links resolved; ``allow_python`` lets files of Python run.
+    Raises RuleSheetError where anything in it is wrong, TypeError for what is no text.
     """
     if not isinstance(text, str):
         raise TypeError(f"a text is needed, and this is of the type {type(text).__name__}")
     folder = os.fspath(base) if base is not None else ""
-    return _model(Source(name, text), folder, None, name, None if within is None else os.fsdecode(within))
+    confines = None if within is None else os.fsdecode(within)
+    return _model(Source(name, text), folder, None, name, confines, allow_python)
 
 
-def _model(source: Source, folder: str, file: str | None, name: str, within: str | None) -> Model:
+def _model(
+    source: Source, folder: str, file: str | None, name: str, within: str | None, python: bool
+) -> Model:
     """The model, made while the garbage collector rests.
 
     A large sheet has a million nodes, which all stay: to look for garbage among them takes longer
@@ -58,7 +68,7 @@ def _model(source: Source, folder: str, file: str | None, name: str, within: str
     collecting = gc.isenabled()
     gc.disable()
     try:
-        program = gather(source, folder, file, within)
+        program = gather(source, folder, file, within, python)
         return build(program, name, files_read(file, program.texts))
     finally:
         if collecting:

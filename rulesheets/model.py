@@ -133,9 +133,10 @@ class Model:
 
     ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
     its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer, ``files`` are the paths that the model was read from, ``notes`` what is to be
-    said of them, though nothing is wrong. ``limits``: rules that are 0/0 at an answer are taken by their
-    limits. ``units`` are what units are called in the sheet.
+    drawn of an answer, ``files`` are the paths that the model was read from, ``python`` those of the
+    Python files that it needs, ``notes`` what is to be said of them, though nothing is wrong.
+    ``limits``: rules that are 0/0 at an answer are taken by their limits. ``units`` are what
+    units are called in the sheet.
     """
 
     name: str
@@ -147,6 +148,7 @@ class Model:
     limits: bool = False
     notes: tuple[Diagnosis, ...] = field(default=(), compare=False, repr=False)
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    python: tuple[str, ...] = field(default=(), compare=False, repr=False)
     units: Library = field(default=library(), compare=False, repr=False)
 
     def __repr__(self) -> str:

@@ -265,11 +265,12 @@ class UnitRow:
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """``use "a.tk", "b.tk"``: paths as written."""
+    """``use "a.tk", "b.tk"``: paths as written; ``python``: files of Python, which register functions."""
 
     paths: tuple[str, ...]
     comment: str = ""
     span: Span | None = field(default=None, compare=False, repr=False)
+    python: bool = False
 
 
 @dataclass(frozen=True, slots=True)

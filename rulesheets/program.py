@@ -29,13 +29,15 @@ from rulesheets.source import Source, Span
 class Program:
     """``functions`` are the rule functions of all files by their names in lower case.
 
-    ``texts`` are the texts of the files that it uses, ``units`` the units that all files define.
+    ``texts`` are the texts of the files that it uses, ``units`` the units that all files define,
+    ``python`` the paths of the Python files that have registered functions for it.
     """
 
     sheet: RuleSheet
     functions: Mapping[str, Function]
     texts: tuple[Source, ...] = ()
     units: tuple[UnitRow, ...] = ()
+    python: tuple[str, ...] = ()
 
     @property
     def rows(self) -> tuple[VariableRow, ...]:

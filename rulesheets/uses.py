@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
+from rulesheets.functions.registered import run_python
 from rulesheets.nodes import Function, RuleSheet, UnitRow, Use
 from rulesheets.parse import parse
 from rulesheets.program import Program, rules_of
@@ -25,30 +26,36 @@ class File:
     sheet: RuleSheet
 
 
-def gather(source: Source, folder: str, path: str | None = None, within: str | None = None) -> Program:
+def gather(
+    source: Source, folder: str, path: str | None = None, within: str | None = None, python: bool = False
+) -> Program:
     """Parse a sheet and, each once, the files that it uses directly or through others.
 
     ``path`` is the file of the sheet itself, None for a text that is in no file; ``within`` the folder
-    that used files must lie in. Raises RuleSheetError for what cannot be read or parsed, circles and
-    doubly defined functions.
+    that used files must lie in; ``python``: files of Python may be run. Raises RuleSheetError for what
+    cannot be read or parsed, circles and doubly defined functions.
     """
     key = os.path.realpath(path) if path else source.name
     first = File(key, source.name, folder, parsed(source, path))
-    gathering = _Gathering(within)
+    gathering = _Gathering(within, python)
     gathering.follow(first)
     if gathering.complaints:
         raise RuleSheetError(*gathering.complaints)
-    return Program(first.sheet, gathering.functions, tuple(gathering.texts), tuple(gathering.units))
+    return Program(
+        first.sheet, gathering.functions, tuple(gathering.texts), tuple(gathering.units), tuple(gathering.ran)
+    )
 
 
 @dataclass
 class _Gathering:
     within: str | None
+    python: bool
     functions: dict[str, Function] = field(default_factory=dict)
     complaints: list[Diagnosis] = field(default_factory=list)
     texts: list[Source] = field(default_factory=list)
     units: list[UnitRow] = field(default_factory=list)
     seen: set[str] = field(default_factory=set)
+    ran: list[str] = field(default_factory=list)
 
     def follow(self, first: File) -> None:
         """Depth-first over the uses, with a stack, so that no chain of files is too long."""
@@ -72,7 +79,29 @@ class _Gathering:
             earlier = self.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
                 self.complaints.append(messages.duplicate_function(function, earlier))
-        return ((path, place_of(path, use)) for use in file.sheet.uses for path in use.paths)
+        for use in file.sheet.uses:
+            if use.python:
+                for path in use.paths:
+                    self.run(path, place_of(path, use), file)
+        uses = (use for use in file.sheet.uses if not use.python)
+        return ((path, place_of(path, use)) for use in uses for path in use.paths)
+
+    def run(self, path: str, place: Span | None, file: File) -> None:
+        """Run a file of Python that registers functions, if that is allowed."""
+        shown = os.path.normpath(os.path.join(file.folder, path))
+        if not self.python:
+            self.complaints.append(_not_allowed(path, place))
+        elif not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+        elif not os.path.exists(shown):
+            self.complaints.append(_missing(path, shown, place))
+        elif shown not in self.ran:
+            self.ran.append(shown)
+            try:
+                run_python(shown)
+            except RuleSheetError as wrong:
+                used = labels((place, "used here"))
+                self.complaints.extend(replace(one, labels=used) for one in wrong.diagnoses)
 
     def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
         """The file that a ``use`` names; None where it was read before or cannot be used."""
@@ -154,6 +183,18 @@ def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
         f"there is no file {path} to use",
         *labels((place, f"looked for {shown}")),
         notes=notes,
+    )
+
+
+def _not_allowed(path: str, place: Span | None) -> Diagnosis:
+    return error(
+        "E313",
+        f"the sheet needs the Python file {path}, which is not allowed to run",
+        *labels((place, "named here")),
+        notes=(
+            "a Python file can do anything that you can: read it, and if you trust it, give --allow-python "
+            "(allow_python=True in Python)",
+        ),
     )
 
 

@@ -65,4 +65,19 @@ FILES: dict[str, Entry] = {
         "Its name does not end in .tk, and it cannot be read as one. Nothing of its text is shown.",
         "Give the path of a rule sheet. If it is meant as one, let its name end in .tk to see what is wrong.",
     ),
+    "E313": Entry(
+        "a Python file is not allowed to run",
+        "A sheet names it by `use python`, and nobody has allowed it: it can do anything that you can.",
+        "Read it, and if you trust it, give --allow-python (allow_python=True in Python).",
+    ),
+    "E314": Entry(
+        "a Python file failed",
+        "It raised an error while it ran, or registered a function that does not fit.",
+        "Run it with Python by itself, and mend it.",
+    ),
+    "E315": Entry(
+        "a function of your own failed",
+        "It raised an error other than ValueError and ArithmeticError, which say that there is no value.",
+        "Mend the function, or let it raise ValueError where it has no value.",
+    ),
 }

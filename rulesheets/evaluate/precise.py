@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any, TypeAlias, assert_never
 
 from rulesheets.evaluate.number import Undefined
+from rulesheets.functions import TABLE
 from rulesheets.functions.extended import Extended, context, functions
 from rulesheets.nodes import (
     Call,
@@ -21,6 +22,7 @@ from rulesheets.nodes import (
     Sum,
     Symbol,
 )
+from rulesheets.program import walk
 
 ExtendedValues: TypeAlias = Mapping[str, Any]
 """Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""
@@ -66,6 +68,12 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
             raise Undefined("symbol", (), expression)
         case _:
             assert_never(expression)
+
+
+def in_many_digits(expression: Expression) -> bool:
+    """Whether every function in it is known to more digits than those of floats."""
+    calls = (part for part in walk(expression) if isinstance(part, Call))
+    return all(TABLE[call.function].digits is not None for call in calls)
 
 
 @lru_cache(maxsize=4096)

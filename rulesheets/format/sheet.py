@@ -57,7 +57,8 @@ def _comment(text: str) -> str:
 
 def _use(use: Use) -> str:
     paths = ", ".join(f'"{path}"' for path in use.paths)
-    return _commented([f"use {paths}"], use.comment, 0)[0]
+    word = "use python" if use.python else "use"
+    return _commented([f"{word} {paths}"], use.comment, 0)[0]
 
 
 def _commented(lines: list[str], comment: str, column: int) -> list[str]:

@@ -26,7 +26,6 @@ class Inverse:
     ``branches(t)`` lists every solution within one ``period`` of x (all of them where ``period``
     is None), the principal one first. They are solutions wherever ``t`` lies in the image, the
     interval from ``low`` to ``high`` without the ends that are marked open.
-    ``complete``: nobody but the author of the function says that there are no others where it is False.
     """
 
     branches: Branches
@@ -35,7 +34,6 @@ class Inverse:
     low_open: bool = False
     high_open: bool = False
     period: float | None = None
-    complete: bool = True
 
     def reaches(self, target: float) -> bool:
         """Whether ``target`` lies in the image, so that a solution exists."""
@@ -68,7 +66,8 @@ class Function:
     units in the last place ``value`` may be off; ``jumps``: it jumps at points that depend on its arguments,
     and ``steady`` tells of balls whether it does not there; ``nonzero``: it is 0 only where floats lose it;
     ``turn``: the full turn of its argument, an angle, ``half_turn``: half of that makes no difference to it;
-    ``angle``: the full turn of its result, an angle; ``source``: the file that registered it.
+    ``angle``: the full turn of its result, an angle; ``source``: the file that registered it, None for a
+    function of the language.
     """
 
     name: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,6 +21,7 @@ from rulesheets.source import Source, Span
 _ENOUGH = 50
 """Complaints after which the rest of a sheet is not read."""
 
+_PYTHON = re.compile(r"(\s*use\s+)(python\b)", re.IGNORECASE)
 _SKIPPED = "skipped"
 """The section whose lines are not read, because its head says what is not there yet."""
 
@@ -179,8 +181,11 @@ class _Reading:
         elif word == "use":
             self.comments.extend(above)
             self.section = "rules" if self.section in ("function", "figure") else self.section
+            python = _PYTHON.match(line.code)
+            if python:  # the paths that follow are written as those of sheets
+                line = replace(line, code=python[1] + " " * len(python[2]) + line.code[python.end() :])
             paths = read_line(self.source, line, "use")
-            self.uses.append(nodes.Use(paths, line.comment or "", self._span(line)))
+            self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
         elif word == "rules" and self.section == "function":
             raise RuleSheetError(mistakes.second_rules(self._span(line)))
         else:

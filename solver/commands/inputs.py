@@ -53,6 +53,9 @@ def add_sheet_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "sheet", metavar="SHEET", help="a rule sheet, a shipped one by its name, or - for stdin"
     )
+    parser.add_argument(
+        "--allow-python", action="store_true", help="run the Python files that the sheet names (use python)"
+    )
     parser.add_argument("--within", metavar="FOLDER", help="read sheets of this folder alone, links resolved")
 
 
@@ -62,10 +65,11 @@ def load_sheet(arguments: Namespace) -> Model:
     from rulesheets.reading import decoded
 
     if arguments.sheet != "-":
-        model = load(arguments.sheet, within=arguments.within)
+        model = load(arguments.sheet, within=arguments.within, allow_python=arguments.allow_python)
     else:
         text = decoded("standard input", sys.stdin.buffer.read())
-        model = loads(text, "standard input", base="", within=arguments.within)
+        allowed, within = arguments.allow_python, arguments.within
+        model = loads(text, "standard input", base="", within=within, allow_python=allowed)
     for note in model.notes:
         print(render(note), file=sys.stderr)
     return model

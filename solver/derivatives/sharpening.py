@@ -14,6 +14,7 @@ from math import inf
 from typing import Any, TypeAlias
 
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
+from rulesheets.evaluate.precise import in_many_digits
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression
 from solver.derivatives.linearization import Linearization, SquareBlock
@@ -60,7 +61,10 @@ class Sharp:
 def sharpened(
     model: Model, linear: Linearization, values: Mapping[str, Value], inputs: Collection[str]
 ) -> Sharp:
-    """The answer near ``values`` for ``inputs`` (names), and the slopes of its active rules there."""
+    """The answer near ``values`` for ``inputs`` (names), and the slopes of its active rules there.
+
+    A block with a function that is known in floats only is left as it is.
+    """
     exact: dict[str, Any] = {n: v if isinstance(v, str) else number(v) for n, v in values.items()}
     rows: dict[int, Mapping[str, Extended]] = {}
     blocks: list[SquareBlock] = []
@@ -72,8 +76,11 @@ def sharpened(
         try:
             if any(lost.intersection(equation.names) for equation in equations):
                 raise _Blunt
-            _settle(equations, linear.rows, block, exact)
-            rows.update((e.index, slopes(e.left, e.right, exact)) for e in equations)
+            if all(in_many_digits(side) for e in equations for side in (e.left, e.right)):
+                _settle(equations, linear.rows, block, exact)
+                rows.update((e.index, slopes(e.left, e.right, exact)) for e in equations)
+            else:
+                rows.update((e.index, _numbers(linear.rows[e.index])) for e in equations)
             blocks.append(block)
         except (Undefined, Singular, _Blunt):
             lost.update(block.unknowns)
@@ -85,6 +92,10 @@ def sharpened(
         except Undefined:
             continue
     return Sharp(exact, rows, tuple(blocks), frozenset(lost))
+
+
+def _numbers(row: Mapping[str, float]) -> dict[str, Extended]:
+    return {name: number(slope) for name, slope in row.items()}
 
 
 def number(value: float) -> Extended:

@@ -67,6 +67,12 @@ class Stage:
             is_number(self.divisor, 0.0) or not isinstance(self.divisor, Number)
         )
 
+    @property
+    def proven(self) -> bool:
+        """Whether there are no other preimages: of a registered function its author says which there are."""
+        row = TABLE.get(self.operation)
+        return row is None or row.source is None
+
 
 @dataclass(frozen=True, slots=True)
 class Quadratic:
@@ -102,6 +108,11 @@ class Isolation:
     @property
     def period(self) -> float | None:
         return next((stage.period for stage in self.stages if stage.period), None)
+
+    @property
+    def proven(self) -> bool:
+        """Whether there are no other preimages than those of the formulas."""
+        return all(stage.proven for stage in self.stages)
 
     def forms(self) -> tuple[Expression, ...]:
         """Explicit forms of the unknown, principal first; the quadratic by its formula."""

@@ -185,7 +185,8 @@ class Explorer:
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
-        complete, cut = outcome.complete and not self._turned(unknown), not outcome.complete
+        complete = outcome.complete and not self._turned(unknown)
+        cut = not outcome.complete and isolation.proven
         self.findings.note(complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], cut)
         self.findings.delicate |= outcome.delicate
         if outcome.fact is not None:

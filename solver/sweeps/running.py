@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from time import thread_time
 
+from rulesheets.functions.registered import in_memory
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.work import Solved, Solver, Work
 
@@ -45,12 +46,15 @@ def solved_pieces(
     """The pieces in their order: the same whoever solves them.
 
     ``jobs`` is a number of processes; None starts as many as there are processors where that pays.
-    ``scheduler`` is the address of a dask cluster.
+    Functions that are registered in this process alone are computed by it. ``scheduler`` is the address of a
+    dask cluster.
     """
     if scheduler is not None:
         from solver.sweeps.cluster import solved_on_cluster
 
         return solved_on_cluster(work, chunks, scheduler)
+    if in_memory(side for one in work.model.equations for side in (one.left, one.right)):
+        jobs = 1
     if jobs is None and processors() > 1:
         return _as_it_pays(work, chunks, total, processors())
     if jobs is not None and jobs > 1:

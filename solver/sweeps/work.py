@@ -11,6 +11,7 @@ from time import time
 import numpy as np
 
 from rulesheets.deadline import time_limit
+from rulesheets.functions.registered import run_python
 from rulesheets.model import Model, Value
 from solver.files.columns import Array, Columns, free_name
 from solver.files.csv_table import csv_rows
@@ -113,6 +114,8 @@ class Work:
 def unpacked(data: bytes) -> Work:
     work = pickle.loads(data)
     assert isinstance(work, Work)
+    for file in work.model.python:
+        run_python(file)
     return work
 
 

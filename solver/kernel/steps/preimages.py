@@ -39,8 +39,8 @@ class Refused(Exception):
 class Preimages:
     """What undoing the stages leads to, in floats; a subclass may have another arithmetic.
 
-    ``complete``: none was left out. ``clamped``: a target was moved to the end of an image. ``delicate``:
-    rounding decides whether there is a preimage.
+    ``proven``: formulas find all that there are. ``complete``: none was left out. ``clamped``: a target was
+    moved to the end of an image. ``delicate``: rounding decides whether there is a preimage.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Preimages:
         self.equation = graph.model.equations[equation]
         self.values = {name: values[name] for name in self.equation.names if name in values}
         self.variable: Variable = graph.model.variables[isolation.unknown]
-        self.complete = True
+        self.proven = self.complete = isolation.proven
         self.clamped = self.delicate = False
 
     def preimages(self) -> list[Value]:

@@ -49,6 +49,13 @@ class StepSolver(Preimages):
     """The preimages that satisfy the equation, in its range, to the last digits."""
 
     def outcome(self) -> StepOutcome:
+        found = self._outcome()
+        if found.values or self.proven:
+            return found
+        fact = NoRoot((self.index,), (self.isolation.unknown,), proven=False)
+        return StepOutcome(fact=fact, complete=False, delicate=found.delicate)
+
+    def _outcome(self) -> StepOutcome:
         try:
             found = self.preimages()
         except Refused as refused:
