@@ -15,9 +15,16 @@ from rulesheets.catalogue import CATALOGUE
 from rulesheets.diagnosis import RuleSheetError, render
 from rulesheets.parse import parse
 from rulesheets.reading import read_source
+from rulesheets.units.check import check_units
 
 ROOT = Path(__file__).parent / "diagnostics"
-STAGES = {"syntax": lambda path: parse(read_source(path)), "model": rulesheets.load}
+
+
+def warned(path: str) -> None:
+    raise RuleSheetError(*check_units(rulesheets.load(path)))
+
+
+STAGES = {"syntax": lambda path: parse(read_source(path)), "model": rulesheets.load, "units": warned}
 
 
 def cases() -> list[str]:
@@ -45,5 +52,5 @@ def test_every_syntax_code_has_a_golden_message() -> None:
     assert unseen == ["E125"]  # a line of ten megabytes, in tests/rulesheets/test_parse.py
 
 
-def test_there_are_cases_for_both_stages() -> None:
+def test_there_are_cases_for_every_stage() -> None:
     assert {case.partition("/")[0] for case in cases()} == set(STAGES)

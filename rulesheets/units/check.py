@@ -1,39 +1,50 @@
 """Do the units of a model fit its rules? Dimensions first, then factors such as 1000.
 
 A rule computes with readings in the units of its variables. Where these are N, m and kg it needs no factor;
-where one is kN, a factor of 1000 must stand in it. The check therefore compares the scales of both sides and
-excuses a difference that the numbers written in the rule explain. An empirical formula, which is right in its
-own units alone, is left out by a comment that begins with ``unchecked``.
+where one is kN, a factor of 1000 must stand in it. The check therefore compares how large the units of both
+sides are, and excuses a difference that the numbers written in the rule explain. An empirical formula, which
+is right in its own units alone, is left out by a comment that begins with ``unchecked``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator
 from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
-from rulesheets.model import Equation, Model
+from rulesheets.marks import PLACES, marks_of
+from rulesheets.model import Model
 from rulesheets.nodes import (
     Call,
+    Comparison,
+    Condition,
     Expression,
     Name,
     Negative,
     Number,
+    Power,
     Product,
     Quotient,
-    bare,
     children,
-    numbers,
 )
-from rulesheets.units.dimensions import Dimensions, Exponents, Form, Mismatch
+from rulesheets.source import Span
+from rulesheets.units.dimensions import (
+    DEGREES,
+    RADIANS,
+    RELATIVE,
+    SIZE,
+    Dimensions,
+    Exponents,
+    Form,
+    Mismatch,
+    Statement,
+    exponents,
+)
+from rulesheets.units.display import SYSTEMS
 from rulesheets.units.library import library
-from rulesheets.units.scales import alike, explained, scale
-from rulesheets.units.unit import Unit
 
-DEGREES = {"sind": "sin", "cosd": "cos", "tand": "tan"}
-LARGEST_COUNT = 10
-"""Integers up to this are counts and factors of formulas (`m*v^2/2`), not constants that have a unit."""
-RADIANS = {radian: degree for degree, radian in DEGREES.items()}
+DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
 
 
 def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
@@ -42,85 +53,217 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
     ``sure`` leaves out what may be right: a mismatch that the unit of a written constant would cure, and a
     common logarithm of a quantity, which is that of its reading (pH, decibels).
     """
-    units = {n: library().unit(v.unit) for n, v in model.variables.items() if v.unit}
-    if not units:
+    dimensions = inference(model)
+    if dimensions is None:
         return ()
-    checked = [e for e in model.equations if not _unchecked(e)]
-    given = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
-    dimensions = Dimensions({name: unit.dimension for name, unit in units.items()}, given)
-    dimensions.infer((e.index, e.left, e.right) for e in checked)
-    said: dict[tuple[int, int], Diagnosis] = {}
-    skipped: set[tuple[int, int]] = set()
-    for mismatch in dimensions.mismatches:
-        equation = model.equations[mismatch.equation]
-        if sure and _curable(mismatch, equation):
-            skipped.add((equation.rule.start, equation.rule.end))
-            continue
-        said.setdefault((equation.rule.start, equation.rule.end), _mismatch(mismatch, model))
-    for equation in checked:
-        place = (equation.rule.start, equation.rule.end)
-        found = next(_factors(equation, units), None) if place not in said and place not in skipped else None
-        if found is not None:
-            said[place] = found
-    return tuple(said[place] for place in sorted(said))
+    said: dict[tuple[str, int, int], Diagnosis | None] = {}
+    for found in dimensions.mismatches:
+        statement = dimensions.statements[found.statement]
+        place = statement.place.file, statement.place.start, statement.place.end
+        curable = sure and found.factor is None and _curable(found, statement)
+        said.setdefault(place, None if curable else _Message(model, dimensions, found).diagnosis())
+    return tuple(said[place] for place in sorted(said) if said[place] is not None)  # type: ignore[misc]
 
 
-def _unchecked(equation: Equation) -> bool:
+def inferred(model: Model) -> dict[str, str]:
+    """The units that rules give variables of the sheet that have none written."""
+    dimensions = inference(model)
+    if dimensions is None:
+        return {}
+    open_ = (name for name, variable in model.variables.items() if variable.posted and not variable.unit)
+    found = {name: dimensions.known(name) for name in open_ if name in dimensions.forms}
+    return {name: _inferred(form.known) for name, form in found.items() if form is not None}
+
+
+def _inferred(known: Exponents) -> str:
+    """Numbers in a rule may be factors between units: then only the kind is known."""
+    blurred = math.isnan(known.get(SIZE, 0.0)) and len(known) > 1
+    return f"{unit_text(known)}{' or a multiple' if blurred else ''}"
+
+
+def inference(model: Model) -> Dimensions | None:
+    """What the rules of a model say of its units; None where it has none."""
+    units = {name: v.measure for name, v in model.variables.items() if v.measure is not None}
+    if not units:
+        return None
+    values = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
+    dimensions = Dimensions(units, values, model.units)
+    dimensions.infer([one for one in _statements(model) if not _unchecked(one.place)])
+    return dimensions
+
+
+def _statements(model: Model) -> Iterator[Statement]:
+    """Everything that must have one unit: rules, what is compared, and coordinates of figures."""
+    for equation in model.equations:
+        yield Statement(equation.rule, equation.left, equation.right)
+    for requirement in model.requirements:
+        yield from _compared(requirement.comparison, requirement.rule)
+    for condition in model.conditions:
+        yield from _compared(condition, None)
+    for figure in model.figures:
+        for mark in marks_of(figure):
+            if figure.unit and mark.kind in PLACES and mark.span is not None:
+                unit = Number(1.0, unit=figure.unit)
+                yield from (Statement(mark.span, part, unit) for part in mark.arguments)
+
+
+def _compared(condition: Condition, place: Span | None) -> Iterator[Statement]:
+    stack: list[Condition | Expression] = [condition]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Comparison) and (place or node.span):
+            yield Statement(place or node.span, node.left, node.right)  # type: ignore[arg-type]
+        elif not isinstance(node, Comparison):
+            stack.extend(children(node))
+
+
+def _unchecked(place: Span) -> bool:
     """Whether the comment behind a rule says so."""
-    text, end = equation.rule.source.text, equation.rule.end
+    text, end = place.source.text, place.end
+    if '"' not in text[end : end + 80]:
+        return False
     return (
         text[end : (text + "\n").index("\n", end)].strip().lower().startswith(('"unchecked', '" unchecked'))
     )
 
 
-# --- dimensions -------------------------------------------------------------------------
+# --- what may be right ------------------------------------------------------------------
 
 
-def _constants(equation: Equation) -> list[float]:
+def _constants(statement: Statement) -> list[float]:
     """Written numbers that may well have a unit: 9.81, 8.314 and 3600, but not 2 or 1/2."""
-    written = dict.fromkeys(
-        n.value for side in (equation.left, equation.right) for n in numbers(side) if n.unit is None
-    )
-    return [n for n in written if not (n.is_integer() and abs(n) <= LARGEST_COUNT) and n not in (0.5, 0.25)]
+    found: dict[float, None] = {}
+    stack: list[Expression] = [statement.left, statement.right]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Number) and node.unit is None:
+            found[node.value] = None
+        if not (isinstance(node, Power) and isinstance(node.exponent, Number)):
+            stack.extend(children(node))  # type: ignore[arg-type]
+        else:
+            stack.append(node.base)
+    return [n for n in found if not (n.is_integer() and abs(n) <= 10) and n not in (0.5, 0.25)]
 
 
-def _curable(found: Mismatch, equation: Equation) -> bool:
+def _curable(found: Mismatch, statement: Statement) -> bool:
     """Whether the unit of a constant would cure a mismatch, or it is a common logarithm of a quantity."""
-    if _constants(equation):
+    if _constants(statement):
         return True
     return found.right is None and any(
-        call.function in ("log", "log10") and call.arguments == (found.left,) for call in _calls(equation)
+        call.function in ("log", "log10") and call.arguments == (found.left,) for call in _calls(statement)
     )
 
 
-def _mismatch(found: Mismatch, model: Model) -> Diagnosis:
-    equation = model.equations[found.equation]
-    left = unit_text(found.left_exponents)
-    if found.right is None:
-        message = f"{_shown(found.left)} must be a number, and its unit is {left}"
-    else:
-        right = unit_text(found.right_exponents)
-        message = f"the units do not fit: {_shown(found.left)} is in {left}, {_shown(found.right)} in {right}"
-    chain = sorted(index for index in found.why if index != found.equation)
-    notes = tuple(f"from {model.equations[index].rule.text}" for index in chain[:4])
-    cure = 'correct the rule or a unit; write " unchecked behind a formula that holds in its own units alone'
-    return _warning(equation, message, (*notes, *_units_of_constants(found, equation), cure))
+def _calls(statement: Statement) -> Iterator[Call]:
+    stack: list[Expression] = [statement.left, statement.right]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Call):
+            yield node
+        stack.extend(children(node))  # type: ignore[arg-type]
 
 
-def _units_of_constants(found: Mismatch, equation: Equation) -> tuple[str, ...]:
-    """The unit that would make the mismatch go away, if a constant of the rule had it."""
-    if found.right is None:
+# --- messages ---------------------------------------------------------------------------
+
+
+class _Message:
+    """What is said of a mismatch."""
+
+    def __init__(self, model: Model, dimensions: Dimensions, found: Mismatch) -> None:
+        self.model, self.dimensions, self.found = model, dimensions, found
+        self.statement = dimensions.statements[found.statement]
+
+    def diagnosis(self) -> Diagnosis:
+        found = self.found
+        chain = sorted(index for index in found.why if index != found.statement)
+        rules = dict.fromkeys(self.dimensions.statements[index].place.text for index in chain)
+        rules.pop(self.statement.place.text, None)
+        notes = tuple(f"from {' '.join(rule.split())}" for rule in list(rules)[:4])
+        code, place = "W601", self.statement.place
+        if found.call is not None and found.factor is not None:
+            code, place = "W602", found.call.span or place
+            message, cures = self._angle(found.call, found.factor)
+        elif found.factor is not None:
+            message, cures = self._factor(found.factor)
+        else:
+            message, cures = self._kinds()
+        return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
+
+    def _kinds(self) -> tuple[str, tuple[str, ...]]:
+        found = self.found
+        left = self.unit(found.left, found.forms[0])
+        if found.right is None:
+            message = f"{_shown(found.left)} must be a number, and its unit is {left}"
+            if found.call is not None:
+                message = f"{found.call.function} takes a number, and {_shown(found.left)} is in {left}"
+        else:
+            right = self.unit(found.right, found.forms[1])
+            message = (
+                f"the units do not fit: {_shown(found.left)} is in {left}, {_shown(found.right)} in {right}"
+            )
+        cure = (
+            'correct the rule or a unit; " unchecked behind it excludes a formula that holds in its own units'
+        )
+        return message, (*self._constant(), cure)
+
+    def _factor(self, factor: float) -> tuple[str, tuple[str, ...]]:
+        found = self.found
+        assert found.right is not None
+        sides = [(found.left, found.forms[0]), (found.right, found.forms[1])]
+        (one, large), (other, small) = sides if factor > 1 else sides[::-1]
+        share = f"{max(factor, 1 / factor):.6g}"
+        message = (
+            f"{_shown(one)} is in {self.unit(one, large)}, {_shown(other)} in {self.unit(other, small)}: "
+            f"a factor of {share} is missing"
+        )
+        shown = _shown(one) if isinstance(one, Name) else f"({_shown(one)})"
+        cures = [f"write {share}*{shown}, or change a unit"]
+        for side in (found.left, found.right):
+            if isinstance(side, Call) and side.function in RADIANS | DEGREES:
+                cures = [f"write {(RADIANS | DEGREES)[side.function]} instead of {side.function}"]
+        return message, tuple(cures)
+
+    def _angle(self, call: Call, factor: float) -> tuple[str, tuple[str, ...]]:
+        wanted = "deg" if call.function in DEGREES else "rad"
+        argument, unit = _shown(self.found.left), self.unit(self.found.left, self.found.forms[0])
+        message = f"{call.function} takes an angle in {wanted}, and {argument} is in {unit}"
+        if math.isclose(max(factor, 1 / factor), 180 / math.pi, rel_tol=1e-9):
+            other = (RADIANS | DEGREES)[call.function]
+            return message, (f"write {other}({argument}), or give it in {wanted}",)
+        return message, (f"multiply it by {factor:.6g}, or give it in {wanted}",)
+
+    def _constant(self) -> tuple[str, ...]:
+        """The unit that would make the mismatch go away, if a constant of the rule had it."""
+        found = self.found
+        if found.right is None:
+            return ()
+        one, other = (Form(form.dimension) for form in found.forms)
+        for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
+            for number, power in _factors_of(side):
+                if number.unit is None and number.value in _constants(self.statement):
+                    shown, unit = _shown(number), unit_text(missing.times(1 / power).known)
+                    return (f"if {shown} is a constant with a unit, write it: {shown}[{unit}]",)
         return ()
-    for side, wanted, given in (
-        (found.left, found.right_exponents, found.left_exponents),
-        (found.right, found.left_exponents, found.right_exponents),
-    ):
-        for number, power in _factors_of(side):
-            if number.unit is None and number.value in _constants(equation):
-                missing = Form(wanted).plus(Form(given), Fraction(-1)).times(1 / power).known
-                shown = _shown(number)
-                return (f"if {shown} is a constant with a unit, write it: {shown}[{unit_text(missing)}]",)
-    return ()
+
+    def unit(self, node: Expression, form: Form) -> str:
+        """The unit of an expression, as its variables write theirs where that is short."""
+        written = self._written(node)
+        return written if written else unit_text(form.known)
+
+    def _written(self, node: Expression) -> str | None:
+        match node:
+            case Name(name):
+                return self.model.variables[name].unit
+            case Number(unit=str(unit)):
+                return unit
+            case Product(Number(unit=None), inner) | Quotient(inner, Number(unit=None)) | Negative(inner):
+                return self._written(inner)
+            case Product(left, right):
+                parts = self._written(left), self._written(right)
+                plain = all(part is not None and "/" not in part for part in parts)
+                return f"{parts[0]}·{parts[1]}" if plain and parts[0] != parts[1] else None
+            case _:
+                return None
 
 
 def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tuple[Number, Fraction]]:
@@ -138,76 +281,34 @@ def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tup
             yield from _factors_of(argument, power / 2)
 
 
-def _warning(equation: Equation, message: str, notes: tuple[str, ...]) -> Diagnosis:
-    return Diagnosis("W601", Severity.WARNING, message, (Label(equation.rule),), notes)
-
-
 def _shown(node: Expression) -> str:
     span = node.span
-    return "this" if span is None else " ".join(span.text.split())
+    return "the figure" if span is None else " ".join(span.text.split())
 
 
-def unit_text(exponents: Exponents) -> str:
-    """``kg·m/s²`` for exponents of base units; the name of a derived unit where one fits."""
-    if not exponents:
-        return "1 (a number)"
-    for name in ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz"):
-        if library().unit(name).dimension == exponents:
+# --- the text of a unit -----------------------------------------------------------------
+
+
+def unit_text(known: Exponents) -> str:
+    """``kg·m/s²`` for exponents of base units, with their size; a usual unit where one fits."""
+    size = float(known.get(SIZE, 0.0))
+    dimension = {base: e for base, e in known.items() if base not in (SIZE, "dB")}
+    if not dimension:
+        return "1 (a number)" if math.isnan(size) or abs(size) < 1e-9 else f"{math.exp(size):.6g}"
+    names = (*DERIVED, "deg", "rpm", "h", "min", *SYSTEMS["si"].split())
+    for name in names:
+        unit = exponents(library().unit(name))
+        apart = float(unit.pop(SIZE, 0.0)) - (0.0 if math.isnan(size) else size)
+        if unit == dimension and abs(apart) < RELATIVE * 1e-6 and not library().unit(name).offset:
             return name
-    above = [_power(base, e) for base, e in exponents.items() if e > 0]
-    below = [_power(base, -e) for base, e in exponents.items() if e < 0]
+    above = [_power(base, e) for base, e in dimension.items() if e > 0]
+    below = [_power(base, -e) for base, e in dimension.items() if e < 0]
     under = "·".join(below) if len(below) < 2 else f"({'·'.join(below)})"
-    return ("·".join(above) or "1") + (f"/{under}" if below else "")
+    text = ("·".join(above) or "1") + (f"/{under}" if below else "")
+    return text if math.isnan(size) or abs(size) < 1e-9 else f"{math.exp(size):.6g} {text}"
 
 
-def _power(base: str, exponent: Fraction) -> str:
-    if exponent.denominator > 1:
+def _power(base: str, exponent: Fraction | int) -> str:
+    if isinstance(exponent, Fraction) and exponent.denominator > 1:
         return f"{base}^({exponent})"
     return base if exponent == 1 else f"{base}^{exponent}"
-
-
-# --- factors ------------------------------------------------------------------------------
-
-
-def _factors(equation: Equation, units: Mapping[str, Unit]) -> Iterator[Diagnosis]:
-    """The first place of a rule where scales differ, and no number in the rule explains by how much."""
-    written = sorted(
-        {abs(n.value) for side in (equation.left, equation.right) for n in numbers(side) if n.unit is None}
-    )
-    for one, other in (*alike(equation.left), *alike(equation.right), (equation.left, equation.right)):
-        first, second = scale(one, units), scale(other, units)
-        if bare(one) or bare(other) or first is None or second is None or explained(first / second, written):
-            continue
-        share = first / second if first > second else second / first
-        message = f"{_shown(one)} and {_shown(other)} differ by a factor of {share:.6g} in their units"
-        yield _warning(equation, message, (f"multiply by {share:.6g} where it is missing, or change a unit",))
-    for call in _calls(equation):
-        yield from _angle(equation, call, units)
-
-
-# --- angles -------------------------------------------------------------------------------
-
-
-def _calls(equation: Equation) -> Iterator[Call]:
-    stack: list[Expression] = [equation.left, equation.right]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Call):
-            yield node
-        stack.extend(children(node))  # type: ignore[arg-type]
-
-
-def _angle(equation: Equation, call: Call, units: Mapping[str, Unit]) -> Iterator[Diagnosis]:
-    """``sin`` of a variable in degrees, ``sind`` of one in radians."""
-    other = DEGREES.get(call.function) or RADIANS.get(call.function)
-    argument = call.arguments[0] if call.arguments else None
-    if other is None or not isinstance(argument, Name):
-        return
-    unit = units.get(argument.name)
-    wanted = "deg" if call.function in DEGREES else "rad"
-    if unit is None or unit.bases != {"rad": 1} or unit == library().unit(wanted):
-        return
-    message = f"{call.function} takes an angle in {wanted}, and {argument.name} is in another unit"
-    place = call.span or equation.rule
-    notes = (f"write {other}({argument.name}), or give it in {wanted}",)
-    yield Diagnosis("W602", Severity.WARNING, message, (Label(place),), notes)

@@ -1,18 +1,22 @@
-"""What the rules imply about dimensions: linear algebra over the exponents of base units.
+"""What the rules imply about units: linear algebra over the exponents of base units.
 
 A product adds exponents, a quotient subtracts, a constant power scales, and what is added or equated has
 the same. Each rule therefore gives linear equations between the exponents of its variables (A. J. Kennedy,
 *Programming Languages and Dimensions*, 1996; here over the rationals, since every call of a function is
-instantiated). Rules with one variable left open are taken first; elimination does the rest. Each result
-carries the rules that it follows from, so that a conflict names its chain.
+instantiated). The logarithm of a unit's size is one more such exponent. Rules with one variable left open
+are taken first; elimination does the rest. Each result carries the rules that it follows from, so that a
+conflict names its chain.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import combinations
+from typing import Any
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import (
@@ -25,26 +29,49 @@ from rulesheets.nodes import (
     Product,
     Quotient,
     Sum,
-    Symbol,
     bare,
+    children,
     names,
+    numbers,
 )
-from rulesheets.units.library import library
+from rulesheets.source import Span
+from rulesheets.units.library import Library
+from rulesheets.units.unit import ANGLE, Unit
 
-Exponents = dict[str, Fraction]
+Exponents = dict[str, Any]
+"""Integers or fractions by the names of base units, and a float for SIZE."""
+
+SIZE = "size"
+"""The exponent that is the logarithm of a unit's size; nan where numbers in a rule leave it open."""
+ASIDE = frozenset({SIZE, ANGLE, "dB"})
+"""Exponents that are no dimensions: an angle is a number."""
 
 SAME = frozenset({"min", "max", "abs", "mod", "hypot", "step"})
 """Functions whose result has the unit that their arguments share."""
-ROOTS = {"sqrt": Fraction(1, 2)}
-FREE = frozenset({"sgn", "pi", "e", "atan2", "atan2d"})
-"""Functions that take any unit, the same for all arguments, and give a number."""
-
+DEGREES = {"sind": "sin", "cosd": "cos", "tand": "tan", "asind": "asin", "acosd": "acos", "atand": "atan"}
+RADIANS = {radian: degree for degree, radian in DEGREES.items()}
+TRIGONOMETRIC = DEGREES.keys() | RADIANS.keys()
+DEGREE: Exponents = {ANGLE: 1, SIZE: math.log(math.pi / 180)}
+FREE: dict[str, Exponents] = {"sgn": {}, "pi": {}, "e": {}, "atan2": {ANGLE: 1}, "atan2d": DEGREE}
+"""Functions that take any unit, the same for all arguments, and the unit of what they give."""
 
 LONGEST_CHAIN = 16
 """Rules after which no more are noted that a unit follows from: a message names fewer."""
+LARGEST_COUNT = 9
+"""Integers up to this are counts and factors of formulas (`m*v^2/2`), not factors between units."""
+RELATIVE = 1e-3
+"""How near a factor must be to numbers of the rule for these to explain it: 3.6, 9.81, 1.8 are rounded."""
 
 
-@dataclass
+def exponents(unit: Unit) -> Exponents:
+    """The exponents of a unit, its size among them."""
+    found: Exponents = {b: e.numerator if e.denominator == 1 else e for b, e in unit.bases.items()}
+    if unit.factor != 1 or unit.pi:
+        found[SIZE] = math.nan if "dB" in found else math.log(unit.scale)
+    return found
+
+
+@dataclass(slots=True)
 class Form:
     """Exponents of an expression: known ones, and multiples of those of variables that are open.
 
@@ -52,113 +79,138 @@ class Form:
     """
 
     known: Exponents = field(default_factory=dict)
-    open: dict[str, Fraction] = field(default_factory=dict)
+    open: Exponents = field(default_factory=dict)
     why: frozenset[int] = frozenset()
     any: bool = False
 
-    def plus(self, other: Form, times: Fraction = Fraction(1)) -> Form:
-        known, free = dict(self.known), dict(self.open)
-        for into, part in ((known, other.known), (free, other.open)):
-            for key, exponent in part.items():
-                into[key] = into.get(key, Fraction(0)) + times * exponent
-        return Form(
-            {base: e for base, e in known.items() if e},
-            {name: e for name, e in free.items() if e},
-            self.why if len(self.why) > LONGEST_CHAIN else self.why | other.why,
-        )
+    def plus(self, other: Form, times: Any = 1) -> Form:
+        why = self.why if len(self.why) > LONGEST_CHAIN or not other.why else self.why | other.why
+        return Form(_sum(self.known, other.known, times), _sum(self.open, other.open, times), why)
 
-    def times(self, exponent: Fraction) -> Form:
+    def times(self, exponent: Any) -> Form:
         return Form().plus(self, exponent)
+
+    @property
+    def dimension(self) -> Exponents:
+        return {base: e for base, e in self.known.items() if base not in ASIDE}
+
+
+def _sum(one: Exponents, other: Exponents, times: Any) -> Exponents:
+    if not other:
+        return one
+    found = dict(one)
+    for key, exponent in other.items():
+        total = found.get(key, 0) + times * exponent
+        if total:
+            found[key] = total
+        else:
+            found.pop(key, None)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """Two expressions that must have one unit, and the rule that says so."""
+
+    place: Span
+    left: Expression
+    right: Expression
 
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Two expressions of the rule ``equation`` that must have one unit, and do not.
+    """Two expressions of a statement (by index) that must have one unit, and do not.
 
-    ``right`` is None where an argument must be a number. ``why`` are the rules that the units follow from.
+    ``right`` is None where an argument of ``call``, or an exponent, must be a number, or an angle in the unit
+    of that function. ``factor``: where the dimensions agree, how many of the right unit the left one is.
+    ``why`` are the statements that the units follow from.
     """
 
-    equation: int
+    statement: int
     left: Expression
     right: Expression | None
-    left_exponents: Exponents
-    right_exponents: Exponents
+    forms: tuple[Form, Form]
     why: frozenset[int]
+    factor: float | None = None
+    call: Call | None = None
 
 
 class Dimensions:
     """Exponents of every variable that has a unit, and of those that the rules give one."""
 
-    def __init__(self, declared: Mapping[str, Exponents], numbers: Mapping[str, float]) -> None:
-        self.numbers = numbers
-        self.forms: dict[str, Form] = {name: Form(dict(exponents)) for name, exponents in declared.items()}
+    def __init__(self, declared: Mapping[str, Unit], values: Mapping[str, float], units: Library) -> None:
+        self.values, self.units = values, units
+        self.forms = {name: Form(exponents(unit)) for name, unit in declared.items()}
+        self.statements: Sequence[Statement] = ()
         self.mismatches: list[Mismatch] = []
 
-    def infer(self, equations: Iterable[tuple[int, Expression, Expression]]) -> None:
-        """Take in the rules, those that leave one variable open first."""
-        rules = list(equations)
-        named = [frozenset((*names(left), *names(right))) for _, left, right in rules]
+    def infer(self, statements: Sequence[Statement]) -> None:
+        """Take in the statements, those that leave one variable open first."""
+        self.statements = statements
+        named = [frozenset((*names(s.left), *names(s.right))) for s in statements]
         free = [{name for name in some if name not in self.forms} for some in named]
         users: dict[str, list[int]] = {}
         for place, some in enumerate(free):
             for name in some:
                 users.setdefault(name, []).append(place)
         ready = deque(place for place, some in enumerate(free) if len(some) < 2)
-        taken = [False] * len(rules)
-        for first in range(len(rules)):
+        taken = [False] * len(statements)
+        for first in range(len(statements)):
             while ready or not taken[first]:
                 place = ready.popleft() if ready else first
                 if taken[place]:
                     continue
                 taken[place] = True
-                self._take(*rules[place])
+                self._take(place)
                 for name in (n for n in named[place] if n in users and self.known(n) is not None):
                     for user in users.pop(name):
                         free[user].discard(name)
                         if len(free[user]) < 2:
                             ready.append(user)
 
-    def known(self, name: str) -> Exponents | None:
+    def known(self, name: str) -> Form | None:
         """The exponents of a variable, None while they are open."""
         found = self._resolved(self.forms[name]) if name in self.forms else None
-        return None if found is None or found.open else found.known
+        return None if found is None or found.open else found
 
-    def _take(self, index: int, left: Expression, right: Expression) -> None:
+    def _take(self, index: int) -> None:
+        left, right = self.statements[index].left, self.statements[index].right
         self._equate(index, left, right, self.form(left, index), self.form(right, index))
 
     # --- expressions ---
 
     def form(self, node: Expression, index: int) -> Form:
-        """The exponents of an expression of the rule ``index``; what is in it must fit together."""
+        """The exponents of an expression of a statement; what is in it must fit together."""
         match node:
-            case Number(unit=str(unit)):
-                return Form(library().unit(unit).dimension)
-            case Number():
-                return Form(any=True)
-            case Symbol():
-                return Form(any=True)
             case Name(name):
-                return self._resolved(self.forms.setdefault(name, Form(open={name: Fraction(1)})))
-            case Negative(operand):
-                return self.form(operand, index)
-            case Sum(terms):
-                return self._alike(terms, index)
+                found = self.forms.get(name)
+                if found is None:
+                    found = self.forms[name] = Form(open={name: 1})
+                return self._resolved(found) if found.open else found
+            case Number(unit=str(unit)):
+                return Form(exponents(self.units.unit(unit)))
             case Product(left, right) | Quotient(left, right):
                 one, other = self.form(left, index), self.form(right, index)
                 if one.any and other.any:
                     return one
-                return one.plus(other, Fraction(1 if isinstance(node, Product) else -1))
+                return one.plus(other, 1 if type(node) is Product else -1)
+            case Negative(operand):
+                return self.form(operand, index)
+            case Sum(terms):
+                return self._alike(terms, index)
             case Power(base, exponent):
                 return self._power(base, exponent, index)
-            case Call(function, arguments):
-                return self._call(function, arguments, index)
+            case Call():
+                return self._call(node, index)
+            case _:
+                return Form(any=True)
 
     def _alike(self, terms: Iterable[Expression], index: int) -> Form:
         """Terms of one unit: numbers adopt that of the others."""
         first: tuple[Expression, Form] | None = None
         for term in terms:
             form = self.form(term, index)
-            if form.any:
+            if form.any or bare(term):
                 continue
             if first is not None:
                 self._equate(index, first[0], term, first[1], form)
@@ -167,63 +219,106 @@ class Dimensions:
 
     def _power(self, base: Expression, exponent: Expression, index: int) -> Form:
         below = self.form(base, index)
-        if below.any or not (below.known or below.open):
+        if type(exponent) is Number and exponent.unit is None and not below.any:
+            return below.times(_rational(exponent.value))
+        if below.any or not (below.dimension or below.open):
             self._count(exponent, index)
             return Form(any=below.any and bare(exponent))
         self._number(exponent, index)
         try:
-            constant = Fraction(float(value(exponent, self.numbers))).limit_denominator(60)
+            constant = _rational(float(value(exponent, self.values)))
         except (Undefined, KeyError, ValueError, OverflowError):
             self._number(base, index)
             return Form()
         return below.times(constant)
 
-    def _call(self, function: str, arguments: tuple[Expression, ...], index: int) -> Form:
-        if function in ROOTS:
-            return self.form(arguments[0], index).times(ROOTS[function])
+    def _call(self, node: Call, index: int) -> Form:
+        function, arguments = node.function, node.arguments
+        if function == "sqrt":
+            return self.form(arguments[0], index).times(Fraction(1, 2))
         if function in SAME:
             return self._alike(arguments, index)
         if function in FREE:
             self._alike(arguments, index)
-            return Form()
+            return Form(dict(FREE[function]))
         for argument in arguments:
-            self._number(argument, index)
+            self._number(argument, index, node)
+        if function in TRIGONOMETRIC and function.startswith("a"):
+            return Form(dict(DEGREE) if function in DEGREES else {ANGLE: 1})
         return Form()
 
     def _count(self, node: Expression, index: int) -> None:
         """An exponent of a number: it has no unit, or counts periods of time, as in ``(1 + i)^n``."""
         form = self.form(node, index)
-        if form.known.keys() != {"s"} or form.open:
+        if form.dimension.keys() != {"s"} or form.open:
             self._number(node, index)
 
-    def _number(self, node: Expression, index: int) -> None:
-        """An expression that has no unit: an exponent, an argument of a logarithm."""
-        form = self.form(node, index)
-        if not form.any:
-            self._meet(index, node, None, form)
+    def _number(self, node: Expression, index: int, call: Call | None = None) -> None:
+        """An expression that has no unit: an exponent, an argument of a logarithm; of a sine, an angle."""
+        form = self._resolved(self.form(node, index))
+        if form.any:
+            return
+        if form.open or form.dimension:
+            rest = {b: e for b, e in form.known.items() if b not in ASIDE}
+            wanted = Form({**rest, SIZE: math.nan}, form.open, form.why)
+            self._meet(index, node, None, wanted, (form, Form()), call)
+        elif call is not None and call.function in TRIGONOMETRIC and form.known.get(ANGLE) == 1:
+            wanted = Form(dict(DEGREE) if call.function in DEGREES else {ANGLE: 1})
+            self._compare(index, node, None, form.plus(wanted, -1), (form, wanted), call)
 
     # --- equations between exponents ---
 
     def _equate(self, index: int, left: Expression, right: Expression, one: Form, other: Form) -> None:
-        if not (one.any or other.any):
-            self._meet(index, left, right, one.plus(other, Fraction(-1)))
+        if not (one.any or other.any or bare(left) or bare(right)):
+            self._meet(index, left, right, one.plus(other, -1), (one, other))
 
-    def _meet(self, index: int, left: Expression, right: Expression | None, form: Form) -> None:
+    def _meet(
+        self,
+        index: int,
+        left: Expression,
+        right: Expression | None,
+        form: Form,
+        forms: tuple[Form, Form],
+        call: Call | None = None,
+    ) -> None:
         """``form`` is 0: that settles one of its open variables, or contradicts what is known."""
         form = self._resolved(form)
-        if form.open:
-            name = min(form.open)
-            rest = Form(form.known, {n: e for n, e in form.open.items() if n != name}, form.why | {index})
-            self.forms[name] = rest.times(-1 / form.open[name])
-        elif form.known:
-            sides = [self._resolved(self.form(side, index)) for side in (left, right) if side is not None]
-            exponents = [side.known for side in (*sides, Form())]
-            self.mismatches.append(Mismatch(index, left, right, exponents[0], exponents[1], form.why))
+        if not form.open:
+            self._compare(index, left, right, form, forms, call)
+            return
+        name = min(form.open)
+        rest = Form(form.known, {n: e for n, e in form.open.items() if n != name}, form.why | {index})
+        found = rest.times(_rational(-1 / form.open[name]))
+        if any(not n.value.is_integer() or abs(n.value) > LARGEST_COUNT for n in self._numbers(index)):
+            found.known = {**found.known, SIZE: math.nan}
+        self.forms[name] = found
+
+    def _compare(
+        self,
+        index: int,
+        left: Expression,
+        right: Expression | None,
+        form: Form,
+        forms: tuple[Form, Form],
+        call: Call | None = None,
+    ) -> None:
+        """``form`` has nothing open: note what is not 0 in it."""
+        if not form.known:
+            return
+        factor = None
+        if not form.dimension:
+            size = form.known.get(SIZE, 0.0)
+            counted = ANGLE in form.known and not (forms[0].dimension or forms[1].dimension)
+            if counted or not abs(size) > 1e-9:  # revolutions may be a number of them
+                return
+            factor = float(f"{math.exp(size):.12g}")
+            if self._explained(factor, index):
+                return
+        one, other = (self._resolved(side) for side in forms)
+        self.mismatches.append(Mismatch(index, left, right, (one, other), form.why, factor, call))
 
     def _resolved(self, form: Form) -> Form:
         """The form with variables that were open when it was made, and are not any more, filled in."""
-        if form.any:
-            return form
         while ready := [n for n in form.open if self._answered(n)]:
             found = Form(form.known, {n: e for n, e in form.open.items() if n not in ready}, form.why)
             for name in ready:
@@ -232,9 +327,53 @@ class Dimensions:
         return form
 
     def _answered(self, name: str) -> bool:
-        return name in self.forms and self.forms[name].open != {name: Fraction(1)}
+        return name in self.forms and self.forms[name].open != {name: 1}
+
+    # --- factors that numbers explain ---
+
+    def _numbers(self, index: int) -> Iterable[Number]:
+        """The plain numbers of a statement."""
+        statement = self.statements[index]
+        return (n for side in (statement.left, statement.right) for n in numbers(side) if n.unit is None)
+
+    def _explained(self, factor: float, index: int) -> bool:
+        """Whether a factor is that of numbers in the rule; turns and degrees may be counted as such."""
+        written = {abs(n.value) for n in self._numbers(index)}
+        functions = self._functions(index)
+        if "pi" in functions:
+            written |= {math.pi, 2 * math.pi}
+        if explained(factor, written):
+            return True
+        if not any(ANGLE in self.forms[n].known for n in self._names(index) if n in self.forms):
+            return False
+        turns = [2 * math.pi] if written else []
+        degrees = [math.pi / 180] if written & {90.0, 180.0, 360.0} else []
+        return any(explained(factor * one**sign, written) for one in turns + degrees for sign in (1, -1))
+
+    def _names(self, index: int) -> Iterable[str]:
+        return (*names(self.statements[index].left), *names(self.statements[index].right))
+
+    def _functions(self, index: int) -> set[str]:
+        stack: list[Expression] = [self.statements[index].left, self.statements[index].right]
+        found: set[str] = set()
+        while stack:
+            node = stack.pop()
+            found.update({node.function} if isinstance(node, Call) else ())
+            stack.extend(children(node))  # type: ignore[arg-type]
+        return found
 
 
-def variables_of(equations: Iterable[tuple[int, Expression, Expression]]) -> Iterator[str]:
-    """Names of the variables in rules, each once."""
-    return iter(dict.fromkeys(n for _, a, b in equations for n in (*names(a), *names(b))))
+def _rational(number: float) -> Fraction | int:
+    return int(number) if number == int(number) else Fraction(number).limit_denominator(60)
+
+
+def explained(factor: float, written: Iterable[float]) -> bool:
+    """Whether a factor is 1, a product of powers of numbers in the rule, or a divisor of one (32000)."""
+    if math.isclose(factor, 1.0, rel_tol=1e-9):
+        return True
+    usual = [number for number in written if number not in (0.0, 1.0)]
+    if any(number % max(factor, 1 / factor) == 0.0 for number in usual):
+        return True
+    powers = [number**e for number in usual for e in (1, -1, 2, -2, 0.5, -0.5)]
+    products = (*powers, *(a * b for a, b in combinations(powers, 2)))
+    return any(math.isclose(factor, product, rel_tol=RELATIVE) for product in products)

@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import render
-from rulesheets.units.check import check_units
+from rulesheets.units.check import check_units, inferred
 from solver.commands.inputs import add_sheet_options, load_sheet
 
 if TYPE_CHECKING:
@@ -29,19 +29,24 @@ def run(arguments: Namespace) -> int:
         from solver.report.json import diagnosis_json
 
         found = [diagnosis_json(warning) for warning in check_units(model)]
-        print(json.dumps({"status": "ok", "diagnoses": found}, ensure_ascii=False))
+        units = inferred(model)
+        more = {"inferred": units} if units else {}
+        print(json.dumps({"status": "ok", "diagnoses": found, **more}, ensure_ascii=False))
     elif arguments.equations or arguments.latex:
         from rulesheets.algebra import listing
 
         print(listing(model, latex=arguments.latex))
     else:
-        print(summary(model))
-        for warning in check_units(model):
+        warnings = check_units(model)
+        print(summary(model, len(warnings)))
+        if units := inferred(model):
+            print(f"inferred: {', '.join(f'{name} [{unit}]' for name, unit in units.items())}")
+        for warning in warnings:
             print(f"\n{render(warning)}")
     return 0
 
 
-def summary(model: Model) -> str:
+def summary(model: Model, warnings: int = 0) -> str:
     """``offset_slider_crank: 12 variables, 16 locals, 31 rules, 3 figures; nothing wrong``."""
     from rulesheets.spelling import plural
 
@@ -54,4 +59,4 @@ def summary(model: Model) -> str:
         parts.append(plural(len(model.requirements), "requirement"))
     if model.figures:
         parts.append(plural(len(model.figures), "figure"))
-    return f"{model.name}: {', '.join(parts)}; nothing wrong"
+    return f"{model.name}: {', '.join(parts)}; {plural(warnings, 'warning') if warnings else 'nothing wrong'}"

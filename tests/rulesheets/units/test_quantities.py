@@ -14,7 +14,8 @@ from rulesheets.format import format_sheet
 from rulesheets.inputs import parse_input
 from rulesheets.parse import parse
 from rulesheets.source import Source
-from rulesheets.units.check import check_units
+from rulesheets.units import check
+from rulesheets.units.check import check_units, inferred
 from solver.report.sheet import displayed, sheet_rows
 
 LENS = """variables
@@ -103,7 +104,7 @@ def test_rules_that_fit_are_not_warned_of(variables: str, rules: str) -> None:
     [
         ("N [N],A [mm^2]", "x = N + A", "the units do not fit"),
         ("F [kN],m [kg],a [m/s^2]", "F = m*a", "factor of 1000"),
-        ("x [m],y", "y = exp(x)", "x must be a number"),
+        ("x [m],y", "y = exp(x)", "exp takes a number, and x is in m"),
         ("th [rad],x [m],r [m]", "x = r*cosd(th)", "cosd takes an angle in deg"),
         ("p [N/m],q [N/m^2],w [m]", "p = s*w\nq = s/w", "the units do not fit"),
         ("L [m],d [mm],A [m^2]", "A = L*d", "factor of 1000"),
@@ -233,3 +234,44 @@ def test_ends_of_ranges_are_converted() -> None:
     model = rulesheets.loads("variables\n T > 0[K], < 212[degF] [degC]\n x in [0, 5[in]] [mm]\nrules\n T = x")
     assert [model.variables[name].low for name in ("T", "x")] == [-273.15, 0.0]
     assert [model.variables[name].high for name in ("T", "x")] == [pytest.approx(100.0, rel=1e-15), 127.0]
+
+
+@pytest.mark.parametrize(
+    ("variables", "rules"),
+    [
+        ("P [W],M [N m],n [rpm]", "P = 2*pi*M*n/60"),
+        ("P [kW],M [N m],n [rpm]", "P = M*n/9550"),
+        ("v [m/min],D [mm],n [rpm]", "v = pi*D*n/1000"),
+        ("f [Hz],n [rpm]", "f = n/60"),
+        ("w [rad/s],f [Hz]", "w = 2*pi*f"),
+        ("s [m],r [m],th [deg]", "s = pi*r*th/180"),
+        ("a [deg],b [rad]", "a = asind(x)\nb = acos(x)\ny = sin(b)*cosd(a)"),
+        ("a [deg]", "x = sin(a*pi/180)"),
+        ("L10 [Mrev],C [kN],P [kN]", "L10 = (C/P)^3"),
+        ("t [s],d [m],v [m/min]", "tm = t/60\nv = d/tm"),
+        ("x [mm],B [mm^2]", "A = x^2\nB = 2*A"),
+        ("g [dB],p [W],q [W]", "g = 10*log(p/q)"),
+    ],
+)
+def test_angles_counts_and_inferred_sizes_that_fit_are_not_warned_of(variables: str, rules: str) -> None:
+    assert warnings(variables, rules) == []
+
+
+def test_what_rules_imply_is_named() -> None:
+    rules = "Re = v*D/nu\n A = D^2\n E = m*v^2/2\n a = asind(Re)\n F = E/D\n k = q*2\n n = t/60"
+    head = "variables\n v [m/s]\n D [mm]\n nu [m^2/s]\n m [kg]\n t [s]\nrules\n"
+    model = rulesheets.loads(f"{head} {rules}")
+    assert inferred(model) == {
+        "A": "mm^2",
+        "E": "J",
+        "F": "kN",
+        "Re": "0.001",
+        "a": "deg",
+        "n": "s or a multiple",
+    }
+    assert inferred(rulesheets.loads("y = 2*x")) == {}
+
+
+def test_a_sheet_without_units_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check, "Dimensions", None)
+    assert check_units(rulesheets.loads("y = 2*x + sin(x)")) == ()

@@ -1,0 +1,90 @@
+"""What units cost: loading and checking large sheets with and without them, and solving.
+
+    python -m benchmarks.units
+
+Prints seconds for sheets of 1,000 and 5,000 rules, each the best of three in a process of its own that
+imports everything anew, and calls of a prepared plan and rows of a sweep a second.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from time import perf_counter
+
+import numpy as np
+
+import rulesheets
+import solver
+from rulesheets.units.check import check_units
+
+RULES = (
+    "F{k} = m*a{k}",
+    "E{k} = F{k}*s + E{last}",
+    "v{k} = sqrt(2*E{k}/m)",
+    "P{k} = F{k}*v{k}",
+    "a{next} = a{k} + P{k}/(m*v{k})/10",
+)
+DECLARED = """variables
+  m  = 2   [kg]
+  s  = 3   [m]
+  a0 = 9.8 [m/s^2]
+  E_ = 0   [J]
+"""
+
+
+def sheet(rules: int, units: bool) -> str:
+    """A chain of rules; every second group declares the units of what it computes."""
+    groups = rules // len(RULES)
+    rows = [f"  F{k} [N]\n  v{k} [m/s]\n  P{k} [W]\n" for k in range(0, groups, 2)]
+    lines = [
+        "  " + rule.format(k=k, last=k - 1 if k else "_", next=k + 1) for k in range(groups) for rule in RULES
+    ]
+    text = f"{DECLARED}{''.join(rows)}rules\n" + "\n".join(lines) + "\n"
+    return text if units else re.sub(r"\[.*?\]", "", text)
+
+
+def loaded(rules: int, units: bool) -> float:
+    """Seconds to load and check such a sheet."""
+    text = sheet(rules, units)
+    start = perf_counter()
+    model = rulesheets.loads(text)
+    assert not check_units(model)
+    return perf_counter() - start
+
+
+def fresh(rules: int, units: bool) -> float:
+    code = f"from benchmarks.units import loaded; print(loaded({rules}, {units}))"
+    runs = (subprocess.check_output([sys.executable, "-c", code], text=True) for _ in range(3))
+    return min(map(float, runs))
+
+
+def speed(units: bool) -> tuple[float, float]:
+    """Calls of a plan, and rows of a sweep, in a second."""
+    model = rulesheets.loads(sheet(20, units))
+    plan = solver.prepare(model, inputs=["a0"], want=["v3", "P3"])
+    values = np.linspace(1.0, 10.0, 100_000)
+    plan(2.0), plan.sweep(values[:100])
+    calls = min(_seconds(lambda: [plan(9.0) for _ in range(2000)]) for _ in range(5))
+    rows = min(_seconds(lambda: plan.sweep(values)) for _ in range(5))
+    return 2000 / calls, len(values) / rows
+
+
+def _seconds(run: object) -> float:
+    start = perf_counter()
+    run()  # type: ignore[operator]
+    return perf_counter() - start
+
+
+def main() -> None:
+    for rules in (1000, 5000):
+        without, with_units = fresh(rules, False), fresh(rules, True)
+        print(f"{rules:,} rules: {without:.2f} s without units, {with_units:.2f} s with, check included")
+    for units in (False, True):
+        calls, rows = speed(units)
+        print(f"{'with' if units else 'without'} units: {calls:,.0f} calls, {rows:,.0f} rows a second")
+
+
+if __name__ == "__main__":
+    main()
