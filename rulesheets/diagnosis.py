@@ -63,6 +63,10 @@ class RuleSheetError(Exception):
         super().__init__("\n".join(diagnosis.message for diagnosis in diagnoses))
         self.diagnoses = diagnoses
 
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows in place of a traceback: places and carets, as the terminal does."""
+        return [render(diagnosis, color=True) for diagnosis in self.diagnoses]
+
 
 def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
     """An error with a code of the catalogue, whose title is the message unless one is given."""

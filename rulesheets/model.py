@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from typing import TypeAlias
 
 from rulesheets import nodes
@@ -156,6 +157,15 @@ class Model:
 
         size = plural(len(self.variables), "variable"), plural(len(self.equations), "equation")
         return f"<Model {self.name}: {', '.join(size)}>"
+
+    def _repr_html_(self) -> str:
+        # by name: what shows a model stands above it
+        html: str = import_module("rulesheets.showing").model_html(self)
+        return html
+
+    def _repr_latex_(self) -> str:
+        latex: str = import_module("rulesheets.algebra").listing(self, latex=True)
+        return latex
 
     def __getstate__(self) -> dict[str, object]:
         """Pickled without what solves have found out about it, compiled code among it."""

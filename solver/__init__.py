@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rulesheets.loading import load, loads
     from solver.derivation import Derivation, why
+    from solver.interaction import interact
     from solver.plan import Plan, Unsolved, prepare
     from solver.report.drawing import draw
     from solver.result import Result, Solution, Status
@@ -29,6 +30,7 @@ _HOMES = {
     "Table": "solver.table",
     "Unsolved": "solver.plan",
     "draw": "solver.report.drawing",
+    "interact": "solver.interaction",
     "load": "rulesheets.loading",
     "loads": "rulesheets.loading",
     "monte_carlo": "solver.sampling",
@@ -48,6 +50,7 @@ __all__ = [
     "Table",
     "Unsolved",
     "draw",
+    "interact",
     "load",
     "loads",
     "monte_carlo",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TypeAlias
 
 from rulesheets.diagnosis import Diagnosis
@@ -91,6 +92,15 @@ class Derivation:
     assumed: tuple[Known, ...] = ()
     links: tuple[Link, ...] = ()
     diagnoses: tuple[Diagnosis, ...] = ()
+
+    def _repr_html_(self) -> str:
+        # by name: the report stands above what it shows
+        html: str = import_module("solver.report.html").derivation_html(self)
+        return html
+
+    def _repr_latex_(self) -> str:
+        latex: str = "" if self.value is None else import_module("solver.report.why").why_latex(self)
+        return latex
 
 
 def why(result: Result, name: str) -> Derivation:

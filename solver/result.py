@@ -159,6 +159,11 @@ class Result:
         html: str = import_module("solver.report.html").result_html(self)
         return html
 
+    def _repr_latex_(self) -> str:
+        """The outputs, typeset."""
+        latex: str = import_module("solver.report.html").result_latex(self)
+        return latex
+
     def __repr__(self) -> str:
         from rulesheets.spelling import plural
 

@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 EXTRAS = (
     *("flint", "matplotlib", "PIL", "llvmlite", "pyarrow", "distributed", "dask", "rich", "pint"),
-    *("starlette", "uvicorn", "websockets", "pygls", "lsprotocol", "pygments"),
+    *("starlette", "uvicorn", "websockets", "pygls", "lsprotocol", "pygments", "anywidget", "traitlets"),
 )
 
 GUARDS = {
@@ -25,6 +25,7 @@ GUARDS = {
     "solver.trace.llvm": "available",
     "solver.commands.open": "missing_extra",
     "solver.commands.lsp": "missing_extra",
+    "solver.interaction": "missing_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
 tried, and ImportError is caught."""

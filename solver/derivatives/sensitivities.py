@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.inputs import variables_named
@@ -49,6 +50,11 @@ class Sensitivities(Mapping[tuple[str, str], "float | None"]):
 
     def __len__(self) -> int:
         return len(self.outputs) * len(self.inputs)
+
+    def _repr_html_(self) -> str:
+        # by name: the report stands above what it shows
+        html: str = import_module("solver.report.html").sensitivities_html(self)
+        return html
 
     def unit(self, output: str, given: str) -> str:
         """``rad/s/deg``, ``1/deg``, blank where neither has a unit."""

@@ -38,6 +38,8 @@ POINTS = 41
 
 DIGITS = 8
 
+SAID = "Solved beforehand by Backsolve; every state shown was checked against every rule."
+
 Axes = Mapping[str, Sequence[Value]]
 
 
@@ -63,16 +65,25 @@ def export(
     sliders or states than a page holds.
     """
     axes = axes or first_axes(model, inputs, guesses)
-    if len(axes) > MOST:
-        raise RuleSheetError(error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given"))
+    expect_few(axes)
     states = prod(map(len, axes.values()))
     if states > STATES:
         notes = ("take larger steps, or fewer sliders",)
         message = f"{states:,} states are more than the {STATES:,} that a page holds"
         raise RuleSheetError(error("E445", message, notes=notes))
-    rows = _rows(model, inputs, guesses, axes, want)
-    data = _document(model, inputs, axes, rows)
+    grid = Grid(model, inputs, guesses, axes, want)
+    rows = grid.rows(axes)
+    data = {**document(model, inputs, axes, rows), "said": SAID}
+    found = [None if row is None else grid.state(row, data["variables"]) for row in rows]
+    data["values"] = [None if state is None else state["values"] for state in found]
+    data["drawn"] = [None if state is None else state["drawn"] for state in found]
     return Exported(_page(model.name, data), states, sum(row is not None for row in rows))
+
+
+def expect_few(axes: Axes) -> None:
+    """Raise RuleSheetError (E445) for more sliders than there is room for."""
+    if len(axes) > MOST:
+        raise RuleSheetError(error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given"))
 
 
 def first_axes(model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]) -> Axes:
@@ -94,40 +105,64 @@ def _range(model: Model, name: str, value: float, points: int) -> list[Value]:
     return [low + (high - low) * k / (points - 1) for k in range(points)]
 
 
-def _rows(
-    model: Model,
-    inputs: Mapping[str, Value | None],
-    guesses: Mapping[str, float],
-    axes: Axes,
-    want: Sequence[str] | None,
-) -> list[dict[str, Value] | None]:
-    """The values of every state, None where there is no answer; the last axis runs fastest."""
-    given = {name: value for name, value in inputs.items() if name not in axes}
-    wanted = want or [
-        name for name, variable in model.variables.items() if variable.posted and not variable.passed
-    ]
-    effective = {n: given.get(n, v.value) for n, v in model.variables.items()}
-    names = [n for n in dict.fromkeys((*wanted, *needed(model))) if effective[n] is None and n not in axes]
-    plan = prepare(model, list(axes), names, given, guesses)
-    combinations = list(product(*axes.values()))
-    table = plan.sweep(*(list(column) for column in zip(*combinations, strict=True)))
-    return [
-        {**plan.given, **dict(zip(axes, states, strict=True)), **{n: table[n][k] for n in names}}
-        if tuple(Status)[table.status[k]] is Status.SOLVED
-        else None
-        for k, states in enumerate(combinations)
-    ]
+class Grid:
+    """One plan for all states. Raises RuleSheetError for names that the model does not have."""
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: Mapping[str, Value | None],
+        guesses: Mapping[str, float],
+        axes: Axes,
+        want: Sequence[str] | None,
+    ) -> None:
+        self.model = model
+        given = {name: value for name, value in inputs.items() if name not in axes}
+        known = {n: given.get(n, v.value) for n, v in model.variables.items()}
+        wanted = want or [
+            n for n, variable in model.variables.items() if variable.posted and not variable.passed
+        ]
+        self.names = [
+            n for n in dict.fromkeys((*wanted, *needed(model))) if known[n] is None and n not in axes
+        ]
+        self.plan = prepare(model, list(axes), self.names, given, guesses)
+
+    def rows(self, axes: Axes) -> list[dict[str, Value] | None]:
+        """The values of every state, None where there is no answer; the last axis runs fastest."""
+        combinations = list(product(*axes.values()))
+        table = self.plan.sweep(*(list(column) for column in zip(*combinations, strict=True)))
+        columns = {name: table[name].tolist() for name in self.names}
+        return [
+            {
+                **self.plan.given,
+                **dict(zip(axes, states, strict=True)),
+                **{n: columns[n][k] for n in self.names},
+            }
+            if tuple(Status)[table.status[k]] is Status.SOLVED
+            else None
+            for k, states in enumerate(combinations)
+        ]
+
+    def state(self, row: Mapping[str, Value], shown: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        """A row as a browser draws it: the values of the variables shown, and every figure."""
+        drawn = geometry(self.model, row)
+        return {
+            "values": [_number(row.get(v["name"])) for v in shown],
+            "drawn": [_flat(one) for one in drawn],
+        }
 
 
-def _document(
+def document(
     model: Model,
     inputs: Mapping[str, Value | None],
     axes: Axes,
     rows: Sequence[dict[str, Value] | None],
 ) -> dict[str, Any]:
+    """What all states have in common; ``rows`` tell how much room the figures need."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
     shown = [v for v in model.variables.values() if v.posted and not v.passed]
     drawn = [None if row is None else geometry(model, row) for row in rows]
+    outlines = list(map(outline, model.figures))
     return {
         "name": model.name,
         "axes": [
@@ -136,10 +171,8 @@ def _document(
         ],
         "variables": [{"name": v.name, "unit": v.unit or "", "comment": v.comment} for v in shown],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
-        "values": [None if row is None else [_number(row.get(v.name)) for v in shown] for row in rows],
-        "figures": [outline(figure) for figure in model.figures],
-        "boxes": [_box(number, figure, drawn) for number, figure in enumerate(map(outline, model.figures))],
-        "drawn": [None if some is None else [_flat(one) for one in some] for some in drawn],
+        "figures": outlines,
+        "boxes": [_box(number, figure, drawn) for number, figure in enumerate(outlines)],
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -88,6 +89,11 @@ class Path:
 
     steps: tuple[Step, ...]
     undetermined: tuple[str, ...] = ()
+
+    def _repr_html_(self) -> str:
+        # by name: the report stands above what it shows
+        html: str = import_module("solver.report.html").path_html(self)
+        return html
 
     @property
     def branches(self) -> int:

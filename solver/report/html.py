@@ -1,30 +1,34 @@
-"""Results and tables as self-contained HTML, for notebooks: text and one scoped style, no script."""
+"""Results, tables, derivations and paths as self-contained HTML and LaTeX, for notebooks: no script."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.diagnosis import render
+from rulesheets.nodes import Name
+from rulesheets.showing import ROWS, html_table, more
+from solver.derivation import Derivation, Direct, Together
+from solver.derivatives.sensitivities import Sensitivities
+from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.report.notation import Plain, Tex, equation
 from solver.report.numbers import readable
+from solver.report.path import told
+from solver.report.sensitivity import cells
 from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
+from solver.report.why.page import Page, iterated
 from solver.result import Result, Status
 
-ROWS = 60
-"""Rows of a table that are shown."""
-
-_STYLE = (
-    "border-collapse:collapse;font-variant-numeric:tabular-nums",
-    "padding:2px 10px;text-align:left",
-    "padding:2px 10px;text-align:right",
-)
+ANSWERS = 4
+"""Answers side by side at most; of more the first alone is shown."""
 
 
 def result_html(result: Result) -> str:
     """The variable sheet of a result and what there is to say of it."""
-    rows = displayed(result, sheet_rows(result))
+    rows = displayed(result, sheet_rows(result, every=len(result.solutions) <= ANSWERS))
     status, given, name, _, unit, comment = COLUMNS
     heads = (
         status,
@@ -40,30 +44,79 @@ def result_html(result: Result) -> str:
     )
     numeric = {1, *range(3, len(heads) - 2)}
     said = "" if result.status is Status.SOLVED else f"<p><b>{escape(str(result.status))}</b></p>"
-    notes = "".join(f"<pre>{escape(diagnosis.message)}</pre>" for diagnosis in result.diagnoses)
-    return f"<div>{_table(heads, cells, numeric)}{said}{notes}</div>"
+    notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in result.diagnoses)
+    hidden = len(result.solutions) - 1 if len(result.solutions) > ANSWERS else 0
+    others = f"<p>{hidden} other answers</p>" if hidden else ""
+    return f"<div>{html_table(heads, cells, numeric)}{said}{others}{notes}</div>"
+
+
+def result_latex(result: Result) -> str:
+    """The outputs of the primary answer, a row each."""
+    known = result.solutions[0] if result.solutions else result.partial
+    rows = []
+    for name in result.wanted:
+        if name in known and name not in result.inputs:
+            unit = result.model.variables[name].unit
+            label, value = Tex().expression(Name(name)), Tex().value(known[name])
+            rows.append(rf"  {label} &= {value}" + (rf"\ \text{{{unit}}}" if unit else ""))
+    return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
 
 def table_html(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> str:
     """The first rows of a table, and how many more there are."""
     heads = (*columns, "status")
-    count = len(status)
     shown = [column[:ROWS].tolist() for column in columns.values()]
-    cells = ((*map(readable, row), said) for *row, said in zip(*shown, status[:ROWS], strict=True))
-    more = f"<p>… {count - ROWS:,} more rows</p>" if count > ROWS else ""
-    return f"<div>{_table(heads, cells, set(range(len(heads) - 1)))}{more}</div>"
+    rows = ((*map(readable, row), said) for *row, said in zip(*shown, status[:ROWS], strict=True))
+    return f"<div>{html_table(heads, rows, range(len(heads) - 1))}{more(len(status))}</div>"
 
 
-def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: set[int]) -> str:
-    whole, left, right = _STYLE
-    top = "".join(_cell("th", head, right if at in numeric else left) for at, head in enumerate(heads))
-    lines = (
-        "".join(_cell("td", text, right if at in numeric else left) for at, text in enumerate(row))
-        for row in rows
+def derivation_html(derivation: Derivation) -> str:
+    """The inputs, then the steps with their rules."""
+    page = Page(derivation, Plain())
+    known = (*derivation.inputs, *derivation.assumed)
+    given = [(page.known(one), "", "given") for one in known if one.name != derivation.name]
+    steps = [row for link in derivation.links for row in _steps(page, link)]
+    notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in derivation.diagnoses)
+    table = html_table(("", "Rule", "Place"), (*given, *steps)) if given or steps else ""
+    return f"<div><b>{escape(page.head())}</b>{table}{notes}</div>"
+
+
+def _steps(page: Page, link: Direct | Together) -> Iterator[tuple[str, str, str]]:
+    if isinstance(link, Direct):
+        chain = " = ".join((page.name(link.found.name), *page.chain(link)))
+        yield chain + page.unit(link.found), *page.rule(link.equation)[::-1]
+        return
+    for inner in link.order:
+        yield from _steps(page, inner)
+    for closing in link.closing:
+        yield f"such that {equation(page.notation, closing.equation)}", *page.rule(closing.equation)[::-1]
+    for known in iterated(link):
+        yield page.known(known), "", "by iteration"
+
+
+def path_html(path: Path) -> str:
+    """The steps in order, rules by their numbers in the model."""
+    rows = (
+        (str(number), _found(step), ", ".join(str(index + 1) for index in equations_of(step)))
+        for number, step in enumerate(told(path), 1)
     )
-    body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f'<table style="{whole}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
+    return f"<div>{html_table(('Step', 'Finds', 'By rules'), rows)}</div>"
 
 
-def _cell(kind: str, text: str, style: str) -> str:
-    return f'<{kind} style="{style}">{escape(text)}</{kind}>'
+def _found(step: Step) -> str:
+    match step:
+        case Evaluate(unknown=unknown) | Select(unknown=unknown):
+            return unknown
+        case SolveBlock(unknowns=unknowns):
+            return f"{', '.join(unknowns)} together"
+        case Check():
+            return "(checks)"
+        case _:
+            return "(case by case)"
+
+
+def sensitivities_html(found: Sensitivities) -> str:
+    """Outputs down, inputs across, in the units that are shown."""
+    heads, *rows = cells(found, found.inputs)
+    notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in found.diagnoses)
+    return f"<div>{html_table(heads, rows, range(1, len(heads)))}{notes}</div>"

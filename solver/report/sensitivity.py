@@ -30,13 +30,18 @@ def sensitivity_text(found: Sensitivities, *, color: bool = False) -> str:
     )
 
 
-def _table(found: Sensitivities, inputs: Iterable[str]) -> str:
+def cells(found: Sensitivities, inputs: Iterable[str]) -> list[tuple[str, ...]]:
+    """The heading and the rows for these inputs."""
     inputs = tuple(inputs)
-    header = ("", *(_named(found.model, given) for given in inputs))
     rows = (
         (_named(found.model, output), *(_cell(_shown(found, output, given)) for given in inputs))
         for output in found.outputs
     )
+    return [("", *(_named(found.model, given) for given in inputs)), *rows]
+
+
+def _table(found: Sensitivities, inputs: Iterable[str]) -> str:
+    header, *rows = cells(found, inputs)
     return table(header, rows)
 
 

@@ -30,6 +30,17 @@ const fewFonts = {
   },
 };
 
+// A cell has its own style, in a shadow tree: the style sheet comes as a text.
+const cssAsText = {
+  name: "css-as-text",
+  setup(bundler) {
+    bundler.onLoad({ filter: /export\.css$/ }, async ({ path }) => {
+      const bundled = await build({ ...shared, entryPoints: [path], write: false });
+      return { contents: bundled.outputFiles[0].text.trim(), loader: "text" };
+    });
+  },
+};
+
 await rm(out, { recursive: true, force: true });
 await mkdir(out, { recursive: true });
 await build({
@@ -47,6 +58,13 @@ await build({
   ...shared,
   entryPoints: ["src/export.tsx"],
   format: "iife",
+  outdir: out,
+});
+await build({
+  ...shared,
+  entryPoints: ["src/widget.tsx"],
+  format: "esm",
+  plugins: [cssAsText],
   outdir: out,
 });
 for (const name of ["index.html", "icon.svg"]) await copyFile(join(here, "src", name), join(out, name));

@@ -498,3 +498,55 @@ def test_an_exported_page_needs_nothing_but_itself(browser: Any, tmp_path: Path)
         assert math.dist(ends[:2], ends[2:]) == pytest.approx(8, rel=1e-6)
     assert complaints == []
     page.close()
+
+
+MOUNT = """async (data) => {
+  const heard = [];
+  const kernel = {
+    get: () => data,
+    send: async ({places}) => {
+      const reply = await window.answer(places);
+      heard.forEach((one) => one(reply));
+    },
+    on: (_, one) => heard.push(one),
+    off: () => {},
+  };
+  const {default: widget} = await import('/widget.js');
+  widget.render({model: kernel, el: document.getElementById('cell')});
+}"""
+
+
+def test_the_widget_of_a_notebook_moves_with_its_slider(browser: Any, tmp_path: Path) -> None:
+    """The front end in a bare page, the kernel's side behind it; the cell's style stays in it."""
+    pytest.importorskip("anywidget")
+    model = rulesheets.load("offset_slider_crank")
+    angles = [float(angle) for angle in range(-180, 181, 5)]
+    cell = solver.interact(model, {"thetaAO": angles})
+    page = browser.new_page(viewport={"width": 800, "height": 1000})
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    script = (ROOT / "solver/page/static/widget.js").read_text(encoding="utf-8")
+    bare = '<body><h1 id="mine">A notebook</h1><div id="cell"></div></body>'
+    page.route("**/widget.js", lambda route: route.fulfill(body=script, content_type="text/javascript"))
+    page.route("**/bare", lambda route: route.fulfill(body=bare, content_type="text/html"))
+    page.goto("http://localhost/bare")
+    before = page.evaluate("getComputedStyle(document.body).font")
+    page.expose_function("answer", lambda places: {"state": cell._state(places)})
+    page.evaluate(MOUNT, dict(cell.data))
+    value = page.locator("tr", has_text="coordinate of B").locator("td.number")
+    assert value.inner_text() == "9.79182"
+    slider = page.locator("input[type=range]")
+    slider.focus()
+    for _ in range(10):
+        slider.press("ArrowRight")
+    expected = solver.solve(model, {"thetaAO": 20.0})["xB"]
+    page.wait_for_function(
+        "(said) => document.getElementById('cell').shadowRoot.textContent.includes(said)",
+        arg=f"{expected:.6g}",
+    )
+    assert page.locator("figure svg").count() >= 3
+    assert page.evaluate("getComputedStyle(document.body).font") == before
+    assert wrong == []
+    if folder := os.environ.get("PAGE_PICTURES"):
+        page.screenshot(path=f"{folder}/widget.png")
+    page.close()
