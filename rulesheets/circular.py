@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from rulesheets.functions.degrees import cosd, sind, tand
 from rulesheets.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum, children, rebuilt
 
-_CIRCULAR = frozenset({"sin", "cos", "tan"})
+_DEGREES = {"sin": sind, "cos": cosd, "tan": tand}
 _ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})
 
 
@@ -24,15 +25,13 @@ def with_round_values(expression: Expression) -> Expression:
         found.append(with_round_values(part))  # type: ignore[arg-type]
     if any(new is not old for new, old in zip(found, parts, strict=True)):
         expression = rebuilt(expression, tuple(found))
-    if isinstance(expression, Call) and expression.function in _CIRCULAR:
+    if isinstance(expression, Call) and expression.function in _DEGREES:
         number = _round_value(expression.function, expression.arguments[0])
         return expression if number is None else Number(number, expression.span)
     return expression
 
 
 def _round_value(function: str, angle: Expression) -> float | None:
-    from rulesheets.functions.degrees import cosd, sind, tand
-
     share = _share_of_pi(angle)
     if share is None:
         return None
@@ -40,7 +39,7 @@ def _round_value(function: str, angle: Expression) -> float | None:
     if degrees.denominator != 1:
         return None
     try:
-        value = {"sin": sind, "cos": cosd, "tan": tand}[function](float(degrees))
+        value = _DEGREES[function](float(degrees))
     except ZeroDivisionError:
         return None
     return value if value in _ROUND else None
@@ -70,8 +69,6 @@ def _share_of_pi(angle: Expression) -> Fraction | None:
 
 
 def _rational(expression: Expression) -> Fraction | None:
-    from fractions import Fraction
-
     match expression:
         case Number(value):
             return Fraction(value)

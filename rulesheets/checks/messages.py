@@ -5,20 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rulesheets.diagnosis import Diagnosis, error, labels
+from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, CallRule, Function
 from rulesheets.source import Span
 from rulesheets.spelling import plural, suggestion
-
-_FORMALS = {
-    **dict.fromkeys(("pi", "e"), ""),
-    **dict.fromkeys(("atan2", "atan2d"), "y, x"),
-    **dict.fromkeys(("jn", "yn"), "n, x"),
-    **dict.fromkeys(("min", "max"), "a, b, …"),
-    "beta": "a, b",
-    "mod": "x, y",
-    "step": "x, a",
-}
-"""How the arguments of the built-in functions are called that do not take one x."""
 
 
 def head_of(function: Function) -> Span | None:
@@ -80,7 +70,7 @@ def planned_function(call: Call | CallRule) -> Diagnosis:
 def argument_count(call: Call | CallRule, expected: str, function: Function | None) -> Diagnosis:
     given = plural(len(call.arguments), "argument")
     place = head_of(function) if function else None
-    usual = signature(function) if function else f"{call.function}({_FORMALS.get(call.function, 'x')})"
+    usual = signature(function) if function else f"{call.function}({TABLE[call.function].arguments})"
     notes = (f"it is called as {usual}",)
     name = function.name if function else call.function
     return error(

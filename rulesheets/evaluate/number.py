@@ -57,8 +57,10 @@ class Undefined(ArithmeticError):
         """Whether it divides by 0, be it by a power, or asks for the direction of the origin: a point without
         a value among points that have one.
         """
-        return self.operation in ("/", "atan2", "atan2d") or (
-            self.operation == "^" and self.arguments[0] == 0.0
+        return (
+            self.operation == "/"
+            or (self.operation == "^" and self.arguments[0] == 0.0)
+            or (self.operation in TABLE and TABLE[self.operation].direction)
         )
 
 

@@ -63,11 +63,12 @@ class Function:
     kink they are those of one side. ``inverse`` is there for functions of one argument that formulas undo.
 
     Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps`` by how many
-    units in the last place ``value`` may be off; ``jumps``: it jumps at points that depend on its arguments,
-    and ``steady`` tells of balls whether it does not there; ``nonzero``: it is 0 only where floats lose it;
-    ``turn``: the full turn of its argument, an angle, ``half_turn``: half of that makes no difference to it;
-    ``angle``: the full turn of its result, an angle; ``source``: the file that registered it, None for a
-    function of the language.
+    units in the last place ``value`` may be off; ``smooth`` is False for a function with kinks or jumps;
+    ``jumps``: it jumps at points that depend on its arguments, and ``steady`` tells of balls whether it does
+    not there; ``image`` are the ends of its values that it never attains, where no inverse says so;
+    ``nonzero``: it is 0 only where floats lose it; ``turn``: the full turn of its argument, an angle,
+    ``half_turn``: half of that makes no difference to it; ``angle``: the full turn of its result, an angle;
+    ``source``: the file that registered it, None for a function of the language.
     """
 
     name: str
@@ -82,8 +83,10 @@ class Function:
     sympy: Facet = None
     domain: tuple[float, float] = (-inf, inf)
     ulps: float = 1.0
+    smooth: bool = True
     jumps: bool = False
     steady: Callable[..., bool] | None = None
+    image: tuple[float, float] | None = None
     nonzero: bool = False
     turn: float | None = None
     half_turn: bool = False
@@ -102,6 +105,11 @@ class Function:
     def direction(self) -> bool:
         """Whether it is the direction of a point (x, y), which jumps by a turn behind the origin."""
         return self.angle is not None and self.arguments == "y, x"
+
+    @property
+    def sine_and_cosine(self) -> tuple[str, str]:
+        """The sine and the cosine of angles in the unit of its own."""
+        return ("sind", "cosd") if 360.0 in (self.turn, self.angle) else ("sin", "cos")
 
     def accepts(self, count: int) -> bool:
         """Whether the function can be called with ``count`` arguments."""

@@ -116,6 +116,7 @@ _PARTS = (
         digits="fabs",
         ball=lambda arb, x: abs(x),
         sympy="Abs",
+        smooth=False,
     ),
     _row(
         name="sgn",
@@ -125,6 +126,7 @@ _PARTS = (
         interval=each_end(special.sgn),
         digits="sign",
         sympy="sign",
+        smooth=False,
         jumps=True,
         steady=lambda x: bool(x.lower().sgn() == x.upper().sgn()),
     ),
@@ -137,6 +139,7 @@ _PARTS = (
         digits=digits.truncated,
         ball=digits.ball_truncated,
         sympy=_truncated,
+        smooth=False,
         jumps=True,
         steady=digits.same_whole,
     ),
@@ -148,6 +151,7 @@ _PARTS = (
         digits=digits.frac,
         ball=lambda arb, x: x - digits.ball_truncated(arb, x),
         sympy=lambda s, x: x - _truncated(s, x),
+        smooth=False,
         jumps=True,
         steady=digits.same_whole,
     ),
@@ -160,6 +164,7 @@ _PARTS = (
         digits=digits.rounded,
         ball=digits.ball_rounded,
         sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x) + s.Rational(1, 2)),
+        smooth=False,
         jumps=True,
         steady=lambda x: digits.same_whole(x + x.sgn() / 2),
     ),
@@ -173,6 +178,7 @@ _PARTS = (
         digits=digits.mod,
         ball=digits.ball_mod,
         sympy=lambda s, x, y: x - y * _truncated(s, x / y),
+        smooth=False,
         jumps=True,
         steady=lambda x, y: digits.same_whole(x / y),
     ),
@@ -185,6 +191,7 @@ _PARTS = (
         digits=lambda mp, x, a: mp.mpf(x >= a),
         ball=digits.ball_step,
         sympy=lambda s, x, a: s.Heaviside(x - a, 1),
+        smooth=False,
         jumps=True,
         steady=lambda x, a: bool(x >= a or x < a),
     ),
@@ -198,6 +205,7 @@ _PARTS = (
         digits=lambda mp, *numbers: min(numbers),
         ball=lambda arb, *numbers: reduce(lambda a, b: a.min(b), numbers),
         sympy="Min",
+        smooth=False,
     ),
     _row(
         name="max",
@@ -209,6 +217,7 @@ _PARTS = (
         digits=lambda mp, *numbers: max(numbers),
         ball=lambda arb, *numbers: reduce(lambda a, b: a.max(b), numbers),
         sympy="Max",
+        smooth=False,
     ),
 )
 
@@ -502,6 +511,7 @@ _SPECIAL = (
         array="special.erf",
         slopes=slopes.one(slopes.error_function(1.0)),
         interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
+        image=UNIT,
     ),
     _special(
         name="erfc",
@@ -510,6 +520,7 @@ _SPECIAL = (
         slopes=slopes.one(slopes.error_function(-1.0)),
         interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
         nonzero=True,
+        image=(0.0, 2.0),
     ),
 )
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.functions import named
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import Call, Expression, Name, Sum, Symbol, children
 
@@ -29,7 +30,7 @@ STEEP = 1e-6
 """The share of its sides that a rule may change by with its values, to be judged by its slopes."""
 ROUNDINGS = 4
 """How many times the rounding of an evaluation may come out larger than to first order."""
-_JUMPING = frozenset({"int", "frac", "round", "mod", "sgn", "step"})
+_JUMPING = named(lambda row: row.jumps)
 
 
 @dataclass(frozen=True, slots=True)

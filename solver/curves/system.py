@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
+from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Call, Name
 from solver.derivatives.linearization import active_equations
@@ -17,9 +18,6 @@ from solver.kernel.code.scalar import compile_expressions
 from solver.numerics.curve import Problem, Vector
 from solver.numerics.independence import independent_rows
 from solver.path.graph import ModelGraph
-
-DIRECTIONS = {**dict.fromkeys(("atan2d",), 360.0), **dict.fromkeys(("atan2",), 2 * math.pi)}
-"""Functions that jump by a whole turn where a direction passes 180 degrees."""
 
 
 class CoreSystem:
@@ -144,8 +142,10 @@ def _direction(equation: Equation) -> tuple[str, float] | None:
     """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps where that passes 180."""
     sides = (equation.left, equation.right)
     for one, other in (sides, sides[::-1]):
-        if isinstance(one, Name) and isinstance(other, Call) and other.function in DIRECTIONS:
-            return one.name, DIRECTIONS[other.function]
+        if isinstance(one, Name) and isinstance(other, Call):
+            row = TABLE[other.function]
+            if row.direction and row.angle is not None:
+                return one.name, row.angle
     return None
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rulesheets import nodes
+from rulesheets.functions import named
 from rulesheets.nodes import Call
 from rulesheets.program import walk
 from solver.attempts import Method
@@ -22,7 +23,7 @@ MAX_SEARCHED = 30
 MAX_TORN = 100
 """The same where it has no more than two tears, which carry a search of their whole ranges."""
 
-_CIRCULAR = frozenset({"sind", "cosd", "sin", "cos"})
+_CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:

@@ -8,6 +8,7 @@ from math import gcd, lcm
 from typing import TYPE_CHECKING
 
 from rulesheets import nodes
+from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
 from solver.path.isolate import Isolation, isolate
@@ -18,23 +19,9 @@ if TYPE_CHECKING:
 
     Ratio: TypeAlias = tuple[int, int]
 
-TURN = {
-    **dict.fromkeys(("sind", "cosd", "tand"), 360.0),
-    **dict.fromkeys(("sin", "cos", "tan"), 6.283185307179586),
-}
-"""Period that functions of an angle have in common, by function."""
-
-_HALF_TURN = frozenset({"tan", "tand"})
-"""Functions that half a turn makes no difference to."""
-
 MAX_FACTOR = 1e9
 MAX_TURNS = 12
 """Turns after which all that reads an angle repeats itself, beyond which it counts as any other number."""
-
-_DIRECTIONS = {
-    **dict.fromkeys(("asind", "acosd", "atand", "atan2d"), 360.0),
-    **dict.fromkeys(("asin", "acos", "atan", "atan2"), 6.283185307179586),
-}
 
 
 class ModelGraph:
@@ -165,10 +152,14 @@ class _Angles:
             node = stack.pop()
             if isinstance(node, Name):
                 self.plain.add(node.name)
-            elif isinstance(node, Call) and node.function in TURN and (parts := _parts(node.arguments[0])):
-                own = 2 if node.function in _HALF_TURN else 1
+            elif (
+                isinstance(node, Call)
+                and (turn := TABLE[node.function].turn)
+                and (parts := _parts(node.arguments[0]))
+            ):
+                own = 2 if TABLE[node.function].half_turn else 1
                 for name, (numerator, denominator) in parts:
-                    self.learn(name, TURN[node.function], denominator // gcd(denominator, own * numerator))
+                    self.learn(name, turn, denominator // gcd(denominator, own * numerator))
             else:
                 stack.extend(nodes.operands(node))
 
@@ -202,8 +193,8 @@ def _direction(equation: Equation, angles: _Angles) -> bool:
     """Whether an equation gives an angle as such: ``thetaAB = atan2d(…)``."""
     left, right = equation.left, equation.right
     for one, other in ((left, right), (right, left)):
-        if isinstance(one, Name) and isinstance(other, Call) and other.function in _DIRECTIONS:
-            angles.learn(one.name, _DIRECTIONS[other.function])
+        if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
+            angles.learn(one.name, turn)
             for argument in other.arguments:
                 angles.read(argument)
             return True

@@ -24,7 +24,7 @@ from rulesheets.construct import (
     substitute,
     subtract,
 )
-from rulesheets.functions import TABLE
+from rulesheets.functions import TABLE, Function, named
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -169,7 +169,7 @@ def _chain(inside: Expression, other: Expression, unknown: str) -> Isolation | N
     )
 
 
-_EXTRANEOUS = frozenset({"atan2", "atan2d", "power"})
+_EXTRANEOUS = named(lambda row: row.direction) | {"power"}
 """Operations whose forms cover more than their preimage."""
 
 
@@ -239,10 +239,10 @@ def _undo_power(exponent: Expression) -> Stage:
 def _undo_call(
     function: str, arguments: tuple[Expression, ...], unknown: str
 ) -> tuple[Stage, Expression] | None:
-    if function in ("atan2", "atan2d") and len(arguments) == 2:
-        return _undo_direction(function, arguments, unknown)
-    builtin = TABLE.get(function)
-    preimage = None if builtin is None else builtin.inverse
+    row = TABLE[function]
+    if row.direction and len(arguments) == 2:
+        return _undo_direction(row, arguments, unknown)
+    preimage = row.inverse
     if preimage is None or len(arguments) != 1:
         return None
     stage = Stage(
@@ -258,19 +258,19 @@ def _undo_call(
 
 
 def _undo_direction(
-    function: str, arguments: tuple[Expression, ...], unknown: str
+    row: Function, arguments: tuple[Expression, ...], unknown: str
 ) -> tuple[Stage, Expression]:
     """``atan2(y, x) = t`` gives ``y*cos(t) = x*sin(t)``; the half plane is left to verification.
 
     The forms stay quotients where a factor is 0: all of a half line has the direction 0.
     """
-    sine, cosine = ("sind", "cosd") if function == "atan2d" else ("sin", "cos")
+    sine, cosine = row.sine_and_cosine
     y, x = arguments
     s, c = call(sine, TARGET), call(cosine, TARGET)
-    half = 180.0 if function == "atan2d" else 3.141592653589793
+    half = (row.angle or 0.0) / 2
     if unknown in nodes.names(y):
-        return Stage(function, (Quotient(Product(x, s), c),), -half, half, divisor=c), y
-    return Stage(function, (Quotient(Product(y, c), s),), -half, half, divisor=s), x
+        return Stage(row.name, (Quotient(Product(x, s), c),), -half, half, divisor=c), y
+    return Stage(row.name, (Quotient(Product(y, c), s),), -half, half, divisor=s), x
 
 
 def _by_formula(left: Expression, right: Expression, unknown: str) -> Isolation | None:

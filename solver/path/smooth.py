@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from rulesheets import nodes
 from rulesheets.construct import add, call, divide, multiply, negative, power, subtract
+from rulesheets.functions import TABLE, named
 from rulesheets.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum
 
 _TWO = Number(2.0)
-_TANGENTS = {"tan": ("sin", "cos"), "tand": ("sind", "cosd")}
-_DIRECTIONS = {"atan2": ("sin", "cos"), "atan2d": ("sind", "cosd")}
+_TANGENTS = named(lambda row: row.half_turn)
+_DIRECTIONS = named(lambda row: row.direction)
 _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
 
 
@@ -81,11 +82,11 @@ def _without(rough: Call, factor: Expression, rest: Expression) -> Expression:
     if rough.function == "abs":
         return subtract(power(multiply(factor, rough.arguments[0]), _TWO), power(rest, _TWO))
     if rough.function in _TANGENTS:
-        sine, cosine = (call(name, *rough.arguments) for name in _TANGENTS[rough.function])
+        sine, cosine = (call(name, *rough.arguments) for name in TABLE[rough.function].sine_and_cosine)
         return add(multiply(factor, sine), multiply(rest, cosine))
     if not isinstance(factor, Number) or len(rough.arguments) != 2 or abs(factor.value) != 1.0:
         return form
     angle = negative(rest) if factor.value > 0 else rest
-    sine, cosine = (call(name, angle) for name in _DIRECTIONS[rough.function])
+    sine, cosine = (call(name, angle) for name in TABLE[rough.function].sine_and_cosine)
     y, x = rough.arguments
     return subtract(multiply(y, cosine), multiply(x, sine))

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
 from rulesheets.units.unit import ANGLE, Unit
-
-_FUNCTIONS = frozenset({"sin", "cos", "tan", "sind", "cosd", "tand"})
-_INVERSES = frozenset({"asin", "acos", "atan", "atan2", "asind", "acosd", "atand", "atan2d"})
 
 
 def angles(model: Model) -> frozenset[str]:
@@ -20,7 +18,7 @@ def angles(model: Model) -> frozenset[str]:
     sums: list[frozenset[str]] = []
     for equation in model.equations:
         for call in _calls(equation):
-            if call.function in _FUNCTIONS:
+            if TABLE[call.function].turn:
                 found.update(_terms(call.arguments[0]))
         added = frozenset((*_terms(equation.left), *_terms(equation.right)))
         if _has_inverse(equation):
@@ -68,4 +66,4 @@ def _terms(node: Expression) -> Iterable[str]:
 
 def _has_inverse(equation: Equation) -> bool:
     terms = (*_added(equation.left), *_added(equation.right))
-    return any(isinstance(term, Call) and term.function in _INVERSES for term in terms)
+    return any(isinstance(term, Call) and TABLE[term.function].angle for term in terms)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rulesheets.functions import named
 from rulesheets.model import Equation
 from rulesheets.nodes import (
     Call,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     Vector = NDArray[np.float64]
 
 _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod"})
-_DIRECTIONS = frozenset({"atan2", "atan2d"})
+_DIRECTIONS = named(lambda row: row.direction)
 RANK = 1e-9
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rulesheets.functions import named
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.sparse_least_squares import sparse_least_squares
@@ -32,7 +33,7 @@ FREE = 1e-6
 """Share of an unknown that may move without any rule, below which it is determined."""
 
 _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod", "hypot"})
-_DIRECTIONS = frozenset({"atan2", "atan2d"})
+_DIRECTIONS = named(lambda row: row.direction)
 _UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
 _LOGARITHMS = frozenset({"ln", "log", "log10", "log2", "log1p"})
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Call, Name
 from rulesheets.program import walk
@@ -23,7 +24,7 @@ TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
 """Shares of its size at which an unknown is tried."""
 MOST = 4
 """Unknowns, and given numbers, that are looked at."""
-_FLAT = frozenset({"abs", "frac", "int", "max", "min", "mod", "round", "sgn", "step"})
+_FLAT = named(lambda row: not row.smooth)
 """Functions that are constant, or without a part of their arguments, over a range of them."""
 SAME = 1e-9
 """Relative difference of values that do not depend on the trial; a given one must agree with them."""

@@ -15,6 +15,7 @@ from typing import Any
 
 from rulesheets import nodes
 from rulesheets.construct import add, substitute, subtract
+from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient
 from solver.kernel.code.scalar import Emitter
@@ -26,9 +27,6 @@ MAX_CHAINS = 256
 SLACK = 1e-9
 """By how much of a turn an angle may pass the half turn: rounding must not lose one that is there."""
 RESIDUAL = "#residual"
-_JUMPS = frozenset({"sgn", "int", "frac", "round", "mod", "step"})
-_CUT = frozenset({"atan2", "atan2d"})
-"""Functions of (y, x) that jump where y changes sign and x is negative."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,12 +178,12 @@ def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]
 
 def jumps(expression: Expression) -> bool:
     """Whether an expression holds an operation that jumps at points that depend on its values."""
-    return any(call.function in _JUMPS for call in _calls(expression))
+    return any(TABLE[call.function].jumps for call in _calls(expression))
 
 
 def directions(expression: Expression) -> Iterator[Call]:
-    """The parts of an expression that give the direction of (x, y)."""
-    return (call for call in _calls(expression) if call.function in _CUT)
+    """The directions of points (x, y) in an expression: they jump where y changes sign and x is negative."""
+    return (call for call in _calls(expression) if TABLE[call.function].direction)
 
 
 def _calls(expression: Expression) -> Iterator[Call]:

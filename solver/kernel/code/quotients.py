@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from rulesheets import nodes
 from rulesheets.construct import exchange, substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.chain import Chain
 
@@ -22,11 +23,6 @@ if TYPE_CHECKING:
     from solver.kernel.code.interval_code import IntervalEmitter, Pair
 
 _FROM_ZERO = "#from zero"
-_AT_ZERO = {
-    **dict.fromkeys(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "sind", "tand"), 0),
-    **dict.fromkeys(("exp", "cos", "cosh", "cosd"), 1),
-}
-"""Functions with an exact value at 0."""
 
 
 def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
@@ -84,7 +80,17 @@ def _at_zero(expression: Expression, tear: str) -> Fraction | None:
             if raised == 1 or power == 0:
                 return Fraction(1)
             return Fraction(0) if raised == 0 and power is not None and power > 0 else None
-        case Call(function, (argument,)) if function in _AT_ZERO and _at_zero(argument, tear) == 0:
-            return Fraction(_AT_ZERO[function])
+        case Call(function, (argument,)) if _at_zero(argument, tear) == 0:
+            return _value_at_zero(function)
         case _:
             return None
+
+
+def _value_at_zero(function: str) -> Fraction | None:
+    """The exact value of a function at 0, where that is 0 or 1; None of those registered from Python."""
+    row = TABLE[function]
+    try:
+        value = row.value(0.0)
+    except (ArithmeticError, ValueError):
+        return None
+    return Fraction(value) if row.source is None and row.smooth and value in (0.0, 1.0) else None

@@ -21,7 +21,6 @@ from solver.facts import NoValue
 from solver.kernel.elimination.monomials import ONE, Monomial, monomials, reduced
 from solver.kernel.question import Question
 
-_ERROR_FUNCTIONS = {"erf": (-1.0, 1.0), "erfc": (0.0, 2.0)}
 """Ends of images, both never attained, of functions that no formula undoes."""
 MAX_RULES = 40
 ROUNDING = Fraction(1, 2**46)
@@ -86,10 +85,11 @@ def _call(monomial: Monomial) -> Call | None:
 
 def _image(function: str) -> tuple[float, float, bool, bool] | None:
     """The ends of the image of a function, and which of them it never attains."""
-    if function in _ERROR_FUNCTIONS:
-        return (*_ERROR_FUNCTIONS[function], True, True)
-    preimage = TABLE[function].inverse if function in TABLE else None
-    if preimage is None or (preimage.low, preimage.high) == (-inf, inf):
+    row = TABLE[function]
+    if row.image is not None:
+        return (*row.image, True, True)
+    preimage = row.inverse
+    if preimage is None or row.source is not None or (preimage.low, preimage.high) == (-inf, inf):
         return None
     return preimage.low, preimage.high, preimage.low_open, preimage.high_open
 
