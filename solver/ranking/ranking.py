@@ -66,7 +66,7 @@ class Ranking:
         graph = planner(model).graph
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]
-        self._angles = [name in self.signs.angles for name in self.names]
+        self.angles = [name in self.signs.angles for name in self.names]
         self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
         self._cold = [self.signs.cold(name) for name in self.names]
 
@@ -177,7 +177,7 @@ class Ranking:
         negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         signs: list[Number] = []
         apart = self._apart(row, sizes, on)
-        for place, (angle, cold, right) in enumerate(zip(self._angles, self._cold, self._right, strict=True)):
+        for place, (angle, cold, right) in enumerate(zip(self.angles, self._cold, self._right, strict=True)):
             number, least = row[place], ZERO * most[place]
             share = on.rounded(GRAIN * (number / most[place]))
             signs += [1.0 * (share < 0.0), abs(share)]
@@ -198,7 +198,7 @@ class Ranking:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
         return [
             0.0 if angle else (on.decade(number) - decade) * (number != 0.0)
-            for angle, number, decade in zip(self._angles, row, sizes[0], strict=False)
+            for angle, number, decade in zip(self.angles, row, sizes[0], strict=False)
         ]
 
     def _guessed(self, row: Sequence[Number], on: Arithmetic) -> Number:

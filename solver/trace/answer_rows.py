@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -37,23 +38,35 @@ class Answers:
 
 
 class AnswerKernel:
-    """One way on arrays: the answers of the rows that it settles, and a mask (n,) of these."""
+    """One record on arrays: the answers of the rows that it settles, and a mask (n,) of these.
+
+    Answers are sorted in those rows alone whose order is not known beforehand.
+    """
 
     def __init__(self, program: Program, jit: bool = False) -> None:
         if program.symbols:
             raise NotCompilable
-        merged = every(program)
-        self.symbols = merged.symbols
-        self.there = merged.there
-        self.nodes = [node for place in merged.places for node in place.results]
-        self.kernel = kernel_of(program.flow, (*self.nodes, *self.there, merged.holds), jit)
+        self.program, self.jit = program, jit
+        self.symbols, self._known = self._compiled(in_order=False)
+
+    def _compiled(self, in_order: bool) -> tuple[tuple[tuple[str, ...] | None, ...], _Columns]:
+        found = every(self.program, in_order)
+        nodes = [node for place in found.places for node in place.results]
+        logical = (*found.there, found.holds, found.usual)
+        kernel = kernel_of(self.program.flow, (*nodes, *logical), self.jit)
+        return found.symbols, _Columns(kernel, len(nodes), len(found.there))
+
+    @cached_property
+    def _sorted(self) -> _Columns:
+        return self._compiled(in_order=True)[1]
 
     def __call__(self, columns: Sequence[Array]) -> tuple[Answers, Array]:
-        count = len(columns[0])
-        found = columns_of(len(self.nodes), count)
-        there = np.empty((len(self.there), count), dtype=bool)
-        holds = np.empty(count, dtype=bool)
-        self.kernel(columns, (*found, *there, holds))
+        found, there, holds, usual = self._known(columns)
+        if not (usual | ~holds).all():
+            open_rows = np.flatnonzero(holds & ~usual)
+            again, others, still, _ = self._sorted([column[open_rows] for column in columns])
+            for column, values in zip((*found, *there, holds), (*again, *others, still), strict=True):
+                column[open_rows] = values
         there &= holds
         if len(there) == 1:
             values = found if holds.all() else [column[holds] for column in found]
@@ -73,6 +86,22 @@ class AnswerKernel:
     @staticmethod
     def _named(column: Array, words: tuple[str, ...] | None) -> Array:
         return column if words is None else np.array(words, dtype=object)[column.astype(np.intp)]
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """A kernel, and how many numbers and places of answers it has results of."""
+
+    kernel: Callable[..., None]
+    numbers: int
+    places: int
+
+    def __call__(self, columns: Sequence[Array]) -> tuple[list[Array], Array, Array, Array]:
+        count = len(columns[0])
+        found = columns_of(self.numbers, count)
+        logical = np.empty((self.places + 2, count), dtype=bool)
+        self.kernel(columns, (*found, *logical))
+        return found, logical[:-2], logical[-2], logical[-1]
 
 
 class AnswerSweeper:

@@ -1,7 +1,7 @@
 """The endings of a program as all answers of a row on arrays: in their order, none of them twice.
 
-Endings whose order is known beforehand stand in it, others are exchanged in pairs by selections (an insertion
-sort without branches, stable as the list's own).
+Where that is not known beforehand they are exchanged in pairs by selections (an insertion sort without
+branches, stable as the list's own).
 """
 
 from __future__ import annotations
@@ -18,33 +18,46 @@ class Place:
     """One place of the list of answers, as nodes: the wanted values, and what sorts them."""
 
     results: tuple[int, ...]
-    order: tuple[int, ...]
+    order: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class AllAnswers:
     """``symbols`` (one a wanted name) are the words that a column of symbols has the numbers of, or None.
 
-    ``there`` tells of each place whether it is no answer again that stands before it. All of it counts where
-    the node ``holds`` is true.
+    ``there`` tells of each place that its values stand at none before it. All of it counts where the node
+    ``holds`` is true; where ``usual`` is, the order is known.
     """
 
     places: tuple[Place, ...]
     there: tuple[int, ...]
     symbols: tuple[tuple[str, ...] | None, ...]
     holds: int
+    usual: int
 
 
-def every(program: Program) -> AllAnswers:
-    """All answers of every row. Raises NotCompilable where symbols stand beside numbers, or orders differ."""
-    flow, holds = program.flow, program.flow.true
+def every(program: Program, in_order: bool) -> AllAnswers:
+    """All answers of every row, sorted, or else as they stand.
+
+    Raises NotCompilable where symbols stand beside numbers.
+    """
+    flow, order = program.flow, program.order
+    holds = usual = flow.true
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
     for ending in program.endings:
         holds = flow.add("and", holds, counts(flow, ending))
-    places = _sorted(flow, [Place(_coded(flow, e, symbols), e.order) for e in program.endings])
-    there = list(_once(flow, places))
-    pairs = [(place, node) for place, node in zip(places, there, strict=True) if node != flow.false]
-    return AllAnswers(tuple(p for p, _ in pairs), tuple(node for _, node in pairs), symbols, holds)
+    places = [Place(_coded(flow, e, symbols)) for e in program.endings]
+    if in_order:
+        for told in order.told:
+            holds = flow.add("and", holds, told)
+        pairs = zip(places, order.keys, strict=True)
+        places = _sorted(flow, [Place(place.results, key) for place, key in pairs])
+    elif order.keys:
+        usual = flow.constant(bool(order.usual))
+        for node, low, high in order.usual:
+            usual = flow.add("and", usual, flow.add("le", flow.constant(low), node))
+            usual = flow.add("and", usual, flow.add("le", node, flow.constant(high)))
+    return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds, usual)
 
 
 def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
@@ -63,9 +76,6 @@ def _coded(flow: Flow, ending: Ending, symbols: tuple[tuple[str, ...] | None, ..
 
 
 def _sorted(flow: Flow, places: list[Place]) -> list[Place]:
-    known = [tuple(map(flow.value_of, place.order)) for place in places]
-    if all(None not in order for order in known):
-        return [place for _, place in sorted(zip(known, places, strict=True), key=lambda pair: pair[0])]
     placed: list[Place] = []
     for place in places:
         placed.append(place)

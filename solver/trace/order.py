@@ -8,17 +8,26 @@ record has the word.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
-from itertools import combinations
+from itertools import combinations, pairwise, starmap
 from typing import Any
 
 from solver.ranking.arithmetic import LEAST, MOST, Arithmetic
 from solver.ranking.ranking import Ranking
 from solver.trace.flow import Flow, NotCompilable
+from solver.trace.ranges import ANY, RANGES, Range, before
 
 NOISE = 1e-13
 """Powers and factors below this are what rounding has left of 0."""
+
+
+FACTORS = (10.0, 5.0, 3.0, 2.0, 1.5, 1.2, 1.1, 1.05, 1.02, 1.01)
+"""How far numbers may be from those of the sample for their order to be told beforehand, the widest first."""
+MAX_TRIES = 40
+TURNED = 30.0
+"""The same for angles, in degrees for a factor of 2."""
 
 
 class Number:
@@ -102,17 +111,34 @@ class Number:
     __hash__ = None  # type: ignore[assignment]
 
 
+@dataclass(frozen=True, slots=True)
+class Order:
+    """How answers are sorted: by ``keys``, as far as all that ``told`` tells them apart.
+
+    Where the nodes of ``usual`` lie between their ends the answers stand in the order of the sample, whatever
+    the keys are.
+    """
+
+    keys: tuple[tuple[int, ...], ...] = ()
+    told: tuple[int, ...] = ()
+    usual: tuple[tuple[int, float, float], ...] = ()
+
+
+UNORDERED = Order()
+
+
 def order(
     flow: Flow,
     ranking: Ranking,
     answers: Sequence[Sequence[int | None]],
     given: Sequence[int | None],
     numbers: Callable[[int], float],
-) -> tuple[list[tuple[int, ...]], list[int]]:
-    """What sorts the answers, and the conditions under which it tells them apart.
+) -> Order:
+    """What sorts answers, of which the sample is in order already.
 
     ``answers`` are the nodes of the names that the ranking reads, ``given`` those of the known ones, None for
-    one that has no number; ``numbers`` tells what a node is at the sample.
+    one that has no number; ``numbers`` tells what a node is at the sample. Raises NotCompilable where the
+    rule does not tell the answers of the sample apart.
     """
 
     def recorded(node: int | None) -> Any:
@@ -121,7 +147,7 @@ def order(
     rows = [[recorded(node) for node in answer] for answer in answers]
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
     there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
-    guards = [flow.add("not", flow.add("eq", node, flow.constant(0.0))) for node in there]
+    told = [flow.add("not", flow.add("eq", node, flow.constant(0.0))) for node in there]
     found = ranking.keys_on(_arithmetic(flow), rows, [recorded(node) for node in given], zero)
     keys = [tuple(_node(flow, part) for part in key) for key in found]
     decides = 0
@@ -134,8 +160,80 @@ def order(
     keys = [key[: decides + 1] for key in keys]
     for one, other in combinations(keys, 2):
         same = [flow.add("eq", a, b) for a, b in zip(one, other, strict=True)]
-        guards.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
-    return keys, guards
+        told.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
+    if not all(tuple(map(numbers, one)) < tuple(map(numbers, other)) for one, other in pairwise(keys)):
+        raise NotCompilable
+    needed = tuple(node for node in told if node != flow.true)
+    return Order(tuple(keys), needed, _usual(flow, ranking, answers, given, zero, numbers))
+
+
+def _usual(
+    flow: Flow,
+    ranking: Ranking,
+    answers: Sequence[Sequence[int | None]],
+    given: Sequence[int | None],
+    zero: tuple[bool, ...],
+    numbers: Callable[[int], float],
+) -> tuple[tuple[int, float, float], ...]:
+    """The widest ranges around the sample in which the rule is known to put the answers in the same order."""
+    angles = dict(zip(ranking.names, ranking.angles, strict=True))
+    kinds = dict[int, bool]()
+    for answer in (*answers, given):
+        names = ranking.known if answer is given else ranking.read
+        for name, node in zip(names, answer, strict=True):
+            if node is not None:
+                kinds[node] = kinds.get(node, True) and angles.get(name, False)
+    rows = (*answers, given)
+
+    def told(ranges: Mapping[int, Range]) -> bool:
+        *some, known = [[math.nan if n is None else ranges[n] for n in row] for row in rows]
+        return all(starmap(before, pairwise(ranking.keys_on(RANGES, some, known, zero))))
+
+    for factor in FACTORS:
+        ranges = {n: _around(flow, n, numbers(n), factor, angle) for n, angle in kinds.items()}
+        if told(ranges):
+            free = {n for n in ranges if flow.value_of(n) is None}
+            kept = free - _free(told, ranges, sorted(free))
+            sources = {_source(flow, n): n for n in sorted(kept, reverse=True) if not kinds[n]}
+            kept = {node for node in kept if kinds[node] or sources[_source(flow, node)] == node}
+            return tuple((n, ranges[n].low, ranges[n].high) for n in sorted(kept))
+    return ()
+
+
+def _free(
+    told: Callable[[Mapping[int, Range]], bool], ranges: dict[int, Range], nodes: Sequence[int]
+) -> set[int]:
+    """Those of the nodes that may be anything: halves of them are tried, and halves of halves."""
+    waiting, found, tries = [list(nodes)], set[int](), 0
+    while waiting and tries < MAX_TRIES:
+        some, tries = waiting.pop(), tries + 1
+        if told({**ranges, **dict.fromkeys((*found, *some), ANY)}):
+            found.update(some)
+        elif len(some) > 1:
+            half = len(some) // 2
+            waiting += [some[half:], some[:half]]
+    return found
+
+
+def _source(flow: Flow, node: int) -> int:
+    """What a node is a multiple of: where one of two multiples is in its range, so is the other."""
+    while True:
+        factor = flow.factor(node)
+        if factor is not None and factor[0]:
+            node = factor[1]
+        elif flow.nodes[node][0] == "neg":
+            node = int(flow.nodes[node][1])
+        else:
+            return node
+
+
+def _around(flow: Flow, node: int, number: float, factor: float, angle: bool) -> Range:
+    if flow.value_of(node) is not None or not math.isfinite(number):
+        return Range(number, number)
+    if angle:
+        return Range(number - TURNED * (factor - 1.0), number + TURNED * (factor - 1.0))
+    ends = number / factor, number * factor
+    return Range(min(ends), max(ends))
 
 
 def _node(flow: Flow, value: Any) -> int:

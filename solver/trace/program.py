@@ -5,33 +5,43 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from solver.trace.flow import Flow
+from solver.trace.order import UNORDERED, Order
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
     """One answer as nodes of the graph: the wanted values (a symbol by its name).
 
-    They count where all that ``holds`` is true and all that is ``finite`` is a finite number. ``order`` sorts
-    the answers, the primary first.
+    They count where all that ``holds`` is true and all that is ``finite`` is a finite number.
     """
 
     results: tuple[int | str, ...]
     holds: tuple[int, ...]
     finite: tuple[int, ...]
-    order: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
-    The endings are all answers of a row; where one of them does not count, none does.
+    The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
+    of them does not count, none does.
     """
 
     flow: Flow
     inputs: int
     endings: tuple[Ending, ...]
     symbols: tuple[tuple[int, str], ...] = ()
+    order: Order = UNORDERED
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """Every node that is read of the answers."""
+        return tuple(
+            node
+            for e in self.endings
+            for node in (*e.holds, *e.finite, *(r for r in e.results if isinstance(r, int)))
+        )
 
 
 def counts(flow: Flow, ending: Ending) -> int:

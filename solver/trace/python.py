@@ -58,6 +58,7 @@ _FUNCTIONS: dict[str, object] = {
     "direction": TABLE["atan2"].value,
     "rint": lambda x: float(round(x)),
     "sorted": sorted,
+    "min": min,
     "list": list,
     "fromkeys": dict.fromkeys,
     "ArithmeticError": ArithmeticError,
@@ -167,28 +168,37 @@ class _Writer:
 
     def _sorted(self, endings: Sequence[Ending]) -> None:
         """Return the rows in their order, or the first of them."""
+        order, count = self.program.order, len(endings)
+        rows = [f"row{place}" for place in range(count)]
+        for node, _, _ in order.usual:
+            self.text(node, "    ", store=True)
+        for row, ending in zip(rows, endings, strict=True) if self.all_answers else ():
+            self._line(f"{row} = {self._row(ending)}", "    ")
+        whole = f"list(fromkeys(({', '.join(rows)})))"
+        if count == 2:
+            whole = "[row0] if row0 == row1 else [row0, row1]"
+        if order.usual or not order.keys:
+            tests = (f"{low!r} <= {self.text(node, '    ')} <= {high!r}" for node, low, high in order.usual)
+            self._line(f"if {' and '.join(tests) or 'True'}:", "    ")
+            outer = dict(self.texts)
+            row = whole if self.all_answers else self._row(endings[0], "        ")
+            self._line(f"return {row}", "        ")
+            self.texts = outer
+        if not order.keys:
+            return
+        self._require(order.told, "    ")
+        keys = [f"({''.join(self.text(n, '    ') + ', ' for n in key)})" for key in order.keys]
+        pairs = ", ".join(f"({key}, {place})" for place, key in enumerate(keys))
+        if self.all_answers:
+            self._line(f"rows = ({', '.join(rows)})", "    ")
+            self._line(f"return list(fromkeys([rows[k] for _, k in sorted(({pairs}))]))", "    ")
+            return
+        self._line(f"first = min(({pairs}))[1]", "    ")
         for place, ending in enumerate(endings):
-            for number, node in enumerate(ending.order):
-                self._line(f"k{place}_{number} = {self.text(node, '    ')}", "    ")
-            self._line(f"row{place} = {self._row(ending)}", "    ")
-        keys = range(len(endings[0].order))
-        if len(endings) > 2:
-            rows = (
-                f"(({''.join(f'k{place}_{number}, ' for number in keys)}), {place}, row{place})"
-                for place in range(len(endings))
-            )
-            self._line(f"found = [row for _, _, row in sorted(({', '.join(rows)}))]", "    ")
-            self._line("return list(fromkeys(found))" if self.all_answers else "return found[0]", "    ")
-            return
-        later = "False"
-        for number in reversed(keys):
-            one, other = f"k1_{number}", f"k0_{number}"
-            later = f"{one} < {other}" + ("" if later == "False" else f" or ({one} == {other} and ({later}))")
-        if not self.all_answers:
-            self._line(f"return row1 if {later} else row0", "    ")
-            return
-        self._line("if row1 == row0: return [row0]", "    ")
-        self._line(f"return [row1, row0] if {later} else [row0, row1]", "    ")
+            outer = dict(self.texts)
+            self._line(f"if first == {place}:", "    ")
+            self._line(f"return {self._row(ending, '        ')}", "        ")
+            self.texts = outer
 
     def _conditions(self, checks: Iterable[int], finite: Iterable[int]) -> None:
         self._require(checks, "    ")
@@ -295,12 +305,11 @@ def reads(program: Program) -> dict[int, int]:
             waiting.append(node)
         count[node] += 1
 
-    for ending in program.endings:
-        for node in (*ending.holds, *ending.finite, *ending.order):
-            read(node)
-        for result in ending.results:
-            if isinstance(result, int):
-                read(result)
+    order = program.order
+    for node in (*program.wanted, *order.told, *(node for key in order.keys for node in key)):
+        read(node)
+    for node, _, _ in order.usual:
+        read(node)
     while waiting:
         operation, *operands = program.flow.nodes[waiting.pop()]
         if operation not in ("const", "input"):

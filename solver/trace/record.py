@@ -27,7 +27,8 @@ from solver.trace.closed_forms import ClosedForms
 from solver.trace.flow import NotCompilable
 from solver.trace.newton import BlockNewton
 from solver.trace.numbers import Numbers
-from solver.trace.order import order
+from solver.trace.order import Order
+from solver.trace.order import order as order_of
 from solver.trace.program import Ending, Program
 from solver.trace.rounding import apart_from_edges
 from solver.trace.schedule import operands
@@ -85,13 +86,12 @@ class Recording(ClosedForms):
     def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
-        if ranking is not None and len(states) > 1:
-            self._rank(ranking, states)
+        order = self._order(ranking, states)
         for leaf in dead[:MAX_DEAD]:
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
-        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols)
+        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, order)
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
         """What is given, and the symbols among that, by their places."""
@@ -324,13 +324,13 @@ class Recording(ClosedForms):
         )
         return next(same, None)
 
-    def _rank(self, ranking: Ranking, states: Sequence[State]) -> None:
-        """Sort the answers by the rule."""
+    def _order(self, ranking: Ranking | None, states: Sequence[State]) -> Order:
+        """The order of the answers by the rule."""
+        if ranking is None or len(states) < 2:
+            return Order()
         answers = [[state.values.get(name) for name in ranking.read] for state in states]
         given = [states[0].values.get(name) for name in ranking.known]
-        keys, guards = order(self.flow, ranking, answers, given, lambda node: float(self._numbers(node)))
-        self.endings = [replace(e, order=key) for e, key in zip(self.endings, keys, strict=True)]
-        self._guard(guards, ())
+        return order_of(self.flow, ranking, answers, given, lambda node: float(self._numbers(node)))
 
     def _guard(self, checks: Iterable[int], finite: Iterable[int]) -> None:
         """Require more of the record."""
@@ -355,11 +355,7 @@ class Recording(ClosedForms):
     def _keep_usual(self) -> None:
         """No numbers that products of a few could lose: inputs of a size that has a meaning."""
         flow = self.flow
-        wanted = [
-            node
-            for e in self.endings
-            for node in (*e.holds, *e.order, *e.finite, *(r for r in e.results if isinstance(r, int)))
-        ]
+        wanted = Program(flow, 0, tuple(self.endings)).wanted
         odd = {
             operand
             for node in computed_from(flow, wanted)
@@ -371,8 +367,9 @@ class Recording(ClosedForms):
             node = flow.input(place)
             if node in odd:
                 size, zero = flow.add("abs", node), flow.add("eq", node, flow.constant(0.0))
-                checks.append(flow.add("le", size, flow.constant(REMOTE)))
-                checks.append(flow.add("or", flow.add("le", flow.constant(1.0 / REMOTE), size), zero))
+                usual = flow.add("le", size, flow.constant(REMOTE))
+                usual = flow.add("and", flow.add("le", flow.constant(1.0 / REMOTE), size), usual)
+                checks.append(flow.add("or", usual, zero))
         if not all(self._numbers(check) for check in checks):
             raise NotCompilable
         self._guard(checks, ())

@@ -20,7 +20,7 @@ def trimmed(flow: Flow, ending: Ending) -> Ending:
     zero = flow.constant(0.0)
     holds = [check for check in ending.holds if not _implied(flow, check, ending.holds, zero)]
     results = [result for result in ending.results if isinstance(result, int)]
-    needed = computed_from(flow, [*holds, *ending.order, *results]) | flow.always
+    needed = computed_from(flow, [*holds, *results]) | flow.always
     finite, sure = _heads(flow, [node for node in ending.finite if node in needed])
     holds = [check for check in holds if not _shown(flow, check, sure, zero)]
     return replace(ending, holds=tuple(holds), finite=tuple(finite))

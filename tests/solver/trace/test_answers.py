@@ -14,6 +14,7 @@ import solver
 from solver.table import CODES
 from solver.trace.answer_rows import AnswerKernel
 from solver.trace.flow import Flow, NotCompilable
+from solver.trace.order import Order
 from solver.trace.program import Ending, Program
 from solver.trace.python import compile_scalar
 
@@ -24,7 +25,7 @@ FEW = st.integers(-2, 2).map(float)
 @st.composite
 def programs(draw: st.DrawFn) -> Program:
     """Endings whose inputs say how they are ordered, what they give, and whether they count."""
-    flow, endings = Flow(), []
+    flow, endings, keys = Flow(), [], []
     count, known = draw(st.integers(1, 4)), draw(st.booleans())
     for place in range(count):
         order, check, one, other = (flow.input(4 * place + k) for k in range(4))
@@ -32,8 +33,9 @@ def programs(draw: st.DrawFn) -> Program:
         key = flow.constant(float(draw(st.integers(0, 3)))) if known else order
         results: tuple[int | str, ...] = (one, flow.add("mul", one, other), draw(st.sampled_from("ab")))
         holds = (flow.add("le", zero, check),)
-        endings.append(Ending(results, holds, (one,), (key,)))
-    return Program(flow, 4 * count, tuple(endings))
+        endings.append(Ending(results, holds, (one,)))
+        keys.append((key,))
+    return Program(flow, 4 * count, tuple(endings), (), Order(tuple(keys) if count > 1 else ()))
 
 
 @settings(max_examples=60, deadline=None)
@@ -56,10 +58,7 @@ def test_arrays_list_what_straight_line_code_lists(program: Program, data: st.Da
 def test_a_symbol_beside_a_number_is_left_to_straight_line_code() -> None:
     flow = Flow()
     number = flow.input(0)
-    endings = tuple(
-        Ending((result,), (), (number,), (flow.constant(place),))
-        for place, result in enumerate((number, "open"))
-    )
+    endings = tuple(Ending((result,), (), (number,)) for result in (number, "open"))
     assert compile_scalar(Program(flow, 1, endings), all_answers=True)(2.0) == [(2.0,), ("open",)]
     with pytest.raises(NotCompilable):
         AnswerKernel(Program(flow, 1, endings))
