@@ -18,6 +18,8 @@ Points = NDArray[np.float64]
 
 STEADY = 2.0
 """Ratio of the steps of an input up to which rows are taken for a sweep."""
+SAME, DIFFERENT = 1e-9, 1e-6
+"""Shares of the largest distance between answers that are next to nothing, and that are something."""
 CLEAR = 0.5
 """Share of the distance of the next answer, below which an answer continues a branch."""
 
@@ -45,6 +47,8 @@ def kept(
     steps = _steps(inputs, len(counts), line, at)
     along = _along(steps, counts)
     rows = several[along[several] & (several >= max(fixed, 1))]
+    if _first_goes_on(points, counts, turns, rows, along):
+        return chosen
     answers = _Answers(points, counts, turns)
     before = rows[along[rows - 1]] - 1
     back, _ = answers.nearest(points, before, before - 1)
@@ -52,15 +56,41 @@ def kept(
     known = np.flatnonzero(back >= 0)
     heading[:, known] += wound(points[:, known] - points[:, back[known]], turns[:, None])
     onward, clear = answers.nearest(heading, rows - 1, rows)
-    here = answers.starts[rows - 1]
-    if (onward[here] == answers.starts[rows])[clear[here]].all():
-        return chosen  # the first answer of the rule is the one that goes on
     starts = answers.starts.tolist()
     for row in rows.tolist():
         here = starts[row - 1] + int(chosen[row - 1])
         if clear[here]:
             chosen[row] = onward[here] - starts[row]
     return chosen
+
+
+def _first_goes_on(
+    points: Points, counts: Array, turns: Points, rows: Array, along: NDArray[np.bool_]
+) -> bool:
+    """Whether the first answer of the rule goes on throughout: by each variable it is nearest to where the
+    row before was heading. Asked of rows with one number of answers.
+    """
+    each = int(counts[0])
+    if (counts != each).any() or not len(rows):
+        return False
+    nearer = np.zeros(len(rows), dtype=bool)
+    for values, turn in zip(points.reshape(len(points), -1, each), turns, strict=True):
+        first = values[:, 0]
+        step = np.where(along[rows - 1], _apart(first[rows - 1], first[rows - 2], turn), 0.0)
+        heading = first[rows - 1] + step
+        own = abs(_apart(heading, first[rows], turn))
+        for other in values[:, 1:].T:
+            onward = abs(_apart(heading, other[rows], turn)) - own
+            back = abs(_apart(first[rows - 1], other[rows - 2], turn)) - abs(step)
+            least, size = np.minimum(onward, back), max(float(onward.max()), float(own.max()))
+            if least.min() < -SAME * size:
+                return False
+            nearer |= least > DIFFERENT * size
+    return bool(nearer.all())
+
+
+def _apart(one: Points, other: Points, turn: float) -> Points:
+    return one - other if turn == np.inf else wound(one - other, turn)
 
 
 def points_of(columns: Sequence[Array], rows: int) -> Points:
