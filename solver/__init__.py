@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from rulesheets.loading import load, loads
     from solver.derivation import Derivation, why
     from solver.interaction import interact
+    from solver.pictures.drawing import draw
     from solver.plan import Plan, Unsolved, prepare
-    from solver.report.drawing import draw
     from solver.result import Result, Solution, Status
     from solver.sampling import Samples, monte_carlo
     from solver.solving import solve
@@ -29,7 +29,7 @@ _HOMES = {
     "Status": "solver.result",
     "Table": "solver.table",
     "Unsolved": "solver.plan",
-    "draw": "solver.report.drawing",
+    "draw": "solver.pictures.drawing",
     "interact": "solver.interaction",
     "load": "rulesheets.loading",
     "loads": "rulesheets.loading",

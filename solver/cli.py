@@ -10,15 +10,16 @@ import gc
 import os
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Collection, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, NoReturn
+from importlib.metadata import version
+from typing import NoReturn
 
+from rulesheets.deadline import TimeIsUp, time_limit
+from rulesheets.diagnosis import RuleSheetError, render
 from rulesheets.source import escaped
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
-    from rulesheets.diagnosis import RuleSheetError
+from rulesheets.spelling import closest, suggestion
+from solver.report.table import screen_of, shown_on
 
 COMMANDS = {
     "solve": "solve a sheet and print its variable sheet",
@@ -114,10 +115,6 @@ def _run(command: str, words: list[str]) -> int:
         return int(end.code or 0)
     if getattr(arguments, "no_cache", False):
         os.environ["BACKSOLVE_CACHE"] = ""
-    from rulesheets.deadline import TimeIsUp, time_limit
-    from rulesheets.diagnosis import RuleSheetError
-    from solver.report.screen import shown_on
-
     try:
         with time_limit(getattr(arguments, "timeout", None)), shown_on(sys.stdout):
             code: int = module.run(arguments)
@@ -149,8 +146,6 @@ class _Parser(ArgumentParser):
 
 
 def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
-    from rulesheets.spelling import closest
-
     near = closest(word.lstrip("-"), sorted(option.lstrip("-") for option in options))
     notes = (f"did you mean --{near}?",) if near and f"--{near}" in options else ()
     return _misused(command, f"there is no option {word}", *notes)
@@ -166,15 +161,12 @@ def _misused(command: str, message: str, *notes: str) -> int:
 
 def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
     """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
-    from rulesheets.diagnosis import render
-    from solver.report.screen import screen_of
-
     color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
     width = screen_of(sys.stderr).width
     said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
     print("\n\n".join(said), file=sys.stderr)
     if getattr(arguments, "json", False):
-        from solver.report.json import error_json
+        from solver.report.json import error_json  # with it comes numpy, which help does without
 
         print(error_json(wrong.diagnoses))
     return WRONG
@@ -187,8 +179,6 @@ def usage() -> str:
 
 
 def _unknown_command(word: str) -> int:
-    from rulesheets.spelling import suggestion
-
     print(f"backsolve: there is no command {escaped(word)}", file=sys.stderr)
     for note in suggestion(word, COMMANDS):
         print(f"  {note}", file=sys.stderr)
@@ -197,8 +187,6 @@ def _unknown_command(word: str) -> int:
 
 
 def _version() -> str:
-    from importlib.metadata import version
-
     return f"backsolve {version('backsolve')}"
 
 

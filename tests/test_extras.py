@@ -19,10 +19,11 @@ EXTRAS = (
 
 GUARDS = {
     "solver.proof": "require_proof",
-    "solver.report.drawing": "require_matplotlib",
-    "solver.report.plot": "require_matplotlib",
-    "solver.report.chart": "require_matplotlib",
+    "solver.pictures": "require_matplotlib",
     "solver.trace.llvm": "available",
+    "solver.commands.chart": "require_matplotlib",
+    "solver.commands.draw": "require_matplotlib",
+    "solver.commands.sweep": "require_matplotlib",
     "solver.commands.open": "missing_extra",
     "solver.commands.lsp": "missing_extra",
     "solver.interaction": "missing_extra",

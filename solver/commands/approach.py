@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.model import Model
+from rulesheets.variables import parse_value, variable_named
 from solver.commands.option import Option
-
-if TYPE_CHECKING:
-    from rulesheets.model import Model
 
 A_DECADE = 2
 """Points a decade."""
@@ -25,8 +23,6 @@ def read_approach(text: str, model: Model) -> tuple[str, list[float], list[float
     Distances are relative to the limit (absolute where that is 0), and counted towards 0; negative ones
     lie beyond. Raises RuleSheetError for what is none of this.
     """
-    from rulesheets.variables import parse_value, variable_named
-
     option = Option("approach", text)
     form = _FORM.fullmatch(text)
     if form is None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+from rulesheets import store
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -15,8 +14,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Say where the entries are, how many, and their size; with ``--clear`` remove them first."""
-    from rulesheets import store
-
     folder = store.folder()
     if folder is None:
         print("nothing is kept: BACKSOLVE_CACHE is empty")
@@ -31,8 +28,6 @@ def run(arguments: Namespace) -> int:
 
 
 def _clear(folder: str) -> int:
-    from rulesheets import store
-
     try:
         count = store.clear()
     except OSError as failure:

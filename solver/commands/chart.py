@@ -5,8 +5,17 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.source import escaped
+from solver.chart.measure import measure, measure_along
+from solver.commands.approach import read_approach
 from solver.commands.inputs import Request, add_input_options, read_request
+from solver.commands.option import Option
+from solver.commands.over import read_axes
+from solver.files.replacing import write_file
+from solver.report.chart import chart_csv, chart_table, stability_table, summary
+from solver.report.text import result_text
+from solver.solving import solve
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -32,8 +41,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Measure, print, draw; 0 where there is something to measure, 1 where the sheet has no answer."""
-    from solver.report.chart.text import chart_csv, chart_table, stability_table, summary
-
     kind = _kind(arguments.output)
     request = read_request(arguments)
     request.expect_output(arguments.output)
@@ -48,7 +55,7 @@ def run(arguments: Namespace) -> int:
     if kind == ".csv":
         _write(arguments.output, chart_csv(marks).encode())
     elif kind:
-        from solver.report.drawing.output import encode
+        from solver.pictures.page import encode
 
         places = dict(zip(numbers, distances, strict=True)) if distances else None
         figure = _drawn(request, marks, name, places)
@@ -57,8 +64,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _kind(path: str | None) -> str:
-    from rulesheets.diagnosis import RuleSheetError, error
-    from solver.report.drawing.picture import require_matplotlib
+    from solver.pictures.drawing import require_matplotlib
 
     if path is None:
         return ""
@@ -73,16 +79,10 @@ def _kind(path: str | None) -> str:
 def _line(arguments: Namespace, request: Request) -> tuple[str | None, list[float], list[float]]:
     """The varied input with its values, and their distances from a limit; no name where nothing varies."""
     if arguments.approach:
-        from solver.commands.approach import read_approach
-
         name, numbers, distances = read_approach(arguments.approach, request.model)
         request.swept([name])
         return name, numbers, distances
     if arguments.over:
-        from rulesheets.diagnosis import Label, RuleSheetError, error
-        from solver.commands.option import Option
-        from solver.commands.over import read_axes
-
         ((name, axis),) = read_axes([arguments.over], request.model).items()
         request.swept([name])
         values = axis.cut(0, min(len(axis), MOST + 1)).tolist()
@@ -94,8 +94,6 @@ def _line(arguments: Namespace, request: Request) -> tuple[str | None, list[floa
 
 
 def _measured(request: Request, name: str | None, numbers: Sequence[float]) -> tuple[Mark, ...]:
-    from solver.chart.measure import measure, measure_along
-
     model, inputs, want, guesses = request.model, request.inputs, request.want, request.guesses
     if name is None:
         return measure(model, inputs, want, guesses)
@@ -104,9 +102,6 @@ def _measured(request: Request, name: str | None, numbers: Sequence[float]) -> t
 
 def _unsolved(request: Request, name: str | None, numbers: Sequence[float]) -> int:
     """Say what ``solve`` says of the sheet: there is nothing to compare methods on."""
-    from solver.report.text import result_text
-    from solver.solving import solve
-
     inputs = {**request.inputs, name: numbers[0]} if name and numbers else request.inputs
     print(result_text(solve(request.model, inputs, want=request.want, guesses=request.guesses)))
     print("\nthere is no isolated answer to measure methods by")
@@ -116,7 +111,7 @@ def _unsolved(request: Request, name: str | None, numbers: Sequence[float]) -> i
 def _drawn(
     request: Request, marks: Sequence[Mark], name: str | None, places: dict[float, float] | None
 ) -> Figure:
-    from solver.report.chart.picture import speed_picture, stability_picture
+    from solver.pictures.chart import speed_picture, stability_picture
 
     sheet = request.model.name
     if name is None:
@@ -128,7 +123,5 @@ def _drawn(
 
 
 def _write(path: str, data: bytes) -> None:
-    from solver.files.replacing import write_file
-
     write_file(path, data)
     print(f"\n{escaped(path)}")

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
 from rulesheets.diagnosis import render
+from rulesheets.model import Model
+from rulesheets.spelling import plural
 from rulesheets.units.check import check_units, inferred
 from solver.commands.inputs import add_sheet_options, load_sheet
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from rulesheets.model import Model
+from solver.report.json import diagnosis_json
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -26,8 +24,6 @@ def run(arguments: Namespace) -> int:
     """Load the sheet, which raises for all that is wrong; then say what it has."""
     model = load_sheet(arguments)
     if arguments.json:
-        from solver.report.json import diagnosis_json
-
         found = [diagnosis_json(warning) for warning in check_units(model)]
         units = inferred(model)
         more = {"inferred": units} if units else {}
@@ -48,8 +44,6 @@ def run(arguments: Namespace) -> int:
 
 def summary(model: Model, warnings: int = 0) -> str:
     """``offset_slider_crank: 12 variables, 16 locals, 31 rules, 3 figures; nothing wrong``."""
-    from rulesheets.spelling import plural
-
     locals_ = sum("." in name for name in model.variables)
     parts = [plural(len(model.variables) - locals_, "variable")]
     if locals_:

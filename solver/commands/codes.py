@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from rulesheets.catalogue.entry import Entry
+from rulesheets.catalogue import CATALOGUE
+from rulesheets.catalogue.entry import Entry
+from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.spelling import suggestion
+from solver.catalogue import OUTCOMES
+from solver.report.table import columns
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -18,10 +20,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """One code with its cause and its cure, or a line for each."""
-    from rulesheets.diagnosis import RuleSheetError, error
-    from rulesheets.spelling import suggestion
-    from solver.report.table import columns
-
     entries = catalogue()
     if arguments.code is None:
         print(columns((code, entry.title) for code, entry in entries.items()))
@@ -37,7 +35,4 @@ def run(arguments: Namespace) -> int:
 
 def catalogue() -> dict[str, Entry]:
     """Every code, those of the language first."""
-    from rulesheets.catalogue import CATALOGUE
-    from solver.catalogue import OUTCOMES
-
     return {**CATALOGUE, **OUTCOMES}

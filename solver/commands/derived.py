@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from rulesheets.variables import variable_named
 from solver.commands.option import Option
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from solver.derivatives.sensitivities import Sensitivities
-    from solver.derivatives.tolerances import ToleranceBands
-    from solver.result import Result
-    from solver.sampling import Samples
+from solver.derivatives.sensitivities import Sensitivities
+from solver.derivatives.tolerances import ToleranceBands
+from solver.report.derived import (
+    samples_json,
+    samples_text,
+    sensitivity_json,
+    sensitivity_text,
+    tolerances_json,
+    tolerances_text,
+)
+from solver.report.json import diagnosis_json
+from solver.result import Result
+from solver.sampling import Samples, monte_carlo
 
 
 def add_derived_options(parser: ArgumentParser) -> None:
@@ -37,8 +43,6 @@ def add_derived_options(parser: ArgumentParser) -> None:
 
 
 def _samples(text: str) -> int:
-    from argparse import ArgumentTypeError
-
     if not text.isascii() or not text.isdigit() or not 2 <= int(text) <= 10_000_000:
         raise ArgumentTypeError("a number of samples from 2 to 10,000,000 is needed")
     return int(text)
@@ -56,13 +60,9 @@ def derived_text(result: Result, arguments: Namespace, *, color: bool) -> str:
 
 def _texts(result: Result, arguments: Namespace, color: bool) -> Iterator[str]:
     if arguments.sensitivity is not None:
-        from solver.report.sensitivity import sensitivity_text
-
         yield sensitivity_text(_sensitivities(result, arguments.sensitivity), color=color)
     bands = _bands(result, arguments)
     if bands is not None:
-        from solver.report.tolerances import samples_text, tolerances_text
-
         yield tolerances_text(bands, color=color)
         samples = _drawn(result, arguments, bands)
         if samples is not None:
@@ -71,19 +71,13 @@ def _texts(result: Result, arguments: Namespace, color: bool) -> Iterator[str]:
 
 def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
     """The same as members of the JSON object."""
-    from solver.report.json import diagnosis_json
-
     members: dict[str, object] = {}
     if arguments.sensitivity is not None:
-        from solver.report.sensitivity import sensitivity_json
-
         found = _sensitivities(result, arguments.sensitivity)
         members["sensitivities"] = sensitivity_json(found)
         members["sensitivity_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in found.diagnoses]
     bands = _bands(result, arguments)
     if bands is not None:
-        from solver.report.tolerances import samples_json, tolerances_json
-
         members["tolerances"] = tolerances_json(bands)
         members["tolerance_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in bands.diagnoses]
         samples = _drawn(result, arguments, bands)
@@ -94,8 +88,6 @@ def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
 
 def _sensitivities(result: Result, text: str) -> Sensitivities:
     """Names that are inputs choose columns, others rows. Raises RuleSheetError for unknown names."""
-    from rulesheets.variables import variable_named
-
     option = Option("sensitivity", text)
     names = list(filter(None, map(str.strip, text.split(","))))
     for name in names:
@@ -115,6 +107,4 @@ def _bands(result: Result, arguments: Namespace) -> ToleranceBands | None:
 def _drawn(result: Result, arguments: Namespace, bands: ToleranceBands) -> Samples | None:
     if not arguments.monte_carlo or not bands.tolerances or not result.solutions:
         return None
-    from solver.sampling import monte_carlo
-
     return monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)

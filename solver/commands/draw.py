@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
 
+from rulesheets.diagnosis import RuleSheetError, error, render
+from rulesheets.model import Model, Value
 from rulesheets.source import escaped
+from rulesheets.units.quantity import shown
 from solver.commands.inputs import Request, add_input_options, read_request
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from rulesheets.model import Model, Value
-    from solver.report.drawing.layout import View
-    from solver.result import Result
+from solver.commands.states import read_states
+from solver.files.replacing import write_file
+from solver.pictures.diagram import variables
+from solver.pictures.drawing import chosen, left_out, views
+from solver.pictures.layout import View
+from solver.plan import Unsolved
+from solver.report.sheet import readable
+from solver.report.text import MEANINGS
+from solver.result import Result, Status
+from solver.solving import solve
 
 PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)
 _DPI = {".gif": 80.0}
@@ -42,9 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
-    from solver.commands.states import read_states
-    from solver.files.replacing import write_file
-    from solver.report.drawing.picture import chosen, require_matplotlib
+    from solver.pictures.drawing import chosen, require_matplotlib
 
     request = read_request(arguments)
     names = [name.strip() for text in arguments.figure for name in text.split(",")]
@@ -67,8 +71,6 @@ def run(arguments: Namespace) -> int:
 
 
 def _kind(path: str, kinds: Sequence[str]) -> str:
-    from rulesheets.diagnosis import RuleSheetError, error
-
     kind = os.path.splitext(path)[1].lower()
     if kind in kinds:
         return kind
@@ -80,8 +82,6 @@ def _kind(path: str, kinds: Sequence[str]) -> str:
 
 
 def _dpi(given: float | None, kind: str) -> float:
-    from rulesheets.diagnosis import RuleSheetError, error
-
     if given is None:
         return _DPI.get(kind, _SHARP)
     if not 10.0 <= given <= 2400.0:
@@ -100,9 +100,6 @@ class _Studio:
         side_by_side: Mapping[str, Sequence[Value]],
         every: bool,
     ) -> None:
-        from solver.report.drawing.diagram import variables
-        from solver.report.drawing.picture import chosen
-
         self.request, self.figures, self.every = request, figures, every
         self.want = variables(chosen(request.model, figures))
         self.states = [
@@ -113,8 +110,7 @@ class _Studio:
 
     def picture(self, form: str, dpi: float) -> bytes | None:
         """A still picture; None where there is nothing to draw."""
-        from solver.report.drawing.output import encode
-        from solver.report.drawing.picture import compose
+        from solver.pictures.page import compose, encode
 
         views = [view for state in self.states for view in self._still(state)]
         if not views:
@@ -125,11 +121,6 @@ class _Studio:
 
     def _still(self, state: Mapping[str, Value]) -> list[View]:
         """The views of one state; what is wrong with it joins the complaints."""
-        from rulesheets.diagnosis import render
-        from solver.report.drawing.picture import left_out
-        from solver.report.text import MEANINGS
-        from solver.result import Status
-
         title = self._named(state)
         result = self._solve(state)
         about = f"{title}: " if title else ""
@@ -142,7 +133,7 @@ class _Studio:
 
     def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> bytes | None:
         """A frame for each value of the range; None where not one has an answer."""
-        from solver.report.drawing.film import frames, gif, images
+        from solver.pictures.film import frames, gif, images
 
         film = frames(self._instants(motion), self.every)
         if not film:
@@ -165,17 +156,12 @@ class _Studio:
         self.complaints += (f"not drawn, {status}: {_some(names)}" for status, names in missing.items())
 
     def _solve(self, values: Mapping[str, Value]) -> Result:
-        from solver.solving import solve
-
         request = self.request
         return solve(
             request.model, {**request.inputs, **values}, want=self.want or None, guesses=request.guesses
         )
 
     def _views(self, result: Result, title: str, every: bool, numbered: bool = True) -> list[View]:
-        from solver.plan import Unsolved
-        from solver.report.drawing.picture import views
-
         try:
             return views(result, title, every, self.figures, numbered)
         except Unsolved:
@@ -187,9 +173,6 @@ class _Studio:
 
 def _named(name: str, value: Value, model: Model) -> str:
     """``thetaAO = 30 deg``."""
-    from rulesheets.units.quantity import shown
-    from solver.report.numbers import readable
-
     variable = model.variables[name]
     number = value if isinstance(value, str) else readable(shown(value, variable))
     return f"{name} = {number} {variable.shown_unit}".rstrip()

@@ -6,15 +6,21 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from rulesheets.deadline import expired
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.model import Model, Variable
+from rulesheets.spelling import plural
 from rulesheets.units.quantity import shown
 from solver.commands.inputs import read_request
-
-if TYPE_CHECKING:
-    from rulesheets.diagnosis import Diagnosis
-    from rulesheets.model import Model, Variable
-    from solver.curves.table import Branch, CurveTable
+from solver.commands.option import Option
+from solver.commands.over import read_axes
+from solver.curves.following import follow_sweep
+from solver.curves.table import Branch, CurveTable
+from solver.files.columns import Columns
+from solver.files.csv_table import csv_head, csv_rows
+from solver.files.tables import write_table
+from solver.sweeps.shown import heads, shown_columns
 
 ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 """Options of a sweep row by row, which say nothing of a curve."""
@@ -22,12 +28,6 @@ ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 
 def follow(arguments: Namespace) -> int:
     """Follow, write and tell. The exit code is 0 where there are branches and only limits are singular."""
-    from rulesheets.deadline import expired
-    from rulesheets.diagnosis import RuleSheetError
-    from solver.commands.option import Option
-    from solver.commands.over import read_axes
-    from solver.curves.following import follow_sweep
-
     request = read_request(arguments)
     request.expect_output(arguments.output)
     others = [option for option in ALONE if getattr(arguments, option)]
@@ -49,18 +49,11 @@ def follow(arguments: Namespace) -> int:
 
 
 def _one_range(others: list[str]) -> Diagnosis:
-    from rulesheets.diagnosis import error
-
     said = f"; --{others[0]} does not go with it" if others else ""
     return error("E447", f"a curve is followed over one range{said}", notes=("give one --over, and --want",))
 
 
 def _write(table: CurveTable, model: Model, path: str | None) -> None:
-    from solver.files.columns import Columns
-    from solver.files.csv_table import csv_head, csv_rows
-    from solver.files.tables import write_table
-    from solver.sweeps.shown import heads, shown_columns
-
     found = Columns(dict(table), table.status, tuple(map(str, table.STATUSES)))
     names = heads(tuple(table), model)
     values = dict(zip(names, shown_columns(found, model).values.values(), strict=True))
@@ -78,8 +71,6 @@ def _only_limits(table: CurveTable) -> bool:
 
 def _summary(table: CurveTable, model: Model) -> Iterator[str]:
     """How many rows and branches there are; of each branch its ends and where it turns back."""
-    from rulesheets.spelling import plural
-
     if not table.branches:
         yield f"no value of {table.swept} has an answer to begin at"
         return

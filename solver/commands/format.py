@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
+from rulesheets.format import format_sheet
+from rulesheets.loading import find_sheet
+from rulesheets.reading import read_source
 from rulesheets.source import escaped
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+from rulesheets.uses import parsed
+from solver.files.replacing import write_file
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -20,11 +22,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Print or write the sheet; ``--check`` exits with 1 where it would change."""
-    from rulesheets.format import format_sheet
-    from rulesheets.loading import find_sheet
-    from rulesheets.reading import read_source
-    from rulesheets.uses import parsed
-
     path = find_sheet(arguments.sheet)
     source = read_source(path)
     text = format_sheet(parsed(source, path))
@@ -36,7 +33,5 @@ def run(arguments: Namespace) -> int:
     if not arguments.in_place:
         sys.stdout.write(text)
     elif text != source.text:
-        from solver.files.replacing import write_file
-
         write_file(path, text.encode())
     return 0

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, render
-from rulesheets.input_messages import symbol_for_number
+from rulesheets.input_messages import guess_with_tolerance, symbol_for_number, unknown_variable
+from rulesheets.inputs import parse_input, with_tolerances
 from rulesheets.kinds import quantities
+from rulesheets.loading import find_variable_sheet, load, loads
+from rulesheets.model import Model, Tolerance, Value
+from rulesheets.reading import decoded
 from rulesheets.units.display import with_display_unit, with_display_units
+from rulesheets.variables import read_variable_sheet
 from solver.commands.option import Option
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from rulesheets.model import Model, Tolerance, Value
+from solver.files.replacing import expect_no_input
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,6 @@ class Request:
     def expect_output(self, path: str | None) -> None:
         """Raise RuleSheetError (E418) if a file to write is one that was read."""
         if path is not None:
-            from solver.files.replacing import expect_no_input
-
             expect_no_input(path, self.files)
 
 
@@ -61,9 +60,6 @@ def add_sheet_options(parser: ArgumentParser) -> None:
 
 def load_sheet(arguments: Namespace) -> Model:
     """The model of the sheet, of standard input for ``-``. Raises RuleSheetError for all that is wrong."""
-    from rulesheets.loading import load, loads
-    from rulesheets.reading import decoded
-
     if arguments.sheet != "-":
         model = load(arguments.sheet, within=arguments.within, allow_python=arguments.allow_python)
     else:
@@ -96,8 +92,6 @@ def add_display_options(parser: ArgumentParser) -> None:
 
 
 def _seconds(text: str) -> float:
-    from argparse import ArgumentTypeError
-
     try:
         seconds = float(text)
     except ValueError:
@@ -112,16 +106,12 @@ def read_request(arguments: Namespace) -> Request:
 
     Raises RuleSheetError with everything that is wrong, names that the model does not have included.
     """
-    from rulesheets.loading import find_variable_sheet
-
     model = load_sheet(arguments)
     inputs: dict[str, Value | None] = {}
     guesses: dict[str, float] = {}
     tolerances: dict[str, Tolerance] = {}
     files = model.files
     if arguments.variables:
-        from rulesheets.variables import read_variable_sheet
-
         beside = "." if arguments.sheet == "-" else arguments.sheet
         filled_in = find_variable_sheet(arguments.variables, beside)
         files = (*files, filled_in)
@@ -132,8 +122,6 @@ def read_request(arguments: Namespace) -> Request:
     inputs.update(options)
     tolerances.update(reading.tolerances)
     if tolerances:
-        from rulesheets.inputs import with_tolerances
-
         model = with_tolerances(model, tolerances)
     guesses.update(reading.guesses(arguments.guess, inputs))
     shown = reading.units(getattr(arguments, "unit", ()))
@@ -214,22 +202,16 @@ class _Reading:
     def _known(self, option: Option, name: str) -> bool:
         if name in self.model.variables:
             return True
-        from rulesheets.input_messages import unknown_variable
-
         self.complaints.append(unknown_variable(name, self.model, option.place(name)))
         return False
 
     def _value(self, option: Option, name: str, text: str) -> Value | None:
-        from rulesheets.inputs import parse_input
-
         try:
             value, tolerance = parse_input(text, option.place(text), self.model.variables[name])
         except RuleSheetError as wrong:
             self.complaints.extend(wrong.diagnoses)
             return None
         if tolerance is not None and option.name == "guess":
-            from rulesheets.input_messages import guess_with_tolerance
-
             self.complaints.append(guess_with_tolerance(option.place(text)))
         elif tolerance is not None:
             self.tolerances[name] = tolerance

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+from rulesheets.loading import find_sheet, shipped_models
+from solver.report.table import columns
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -14,9 +14,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """One line a model: its name, and the comment that its sheet opens with."""
-    from rulesheets.loading import find_sheet, shipped_models
-    from solver.report.table import columns
-
     names = shipped_models()
     if names:
         print(columns((name, title(find_sheet(name))) for name in names))

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
-from rulesheets.units.quantity import parted
+from rulesheets.input_messages import not_finite, symbol_for_number
+from rulesheets.inputs import parse_input
+from rulesheets.kinds import quantities
+from rulesheets.model import Model, Variable
+from rulesheets.units.quantity import converted, parted
+from rulesheets.variables import parse_value, variable_named
 from solver.commands.option import Option
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from rulesheets.model import Model, Variable
-    from solver.sweeps.grid import Axis, Rows
+from solver.sweeps.grid import Axis, Grid, Rows, Stretch, Zipped, listed
 
 LIMIT = 10**12
 """Rows that a sweep may have: beyond that nobody waits for the end."""
@@ -30,8 +30,6 @@ def read_over(
 
     Raises RuleSheetError for what is no range of a variable, and for ranges that cannot be combined.
     """
-    from solver.sweeps.grid import Grid, Zipped
-
     axes = read_axes(texts, model)
     if not side_by_side:
         rows = 1
@@ -48,8 +46,6 @@ def read_over(
 
 def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
     """The values by name, in the order given. Raises RuleSheetError for what gives no variable its values."""
-    from rulesheets.variables import variable_named
-
     axes: dict[str, Axis] = {}
     for text in texts:
         option = Option("over", text)
@@ -65,9 +61,6 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
 
 def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axis:
     """A range, or a list; one value is a list of one."""
-    from rulesheets.input_messages import not_finite
-    from solver.sweeps.grid import Stretch, listed
-
     if ":" not in stretch:
         parts = [part.strip() for part in stretch.split(",")]
         last = parted(parts[-1])
@@ -96,9 +89,6 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
 
 def _in_unit(option: Option, variable: Variable, stretch: str, unit: str, model: Model) -> Axis:
     """A range in a unit, ``0:90:5deg``, in that of the variable."""
-    from rulesheets.units.quantity import converted
-    from solver.sweeps.grid import listed
-
     axis = _axis(option, variable, stretch, model)
     numbers = axis.cut(0, len(axis)).tolist()
     return listed(converted(numbers, unit, variable, option.place(unit)), variable.name)
@@ -106,10 +96,6 @@ def _in_unit(option: Option, variable: Variable, stretch: str, unit: str, model:
 
 def _listed(option: Option, variable: Variable, text: str, model: Model) -> float | str:
     """A value of a list. Raises RuleSheetError for a symbol where only a number can be."""
-    from rulesheets.input_messages import symbol_for_number
-    from rulesheets.inputs import parse_input
-    from rulesheets.kinds import quantities
-
     value, _ = parse_input(text, option.place(text), variable)
     if isinstance(value, str) and variable.name in quantities(model):
         raise RuleSheetError(symbol_for_number(value, variable, model, option.place(text)))
@@ -117,8 +103,6 @@ def _listed(option: Option, variable: Variable, text: str, model: Model) -> floa
 
 
 def _value(option: Option, text: str) -> float | str:
-    from rulesheets.variables import parse_value
-
     return parse_value(text, option.place(text))
 
 

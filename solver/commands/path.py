@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
+from rulesheets.inputs import override
 from solver.commands.inputs import add_input_options, read_request
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+from solver.path.outlook import outlook
+from solver.path.planner import planner
+from solver.report.path import outlook_text, reaches
+from solver.solving import posted
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -16,12 +18,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
-    from rulesheets.inputs import override
-    from solver.path.outlook import outlook
-    from solver.path.planner import planner
-    from solver.report.outlook import outlook_text, reaches
-    from solver.solving import posted
-
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.kinds import quantities
+from rulesheets.model import Model, Variable
+from rulesheets.spelling import suggestion
+from rulesheets.units.quantity import scaling
 from solver.commands.option import Option
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from rulesheets.model import Model, Variable
-    from solver.files.columns import Array
-    from solver.sweeps.chunks import Chunk
+from solver.commands.over import read_over
+from solver.files.columns import Array
+from solver.files.rows import heading, pieces
+from solver.sweeps.chunks import Chunk, file_chunks, first_lessons, grid_chunks, grid_lessons
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,6 @@ class Swept:
 
 def read_swept(arguments: Namespace, model: Model) -> Swept:
     """The rows of ``--over`` or ``--rows``. Raises RuleSheetError where these make no sense."""
-    from solver.commands.over import read_over
-    from solver.sweeps.chunks import grid_chunks, grid_lessons
-
     if bool(arguments.over) == bool(arguments.rows):
         raise RuleSheetError(_either())
     if arguments.rows:
@@ -53,10 +51,6 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
 
 def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     """``columns`` are those to take; none means all."""
-    from rulesheets.kinds import quantities
-    from solver.files.rows import heading, pieces
-    from solver.sweeps.chunks import file_chunks, first_lessons
-
     written, total = heading(path)
     there = tuple(_parted(head)[0] for head in written)
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
@@ -87,8 +81,6 @@ def _parted(head: str) -> tuple[str, str]:
 
 def _scale(variable: Variable, unit: str) -> tuple[float, float] | None:
     """Factor and shift from the unit of a column to that of its variable. Raises RuleSheetError."""
-    from rulesheets.units.quantity import scaling
-
     return scaling(unit, variable) if unit and unit != variable.unit else None
 
 
@@ -105,8 +97,6 @@ def _either() -> Diagnosis:
 
 
 def _no_column(name: str, there: tuple[str, ...], path: str) -> Diagnosis:
-    from rulesheets.spelling import suggestion
-
     return error(
         "E440",
         f"{path} has no column {name}",
@@ -117,8 +107,6 @@ def _no_column(name: str, there: tuple[str, ...], path: str) -> Diagnosis:
 
 def _unknown(name: str, model: Model, path: str) -> Diagnosis:
     """A column that is no variable is a mistake more often than not: nothing is left out in silence."""
-    from rulesheets.spelling import suggestion
-
     return error(
         "E440",
         f"{path} has a column {name}, and {model.name} no such variable",

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from argparse import ArgumentParser, Namespace
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from rulesheets.diagnosis import render
+from rulesheets.units.check import check_units
 from solver.commands.derived import add_derived_options, asked, derived_json, derived_text
 from solver.commands.inputs import add_display_options, add_input_options, read_request
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from solver.result import Result
-
+from solver.files.replacing import write_file
+from solver.report.json import result_json
+from solver.report.sheet import result_csv
+from solver.report.text import result_text
+from solver.result import Result
+from solver.solving import solve
 
 MOST_WARNINGS = 3
 """Warnings of units after a table."""
@@ -38,8 +41,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Solve, print, write; the exit code is that of the status."""
-    from solver.solving import solve
-
     request = read_request(arguments)
     request.expect_output(arguments.output)
     result = solve(
@@ -51,9 +52,6 @@ def run(arguments: Namespace) -> int:
         limits=arguments.limits,
     )
     if arguments.output:
-        from solver.files.replacing import write_file
-        from solver.report.csv import result_csv
-
         write_file(arguments.output, result_csv(result).encode())
     _print(_with_unit_warnings(result, every=arguments.json), arguments)
     return result.status.exit_code
@@ -61,8 +59,6 @@ def run(arguments: Namespace) -> int:
 
 def _with_unit_warnings(result: Result, every: bool) -> Result:
     """The result with what is wrong with units in its rules, the first of it; its status stays."""
-    from rulesheets.units.check import check_units
-
     warnings = check_units(result.model, sure=True)
     if not warnings:
         return result
@@ -75,8 +71,6 @@ def _with_unit_warnings(result: Result, every: bool) -> Result:
 
 def _print(result: Result, arguments: Namespace) -> None:
     if arguments.json:
-        from solver.report.json import result_json
-
         also = derived_json(result, arguments)
         print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
     elif arguments.csv:
@@ -84,8 +78,6 @@ def _print(result: Result, arguments: Namespace) -> None:
         if asked(arguments) and (derived := derived_text(result, arguments, color=False)):
             print(derived, file=sys.stderr)
     else:
-        from solver.report.text import result_text
-
         shown = {"every": arguments.all, "explain": arguments.explain, "digits": arguments.digits}
         print(result_text(result, **shown, color=_color()))
         if derived := derived_text(result, arguments, color=_color()):
@@ -94,15 +86,10 @@ def _print(result: Result, arguments: Namespace) -> None:
 
 def _print_csv(result: Result, *, every: bool) -> None:
     """The sheet on stdout; what is wrong on stderr, out of the way of a program that reads the sheet."""
-    from rulesheets.diagnosis import render
-    from solver.report.csv import result_csv
-
     sys.stdout.write(result_csv(result, every=every))
     for diagnosis in result.diagnoses:
         print(render(diagnosis), file=sys.stderr)
 
 
 def _color() -> bool:
-    import os
-
     return sys.stdout.isatty() and "NO_COLOR" not in os.environ

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.model import Value
+from solver.commands.inputs import Request
 from solver.commands.option import Option
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from rulesheets.model import Value
-    from solver.commands.inputs import Request
+from solver.commands.over import read_axes
 
 FRAMES = 100_000
 """Values that a range may have: a film of an hour and a half."""
@@ -24,8 +21,6 @@ def read_states(
 
     Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
     """
-    from solver.commands.over import read_axes
-
     texts = tuple(texts)
     ranges = [text for text in texts if ":" in text]
     if len(ranges) > 1:

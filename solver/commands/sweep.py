@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
-from typing import TYPE_CHECKING
 
+from rulesheets.deadline import expired
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.kinds import symbolic
 from rulesheets.source import escaped
+from rulesheets.units.quantity import displays
+from solver.commands.follow import follow
 from solver.commands.inputs import Request, add_display_options, add_input_options, read_request
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Iterator
-
-    from solver.commands.rows import Swept
-    from solver.sweeps.chunks import Chunk
-    from solver.sweeps.sinks import Sink
-    from solver.sweeps.stream import Outcome
-    from solver.sweeps.work import Solved, Work
+from solver.commands.rows import Swept, read_swept
+from solver.files.tables import is_csv
+from solver.interruption import WATCH
+from solver.pictures.drawing import require_matplotlib
+from solver.plan import prepare
+from solver.report.progress import Progress, Quietly
+from solver.sweeping import followed, work_of
+from solver.sweeps.chunks import Chunk
+from solver.sweeps.resuming import earlier
+from solver.sweeps.running import solved_pieces
+from solver.sweeps.shown import ShownSink, expect_plain, heads
+from solver.sweeps.sinks import FileSink, Sink, StreamSink
+from solver.sweeps.stream import Outcome
+from solver.sweeps.stream import run as streamed
+from solver.sweeps.work import Solved, Work
 
 INTERRUPTED = 130
 
@@ -50,8 +60,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def _jobs(text: str) -> int:
-    from argparse import ArgumentTypeError
-
     if not text.isdecimal() or int(text) < 1:
         raise ArgumentTypeError(f"{text} is no number of processes")
     return int(text)
@@ -59,14 +67,7 @@ def _jobs(text: str) -> int:
 
 def run(arguments: Namespace) -> int:
     """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if interrupted."""
-    from rulesheets.deadline import expired
-    from solver.commands.rows import read_swept
-    from solver.sweeping import followed
-    from solver.sweeps.running import solved_pieces
-
     if arguments.follow:
-        from solver.commands.follow import follow
-
         return follow(arguments)
     request = read_request(arguments)
     if arguments.rows:
@@ -94,11 +95,6 @@ def run(arguments: Namespace) -> int:
 
 def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     """What is to be solved for each row. Lines of CSV are made where the rows are solved, if they can be."""
-    from rulesheets.units.quantity import displays
-    from solver.files.tables import is_csv
-    from solver.plan import prepare
-    from solver.sweeping import work_of
-
     request.swept(swept.names)
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
@@ -118,10 +114,6 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
 
 def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
     """The table goes to a file and to a picture, or to standard output."""
-    from rulesheets.kinds import symbolic
-    from solver.sweeps.shown import ShownSink, heads
-    from solver.sweeps.sinks import FileSink, StreamSink
-
     names = heads(work.names, work.model)
     table: Sink | None = None
     if arguments.output:
@@ -137,9 +129,6 @@ def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
 
 def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved], Iterator[Chunk]]:
     """What an earlier run has left, and the rows that are left to solve."""
-    from solver.sweeps.resuming import earlier
-    from solver.sweeps.shown import expect_plain
-
     if not arguments.resume:
         return [], swept.chunks
     if not arguments.output or arguments.all:
@@ -157,7 +146,8 @@ def _not_resumable() -> Diagnosis:
 
 
 def _plot(path: str, work: Work, swept: Swept) -> Sink:
-    from solver.report.plot.sink import LIMIT, PlotSink, too_many
+    require_matplotlib()
+    from solver.pictures.plot import LIMIT, PlotSink, too_many
 
     if swept.total is not None and swept.total > LIMIT:
         raise RuleSheetError(too_many())
@@ -167,16 +157,12 @@ def _plot(path: str, work: Work, swept: Swept) -> Sink:
 
 def _streamed(pieces: Iterator[Solved], sinks: list[Sink], total: int | None, *, printing: bool) -> Outcome:
     """Run the sweep; a terminal shows how far it is."""
-    from solver.interruption import WATCH
-    from solver.report.progress import Progress, Quietly
-    from solver.sweeps.stream import run
-
     if not sys.stderr.isatty():
-        return run(pieces, sinks)
+        return streamed(pieces, sinks)
     progress = Progress(sys.stderr, total)
     watching = WATCH.set(progress.within)
     try:
-        return run(pieces, [Quietly(sink, progress) for sink in sinks] if printing else sinks, progress)
+        return streamed(pieces, [Quietly(sink, progress) for sink in sinks] if printing else sinks, progress)
     finally:
         WATCH.reset(watching)
         progress.end()

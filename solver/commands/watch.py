@@ -46,7 +46,7 @@ def _round(arguments: Namespace) -> set[str]:
     """Solve once and print; the files that the sheet was read from."""
     from rulesheets.deadline import TimeIsUp, time_limit
     from rulesheets.loading import load
-    from solver.report.screen import shown_on
+    from solver.report.table import shown_on
 
     try:
         with time_limit(arguments.timeout), shown_on(sys.stdout):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
+from rulesheets.diagnosis import render
+from rulesheets.inputs import variable_named
 from solver.commands.inputs import add_display_options, add_input_options, read_request
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from solver.derivation import Derivation
+from solver.derivation import Derivation, why
+from solver.report.why import why_latex, why_markdown, why_text
+from solver.solving import solve
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -23,10 +23,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Solve, trace, print; the exit code is 0 where the variable has a value."""
-    from rulesheets.inputs import variable_named
-    from solver.derivation import why
-    from solver.solving import solve
-
     request = read_request(arguments)
     variable_named(arguments.name, request.model)
     result = solve(request.model, request.inputs, guesses=request.guesses)
@@ -39,8 +35,6 @@ def run(arguments: Namespace) -> int:
 
 
 def _written(derivation: Derivation, arguments: Namespace) -> str:
-    from solver.report.why import why_latex, why_markdown, why_text
-
     if arguments.latex and derivation.value is not None:
         return why_latex(derivation)
     return why_markdown(derivation) if arguments.markdown else why_text(derivation)
@@ -48,8 +42,6 @@ def _written(derivation: Derivation, arguments: Namespace) -> str:
 
 def _explain(derivation: Derivation) -> None:
     """Why there is no value."""
-    from rulesheets.diagnosis import render
-
     for diagnosis in derivation.diagnoses:
         print()
         print(render(diagnosis))

@@ -27,7 +27,7 @@ from solver.editor.functions import ENTRIES
 from solver.editor.symbols import Names, Symbol, symbol
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Word
 from solver.page.lane import Lane, Workers
-from solver.report.numbers import readable
+from solver.report.sheet import readable
 
 Json = dict[str, Any]
 

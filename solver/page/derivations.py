@@ -8,7 +8,7 @@ from typing import Any
 from rulesheets.model import Equation
 from solver.derivation import Derivation, Direct, Guard, Together
 from solver.report.notation import Plain, Tex
-from solver.report.why.page import Page, iterated
+from solver.report.why import Page, iterated
 
 
 def derived(derivation: Derivation) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from rulesheets.diagnosis import Diagnosis, render
 from rulesheets.model import Equation, Model, Variable
 from solver.page.figures import outline
 from solver.report.notation import Tex
-from solver.report.places import Places, rule_text
+from solver.report.path import Places, rule_text
 
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 """The name of a call in front of a local, which the rule itself does not write."""

@@ -14,12 +14,11 @@ from rulesheets.showing import ROWS, html_table, more
 from solver.derivation import Derivation, Direct, Together
 from solver.derivatives.sensitivities import Sensitivities
 from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.report.derived import cells
 from solver.report.notation import Plain, Tex, equation
-from solver.report.numbers import readable
 from solver.report.path import told
-from solver.report.sensitivity import cells
-from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
-from solver.report.why.page import Page, iterated
+from solver.report.sheet import COLUMNS, displayed, output_heads, readable, sheet_rows
+from solver.report.why import Page, iterated
 from solver.result import Result, Status
 
 ANSWERS = 4

@@ -5,19 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Diagnosis
+from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.source import Span
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
-from solver.report.path import told
-from solver.report.places import rule_text
+from solver.proof import Proof
+from solver.report.path import rule_text, told
 from solver.report.sheet import named
 from solver.result import Result, Solution
-
-if TYPE_CHECKING:
-    from solver.proof import Proof
 
 Json = dict[str, object]
 
@@ -152,6 +149,4 @@ def _rules(model: Model, equations: Iterable[int]) -> Json:
 
 
 def _condition(model: Model, index: int) -> str:
-    from rulesheets.format import format_condition
-
     return format_condition(model.conditions[index])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
+from rulesheets.construct import substitute
 from rulesheets.format import format_condition, format_expression
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import (
@@ -24,7 +25,7 @@ from rulesheets.nodes import (
     names,
     rebuilt,
 )
-from solver.report.numbers import DIGITS, readable
+from solver.report.sheet import DIGITS, readable
 
 
 class Notation(Protocol):
@@ -66,8 +67,6 @@ class Tex:
         return expression_latex(node)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        from rulesheets.construct import substitute
-
         return self.expression(substitute(node, {name: _rounded(values[name]) for name in names(node)}))
 
     def value(self, value: Value) -> str:

@@ -1,19 +1,80 @@
-"""A solution path as text: what is solved from which rule, in order."""
+"""A solution path as text: what is solved from which rule, in order, and the cases that follow."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from rulesheets.format import format_condition
-from rulesheets.model import Equation, Model
+from rulesheets.model import Equation, Model, Premise, Requirement
+from rulesheets.source import Span, escaped
 from solver.attempts import Method
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.methods import first_methods
+from solver.path.outlook import Outlook, question
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
-from solver.report.places import Places
+from solver.report.notation import Plain
 from solver.report.table import table
 from solver.result import Result
+
+
+def rule_text(span: Span) -> str:
+    """The rule as written, on one line, its inner spaces single."""
+    return " ".join(span.text.split())
+
+
+def short_names(files: Iterable[str]) -> Mapping[str, str]:
+    """The shortest endings of file names that tell them apart: ``position.tk``."""
+    names = tuple(dict.fromkeys(files))
+    return {name: escaped(_ending(name, names)) for name in names}
+
+
+def _ending(name: str, names: tuple[str, ...]) -> str:
+    parts = name.split("/")
+    for length in range(1, len(parts)):
+        ending = "/".join(parts[-length:])
+        if sum(other == ending or other.endswith("/" + ending) for other in names) == 1:
+            return ending
+    return name
+
+
+class Places:
+    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        spans = [*(e.rule for e in model.equations), *(r.rule for r in model.requirements)]
+        self._short = short_names(span.file for span in spans)
+        self._guards: dict[tuple[str, Span], set[tuple[Premise, ...]]] = {}
+        for equation in model.equations:
+            self._guards.setdefault((equation.scope, equation.rule), set()).add(equation.guard)
+
+    def of(self, rule: Equation | Requirement) -> str:
+        return f"{self._short[rule.rule.file]}:{rule.rule.line}"
+
+    def said(self, equation: Equation) -> str:
+        """The rule of an equation; of a rule with several arms the arm that the equation stands in."""
+        left, right = equation.left.span, equation.right.span
+        arms = self._guards[equation.scope, equation.rule]
+        if len(arms) == 1 or not equation.guard or left is None or right is None or left == right:
+            return rule_text(equation.rule)
+        arm = f"{rule_text(left)} = {rule_text(right)}"
+        last = equation.guard[-1]
+        if not last.holds:
+            return f"else {arm}"
+        condition = self._model.conditions[last.condition].span
+        return f"if {_bare(rule_text(condition)) if condition else '…'} then {arm}"
+
+
+def _bare(text: str) -> str:
+    """Without a parenthesis around the whole."""
+    depth = 0
+    for place, sign in enumerate(text):
+        depth += (sign == "(") - (sign == ")")
+        if depth == 0:
+            return text[1:-1] if place == len(text) - 1 and text[0] == "(" else text
+    return text
+
 
 Row = tuple[str, str, str, str, str]
 
@@ -21,16 +82,10 @@ Row = tuple[str, str, str, str, str]
 def path_text(result: Result) -> str:
     """A table of the steps, then the number of branches and the wanted variables that no step reaches."""
     lines = [path_table(result.model, result.path), branches_line(result.path)]
-    missing = unreached(result)
+    missing = unreached(result.path, result.wanted)
     if missing:
         lines.append(f"Not reached: {', '.join(missing)}.")
     return "\n".join(lines)
-
-
-def unreached(result: Result) -> tuple[str, ...]:
-    """The wanted variables that the path does not lead to."""
-    beyond = set(result.path.undetermined)
-    return tuple(name for name in result.wanted if name in beyond)
 
 
 def path_table(model: Model, path: Path, first: int = 1) -> str:
@@ -111,3 +166,52 @@ def _ways(branches: int) -> str:
 
 def _rule(places: Places, equation: Equation) -> tuple[str, str]:
     return places.of(equation), places.said(equation)
+
+
+def outlook_text(model: Model, outlook: Outlook, wanted: Sequence[str]) -> str:
+    """A table for the path and one for each case under its conditions, then how many answers there can be."""
+    parts = list(_parts(model, outlook, wanted, (), 1))
+    if outlook.path.steps:
+        parts.append(_answers(outlook))
+    return "\n\n".join(parts) if outlook.cases else "\n".join(parts)
+
+
+def reaches(outlook: Outlook, wanted: Sequence[str]) -> bool:
+    """Whether some end of the outlook, as far as it is followed, leads to every wanted variable."""
+    return any(end.open or not unreached(end.path, wanted) for end in outlook.ends())
+
+
+def unreached(path: Path, wanted: Sequence[str]) -> tuple[str, ...]:
+    """The wanted variables that a path does not lead to."""
+    beyond = set(path.undetermined)
+    return tuple(name for name in wanted if name in beyond)
+
+
+def _parts(
+    model: Model, outlook: Outlook, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
+) -> Iterator[str]:
+    lines = [f"Where {_said(model, outcomes)}:"] if outcomes else []
+    if outlook.path.steps:
+        lines.append(path_table(model, outlook.path, first))
+    else:
+        lines.append("No rule gives anything more." if outcomes else "No rule gives anything.")
+    missing = unreached(outlook.path, wanted)
+    if missing and not question(outlook.path):
+        lines.append(f"Not reached: {', '.join(missing)}.")
+    yield "\n".join(lines)
+    after = first + len(told(outlook.path))
+    for case in outlook.cases:
+        yield from _parts(model, case.outlook, wanted, (*outcomes, *case.outcomes), after)
+
+
+def _said(model: Model, outcomes: tuple[Premise, ...]) -> str:
+    """``x > 0 and not (y > 0)``."""
+    return Plain().conditions((model.conditions[premise.condition], premise.holds) for premise in outcomes)
+
+
+def _answers(outlook: Outlook) -> str:
+    if any(end.open for end in outlook.ends()):
+        return "What follows depends on how the conditions come out, and on how many answers there are then."
+    if outlook.branches is None:
+        return "Blocks can have any number of answers."
+    return "One answer at most." if outlook.branches == 1 else f"At most {outlook.branches} answers."

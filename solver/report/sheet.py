@@ -1,14 +1,79 @@
-"""The variable sheet of a result: St, Input, Name, Output, Unit, Comment."""
+"""The variable sheet of a result: its rows, and values as text, short for people and exact for files."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from decimal import Context, Decimal
+from io import StringIO
+from math import ceil, inf, isfinite, log10
 
+from rulesheets.cells import guarded
 from rulesheets.model import Tolerance, Value, Variable
 from rulesheets.units.quantity import shown
 from solver.result import Result, Solution
+
+DIGITS = 10
+"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding noise."""
+
+
+def readable(value: Value | None) -> str:
+    """A value for the variable sheet: ``'open``, ``-41.46077186``, blank where there is none."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return f"'{value}"
+    return f"{value + 0.0:.{DIGITS}g}"
+
+
+def exact(value: Value | None) -> str:
+    """A value for a file: reading it back gives the same float."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return f"'{value}"
+    text = repr(float(value) + 0.0)
+    return text.removesuffix(".0")
+
+
+def tolerated(text: str, tolerance: Tolerance | None) -> str:
+    """``3 ± 0.01``: the text of an input with its tolerance, as a sheet reads it."""
+    if tolerance is None:
+        return text
+    return f"{text} ± {exact(tolerance.size)}{'%' if tolerance.percent else ''}"
+
+
+def certain(value: Value | None, error: float) -> str:
+    """A value with the digits that its error leaves: the last one may be off by one, zeros included.
+
+    All that a float has where the error is 0; ``±1e-16`` where not one digit is right.
+    """
+    if not isinstance(value, float) or error == 0.0:
+        return exact(value)
+    if not isfinite(error):
+        return "±?"
+    place = ceil(log10(2.0 * error))
+    if abs(value) < 0.5 * 10.0**place:
+        return f"±{error:.0e}"
+    return _to_place(value, place)
+
+
+def _to_place(value: float, place: int) -> str:
+    """Rounded to a multiple of ten to the ``place``, in plain digits where that is readable."""
+    wide = Context(prec=1100, Emin=-2000, Emax=2000)
+    number = Decimal(value)
+    rounded = number.quantize(Decimal((0, (1,), place)), context=wide)
+    if place <= 0 and -5 <= rounded.adjusted() < 16:
+        return f"{rounded:f}"
+    text = f"{rounded:.{rounded.adjusted() - place}e}"
+    return text.replace("e+", "e")
+
+
+def magnitude(value: float) -> str:
+    """The size of a residual: ``1e-16``, ``0``."""
+    return f"{value:.0e}" if value else "0"
+
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 
@@ -138,3 +203,26 @@ def _error(answer: Mapping[str, Value], name: str) -> float:
 def output_heads(count: int) -> Iterator[str]:
     """``Output``, or ``Output 1``, ``Output 2``, … side by side."""
     return iter(("Output",)) if count == 1 else (f"Output {k}" for k in range(1, count + 1))
+
+
+def result_csv(result: Result, *, every: bool = False) -> str:
+    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output 2``, …
+
+    Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer gives the
+    same inputs and guesses again: outputs are not inputs.
+    """
+    rows = sheet_rows(result, every=every)
+    status, given, name, _, unit, comment = COLUMNS
+    heads = output_heads(len(rows[0].outputs) if rows else 1)
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow((status, given, name, *heads, unit, comment))
+    for row in rows:
+        outputs = map(exact, row.outputs)
+        texts = map(guarded, (row.status, _given(row), row.name, *outputs, row.unit, row.comment))
+        writer.writerow(texts)
+    return text.getvalue()
+
+
+def _given(row: SheetRow) -> str:
+    return tolerated(exact(row.input), row.tolerance)

@@ -6,22 +6,80 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from rulesheets.diagnosis import render
 from rulesheets.source import escaped
 from rulesheets.spelling import plural
-from solver.report.numbers import certain, readable, tolerated
-from solver.report.screen import SCREEN
+from solver.path.steps import Evaluate, Path, Select, SolveBlock
+from solver.report.details import attempts_text, conditions_text, proof_lines, rule_status_table
+from solver.report.path import path_text
 from solver.report.sheet import (
     COLUMNS,
     SheetRow,
+    certain,
     displayed,
     local_rows,
+    magnitude,
     output_heads,
     pruned,
+    readable,
     sheet_rows,
+    tolerated,
 )
-from solver.report.table import fits, table
-from solver.report.work import used, work_line
+from solver.report.table import SCREEN, fits, table
 from solver.result import Result, Status
+
+
+def work_line(result: Result) -> str:
+    """``29 rules: 27 direct, 1 block of 2; all satisfied, worst residual 1e-16``.
+
+    Rules are counted by equation: a tuple counts for each of its halves, a rule function
+    once a call. The last part is there where there is an answer, or a part of one.
+    """
+    rules = plural(len(result.model.equations), "rule")
+    line = f"{rules}: {', '.join(_parts(result))}"
+    if not result.solutions or not result.solutions[0].checked:
+        return line
+    answer = result.solutions[0]
+    satisfied = "all" if result.status is Status.SOLVED else str(answer.checked)
+    return f"{line}; {satisfied} satisfied, worst residual {magnitude(answer.worst_residual)}"
+
+
+def used(path: Path) -> int:
+    """How many equations the path solves with."""
+    return direct(path) + sum(block_sizes(path))
+
+
+def direct(path: Path) -> int:
+    return sum(isinstance(step, Evaluate | Select) for step in path.steps)
+
+
+def block_sizes(path: Path) -> tuple[int, ...]:
+    """Number of unknowns of each simultaneous block, in order."""
+    return tuple(len(step.unknowns) for step in path.steps if isinstance(step, SolveBlock))
+
+
+def _parts(result: Result) -> list[str]:
+    path, total = result.path, len(result.model.equations)
+    sizes = block_sizes(path)
+    parts = [f"{direct(path)} direct"] if direct(path) or not sizes else []
+    if sizes:
+        parts.append(_blocks(sizes))
+    if not result.solutions:
+        return parts
+    active = result.solutions[0].checked
+    checks, idle = active - used(path), total - max(active, used(path))
+    if checks > 0:
+        parts.append(plural(checks, "check"))
+    if idle > 0:
+        parts.append(f"{idle} idle")
+    return parts
+
+
+def _blocks(sizes: Sequence[int]) -> str:
+    low, high = min(sizes), max(sizes)
+    size = f"{low}" if low == high else f"{low} to {high}"
+    return f"{plural(len(sizes), 'block')} of {size}"
+
 
 NUMBER_WIDTH = 16
 """Cells of an output: a number with ten digits, a sign and an exponent."""
@@ -68,9 +126,6 @@ def result_text(
 
 
 def _complaints(result: Result, color: bool) -> Iterator[str]:
-    from rulesheets.diagnosis import render
-    from solver.report.rule_status import rule_status_table
-
     yield rule_status_table(result)
     width = SCREEN.get().width
     yield from (render(diagnosis, color=color, width=width) for diagnosis in result.diagnoses)
@@ -132,11 +187,6 @@ def _cells(row: SheetRow) -> tuple[str, ...]:
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
-    from rulesheets.diagnosis import render
-    from solver.report.attempts import attempts_text
-    from solver.report.conditions import conditions_text
-    from solver.report.path import path_text
-
     rows = displayed(result, local_rows(result, every=every, digits=digits))
     if rows:
         yield "Locals\n" + sheet_table(rows)
@@ -163,8 +213,6 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
         yield f"{word}: {MEANINGS[result.status]}"
     yield work_line(result)
     if any(solution.proof for solution in result.solutions):
-        from solver.report.proof import proof_lines
-
         yield from proof_lines(result)
     yield from _others(result, every)
     yield from _unlikely(result, every)

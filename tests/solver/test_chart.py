@@ -18,8 +18,8 @@ from solver.chart.reference import active_rules, exact_state
 from solver.cli import main
 from solver.numerics.elimination import eliminate
 from solver.numerics.scipy_roots import METHODS, scipy_root
-from solver.report.chart.picture import speed_picture, stability_picture
-from solver.report.chart.text import COLUMNS, chart_csv, stability_table
+from solver.pictures.chart import speed_picture, stability_picture
+from solver.report.chart import COLUMNS, chart_csv, stability_table
 from tests.oracles.slider_crank import Crank, forward
 
 pytest.importorskip("matplotlib")

@@ -19,9 +19,8 @@ from rulesheets.diagnosis import RuleSheetError, render
 from rulesheets.variables import read_variable_sheet
 from solver.cli import WRONG, main
 from solver.derivation import why
-from solver.report.csv import result_csv
-from solver.report.why import why_markdown
-from solver.report.why.markdown import code_span
+from solver.report.sheet import result_csv
+from solver.report.why import code_span, why_markdown
 
 SECRET = "hunter2"
 Capture = pytest.CaptureFixture[str]

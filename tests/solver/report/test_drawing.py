@@ -15,14 +15,12 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.marks import ARROWS
-from solver.report.drawing.diagram import Diagram, Stroke, diagram, lacking, variables
-from solver.report.drawing.film import Frame, Track, frames, gif, images
-from solver.report.drawing.labels import Box, Wish, place
-from solver.report.drawing.layout import View, layout
-from solver.report.drawing.output import encode
-from solver.report.drawing.panel import Panel
-from solver.report.drawing.picture import compose
-from solver.report.drawing.scale import Window, bar, scale, window
+from solver.pictures.diagram import Diagram, Stroke, Window, bar, diagram, lacking, scale, variables, window
+from solver.pictures.film import Frame, Track, frames, gif, images
+from solver.pictures.labels import Box, Wish, place
+from solver.pictures.layout import View, layout
+from solver.pictures.page import compose, encode
+from solver.pictures.panel import Panel
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"

@@ -9,9 +9,8 @@ import pytest
 
 import rulesheets
 import solver
-from solver.report.csv import result_csv
 from solver.report.json import result_json
-from solver.report.sheet import sheet_rows
+from solver.report.sheet import result_csv, sheet_rows
 
 NETWORK = """variables
   q1 = 10

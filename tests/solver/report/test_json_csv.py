@@ -7,8 +7,8 @@ import io
 import json
 from dataclasses import replace
 
-from solver.report.csv import result_csv
 from solver.report.json import error_json, result_json
+from solver.report.sheet import result_csv
 from solver.result import Result, Solution
 
 

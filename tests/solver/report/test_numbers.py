@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.report.numbers import certain, exact, magnitude, readable
+from solver.report.sheet import certain, exact, magnitude, readable
 
 
 @pytest.mark.parametrize(

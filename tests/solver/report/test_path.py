@@ -11,7 +11,7 @@ from rulesheets.model import Value
 from solver.cli import main
 from solver.path.outlook import MAX_ENDS, Outlook, outlook
 from solver.path.planner import planner
-from solver.report.outlook import outlook_text, reaches
+from solver.report.path import outlook_text, reaches
 from solver.solving import posted
 
 

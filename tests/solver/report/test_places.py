@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import rulesheets
-from solver.report.places import Places, short_names
+from solver.report.path import Places, short_names
 
 
 def test_a_file_name_alone_where_it_is_unique() -> None:

@@ -13,8 +13,8 @@ import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.cli import main
 from solver.files.columns import Columns
-from solver.report.plot.curves import Curves, Lattice, Maps, arranged, broken, thinned
-from solver.report.plot.page import colored, panels, titled
+from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken, thinned
+from solver.pictures.plot import colored, panels, titled
 
 WORDS = ("solved", "infeasible")
 

@@ -8,7 +8,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.report.rule_status import rule_statuses
+from solver.report.details import rule_statuses
 from solver.report.text import result_text
 
 GEARS = "n2 = n1*z1/z2\nn3 = n2*z3/z4\ni = n1/n3\n"

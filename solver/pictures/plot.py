@@ -1,19 +1,27 @@
-"""Curves and maps on a page, in matplotlib."""
+"""A sweep on its way to a picture: curves over one swept input, maps over two."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
+import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.model import Model
-from solver.report.drawing.output import encode
-from solver.report.plot.curves import Curves, Maps, broken, thinned
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from rulesheets.units.quantity import shown
+from solver.files.columns import Columns, joined
+from solver.files.replacing import write_file
+from solver.path.planner import planner
+from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken, thinned
+from solver.pictures.page import encode
+from solver.sweeps.shown import shown_columns
+from solver.sweeps.work import Solved
 
 INK, GRID = "#222222", "#dddddd"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5b3c88", "#222222")
@@ -27,9 +35,6 @@ POINTS = 8_000
 
 def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None], form: str) -> bytes:
     """The picture as ``png``, ``svg`` or ``pdf``."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
     style: dict[Any, Any] = {
         "font.size": 9.0,
         "text.color": INK,
@@ -137,3 +142,70 @@ def titled(names: Sequence[str], model: Model) -> str:
     unit = model.variables[names[0]].shown_unit
     title = names[0] if len(names) == 1 else ", ".join(names)
     return f"{title} [{unit}]" if unit else title
+
+
+LIMIT = 1_000_000
+"""Rows that a picture may have: all of them are held."""
+PICTURES = (".png", ".svg", ".pdf")
+
+
+class PlotSink:
+    """Holds the rows and draws them when the last has come.
+
+    ``shape`` is that of the grid, None for rows of a file. Raises RuleSheetError: E433 for an
+    ending that is no picture, E445 for a sweep that cannot be drawn, E416.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        model: Model,
+        inputs: tuple[str, ...],
+        shape: tuple[int, ...] | None,
+        answer: str | None,
+    ) -> None:
+        self._path, self._model, self._inputs = path, model, inputs
+        self._shape, self._answer = shape, answer
+        self._form = os.path.splitext(path)[1].lower()
+        self._pieces: list[Columns] = []
+        self._rows = 0
+        if self._form not in PICTURES:
+            raise RuleSheetError(error("E433", f"{path}: a picture ends in .png, .svg or .pdf"))
+
+    def add(self, piece: Solved) -> None:
+        assert piece.table is not None
+        self._rows += sum(piece.counts)
+        if self._rows <= LIMIT:
+            self._pieces.append(piece.table)
+        else:
+            self._pieces = []
+
+    def close(self) -> None:
+        if self._rows > LIMIT:
+            raise RuleSheetError(too_many())
+        if not self._pieces:
+            return
+        table = self._drawn(joined(self._pieces))
+        lattice = Lattice(self._inputs, self._shape or (self._rows,), self._answer)
+        drawn = arranged(table, lattice)
+        picture = plotted(
+            drawn, self._model, {name: self._turn(name) for name in table.values}, self._form[1:]
+        )
+        write_file(self._path, picture)
+
+    def _turn(self, name: str) -> float | None:
+        turn = planner(self._model).graph.turn(name)
+        return turn and shown(turn, self._model.variables[name], difference=True)
+
+    def _drawn(self, table: Columns) -> Columns:
+        """The columns of variables, and the numbers of answers where every one is drawn."""
+        drawn = (*self._model.variables, self._answer)
+        kept = replace(table, values={n: column for n, column in table.values.items() if n in drawn})
+        return shown_columns(kept, self._model)
+
+    def discard(self) -> None:
+        self._pieces = []
+
+
+def too_many() -> Diagnosis:
+    return error("E445", f"a picture shows at most {LIMIT:,} rows", notes=("take a larger step",))

@@ -1,22 +1,22 @@
 """The signs of a diagram in matplotlib: links, joints, guides, the ground, arrows and labels.
 
 Axes are in the units of the diagram; signs have the size that they have on paper, whatever the scale.
-Colours are those of Okabe and Ito (2008), which people with any colour vision tell apart; strokes differ too.
+Colours are those of Okabe and Ito (2008), which people with any colour vision
+tell apart; strokes differ too.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.axes import Axes
 
 from rulesheets.marks import ARROWS
-from solver.report.drawing.diagram import Place, Stroke
-from solver.report.drawing.labels import Box
-from solver.report.drawing.panel import FONT, SLOT, Panel
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from solver.pictures.diagram import Place, Stroke
+from solver.pictures.labels import Box
+from solver.pictures.panel import FONT, SLOT, Panel
 
 INK, SHADE, PAPER = "#222222", "#e4e4e4", "#ffffff"
 _DASHES: dict[str, tuple[str, Any]] = {

@@ -1,8 +1,8 @@
-"""Results → a matplotlib Figure."""
+"""Results → their figures as a page of matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -10,10 +10,9 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
 from rulesheets.nodes import Figure as Declared
 from rulesheets.spelling import suggestion
+from solver.pictures.diagram import diagram, lacking
+from solver.pictures.layout import View
 from solver.plan import Unsolved
-from solver.report.drawing.diagram import diagram, lacking
-from solver.report.drawing.layout import View, layout
-from solver.report.drawing.page import draw_page
 from solver.result import Result, Status
 
 if TYPE_CHECKING:
@@ -34,16 +33,9 @@ def draw(
     titled = {"": results} if isinstance(results, Result) else dict(results)
     shown = [view for title, result in titled.items() for view in views(result, title, every, figures)]
     require_matplotlib()
+    from solver.pictures.page import compose
+
     return compose(shown)
-
-
-def compose(shown: Sequence[View]) -> Figure:
-    """A page with these views side by side."""
-    from matplotlib.figure import Figure
-
-    page = Figure()
-    draw_page(page, shown, layout([shown]))
-    return page
 
 
 def views(

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
-from typing import TYPE_CHECKING
 
-from solver.report.drawing.diagram import Diagram
-from solver.report.drawing.ink import shades
-from solver.report.drawing.layout import View, layout
-from solver.report.drawing.page import Placed, draw_page
+from matplotlib.figure import Figure
+from PIL import Image
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
+from solver.pictures.diagram import Diagram
+from solver.pictures.ink import shades
+from solver.pictures.layout import View, layout
+from solver.pictures.page import Placed, draw_page
 
 MILLISECONDS = 60
 """How long a frame is shown."""
@@ -91,11 +90,8 @@ def _padded(states: Sequence[Sequence[View | None]], widths: Sequence[int]) -> I
         yield from (*views, *(None,) * (width - len(views)))
 
 
-def images(film: Sequence[Frame], dpi: float) -> Iterator[Image]:
+def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
     """The frames as pictures of one size. Labels stay on the same side of their points where they can."""
-    from matplotlib.figure import Figure
-    from PIL import Image
-
     plan = layout([frame.views for frame in film], headed=True)
     before: Placed | None = None
     for frame in film:
@@ -107,10 +103,8 @@ def images(film: Sequence[Frame], dpi: float) -> Iterator[Image]:
         yield Image.frombytes("RGBA", size, pixels.getvalue()).convert("RGB")
 
 
-def gif(pictures: Iterable[Image]) -> bytes:
+def gif(pictures: Iterable[Image.Image]) -> bytes:
     """An endless GIF of the pictures, in the colours that there are in a drawing."""
-    from PIL import Image
-
     palette = Image.new("P", (1, 1))
     palette.putpalette([part for color in shades() for part in color])
     none = Image.Dither.NONE

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from solver.report.drawing.diagram import Diagram, Place, Stroke
-from solver.report.drawing.labels import Box, Segment, Wish, place
-from solver.report.drawing.scale import Window
+from solver.pictures.diagram import Diagram, Place, Stroke, Window
+from solver.pictures.labels import Box, Segment, Wish, place
 
 MARGIN = 9.0
 """Millimetres around the points for symbols and labels."""

@@ -1,14 +1,19 @@
-"""A page: panels with their captions and scales, titles of views above, a legend below."""
+"""A page: panels with captions and scales, titles of views above, a legend below; and its file."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from io import BytesIO
+from typing import Any
 
-from solver.report.drawing.diagram import Diagram, Place
-from solver.report.drawing.ink import INK, Pen, style
-from solver.report.drawing.layout import (
+import matplotlib
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from solver.pictures.diagram import Diagram, Place, bar
+from solver.pictures.ink import INK, Pen, style
+from solver.pictures.layout import (
     ARROW_NAMES,
     BOLD,
     CAPTION,
@@ -20,19 +25,39 @@ from solver.report.drawing.layout import (
     TITLE,
     Layout,
     View,
+    layout,
     legend_width,
 )
-from solver.report.drawing.panel import Panel
-from solver.report.drawing.scale import bar
-from solver.report.numbers import readable
+from solver.pictures.panel import Panel
+from solver.report.sheet import readable
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+_DATES: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+"""What would make two files of one picture differ."""
+
+
+def encode(figure: Figure, form: str, dpi: float) -> bytes:
+    """The page as ``png``, ``svg`` or ``pdf``: the same bytes for the same picture."""
+    file = BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "backsolve"}):
+        figure.savefig(file, format=form, dpi=dpi, metadata=_DATES[form])
+    return file.getvalue()
+
 
 _INCH = 25.4
 
 Placed = dict[tuple[int, int], dict[str, Place]]
 """Offsets of labels by figure and view."""
+
+
+def compose(shown: Sequence[View]) -> Figure:
+    """A page with these views side by side."""
+    page = Figure()
+    draw_page(page, shown, layout([shown]))
+    return page
 
 
 def draw_page(
@@ -94,8 +119,6 @@ class _Sheet:
         self.figure.text(x / self.width, y / self.height, text, fontsize=points, parse_math=False, **more)
 
     def line(self, places: Sequence[Place], width: float, color: str = INK, dashes: Any = "solid") -> None:
-        from matplotlib.lines import Line2D
-
         xs, ys = [x / self.width for x, _ in places], [y / self.height for _, y in places]
         line = Line2D(xs, ys, lw=width, color=color, ls=dashes, transform=self.figure.transFigure)
         self.figure.add_artist(line)

@@ -10,7 +10,7 @@ import numpy as np
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from solver.files.columns import Array, Columns
-from solver.report.numbers import readable
+from solver.report.sheet import readable
 
 CURVES = 8
 """Curves that one panel may have, so that each can be told from the others."""
