@@ -28,6 +28,7 @@ FLOORS = (
     ),
     ("solver.path",),
     ("solver.ranking", "solver.accuracy"),
+    ("solver.digits",),
     ("solver.kernel", "solver.derivatives"),
     ("solver.result", "solver.table"),
     ("solver.solution",),

@@ -24,7 +24,7 @@ from solver.path.activity import activity, outcomes
 from solver.solution.explore import explore
 from solver.solution.leaves import Exploration, Leaf
 from solver.solution.narrowing import explore_required
-from solver.solution.precise_explorer import explore_precisely
+from solver.solution.precise_search import explore_precisely
 from solver.solution.requirements import unmet
 
 ROUNDS = 8

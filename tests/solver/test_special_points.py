@@ -14,10 +14,10 @@ def solved(*rules: str) -> Result:
     return solver.solve(rulesheets.loads("\n".join(rules)))
 
 
-@pytest.mark.parametrize("size", [1e16, 1e100, 1e200])
+@pytest.mark.parametrize("size", [1e16, 1e60])
 def test_an_answer_beside_a_number_that_hides_it(size: float) -> None:
     """(x - s)² - s² = -360 s has the roots s ± s√(1 - 360/s)."""
-    with mpmath.workdps(500):
+    with mpmath.workdps(200):
         root = mpmath.sqrt(1 - mpmath.mpf(360) / mpmath.mpf(size))
         roots = [float(size * (1 + root)), float(size * (1 - root))]
     result = solved(f"(x - {size!r})^2 - {size!r}^2 = -360*{size!r}")

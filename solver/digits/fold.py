@@ -8,7 +8,6 @@ extreme value says whether there are two roots, one double root, or none.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,9 +17,8 @@ import numpy as np
 from rulesheets.evaluate import Undefined, derivatives
 from solver.accuracy.last_places import half_unit
 from solver.accuracy.witness import gross
-from solver.kernel.precise.extended_system import ExtendedSystem
+from solver.digits.system import ManyDigits
 from solver.numerics.elimination import eliminate
-from solver.numerics.linear_algebra import inverse, last_singular
 
 MAX_ITERATIONS = 60
 NEAR = 1e-2
@@ -38,7 +36,7 @@ class Fold:
     double: list[Any] | None = None
 
 
-def resolve_fold(system: ExtendedSystem, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
+def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
     """The fold near ``start``; None where there is none, or where it cannot be followed.
 
     Near is measured by the unknowns themselves; failing that by their typical sizes ``scale``: a fold at 0
@@ -66,39 +64,25 @@ def _sizes(x: Sequence[float]) -> list[float]:
 
 
 def null_vectors(
-    system: ExtendedSystem, x: Sequence[float], sizes: Sequence[float] | None = None
+    system: ManyDigits, x: Sequence[float], sizes: Sequence[float] | None = None
 ) -> tuple[list[float], list[float]] | None:
     """Null vectors (v, u) of the Jacobian, scaled by the ``sizes`` of the unknowns; None if it is regular."""
     x = [float(v) for v in x]
     sizes = sizes or _sizes(x)
     try:
-        jacobian = [[float(a) for a in row] for row in system.jacobian(x)]
+        jacobian = np.array(system.linearised(x)[0], dtype=float)
+        values = {name: float(v) for name, v in {**system.known, **system.point(x)}.items()}
     except (Undefined, OverflowError):
         return None
-    values = {name: float(v) for name, v in {**system.known, **system.point(x)}.items()}
-    scaled = [[a * size for a, size in zip(row, sizes, strict=True)] for row in jacobian]
-    rows = [
-        max(*map(abs, row), gross(equation, values))
-        for row, equation in zip(scaled, system.kernel.equations, strict=True)
-    ]
-    if not all(math.isfinite(a) for row in scaled for a in row) or not all(0.0 < r < math.inf for r in rows):
+    with np.errstate(all="ignore"):  # what overflows is refused
+        scaled = jacobian * sizes
+    rows = np.maximum(np.abs(scaled).max(axis=1), [gross(equation, values) for equation in system.equations])
+    if not (np.isfinite(scaled).all() and np.isfinite(rows).all() and rows.all()):
         return None
-    equilibrated = [[a / size for a in row] for row, size in zip(scaled, rows, strict=True)]
-    if not _nearly_singular(equilibrated):
-        return None
-    singular, right = last_singular(equilibrated)
+    left, singular, right = np.linalg.svd(scaled / rows[:, None])
     if singular[-1] > SUSPECT or (len(singular) > 1 and singular[-2] <= SUSPECT * SUSPECT):
         return None
-    _, left = last_singular(list(zip(*equilibrated, strict=True)))
-    return right, [u * size for u, size in zip(left, rows, strict=True)]
-
-
-def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
-    """False where the least singular value is seen to be above ``SUSPECT``: it is no less than one over the
-    Frobenius norm of the inverse."""
-    inverted = inverse(matrix)
-    with np.errstate(over="ignore"):  # an infinite norm is large enough
-        return inverted is None or not np.linalg.norm(inverted) * SUSPECT < 1.0
+    return right[-1].tolist(), (left[:, -1] * rows).tolist()
 
 
 class _Reduction:
@@ -106,7 +90,7 @@ class _Reduction:
 
     def __init__(
         self,
-        system: ExtendedSystem,
+        system: ManyDigits,
         start: Sequence[float],
         right: Sequence[float],
         left: Sequence[float],
@@ -160,11 +144,11 @@ class _Reduction:
         """How far μ moves as the known values move by half a unit of their last places."""
         values = {name: float(v) for name, v in self._everything().items()}
         total = self.mp.zero
-        jacobian = self.system.jacobian(self.x)
+        jacobian = self.system.linearised(self.x)[0]
         matrix = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
         matrix.append([*self.along, self.mp.zero])
-        slopes = [derivatives(form, values)[1] for form in self.system.kernel.forms]
-        for name in self.system.kernel.known:
+        slopes = [derivatives(form, values)[1] for form in self.system.forms]
+        for name in self.system.known:
             unit = half_unit(values[name])
             column = [self.mp.mpf(slope.get(name, 0.0)) for slope in slopes]
             if unit and any(column):

@@ -1,1 +1,0 @@
-"""Steps and blocks to many digits."""

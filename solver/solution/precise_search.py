@@ -1,0 +1,386 @@
+"""The path followed once more in many decimal digits, until two precisions agree.
+
+The search in floats tells how many answers every step and block has, up to what floats can tell; here each is
+refined by Newton's method. Where two may lie closer than that, both are found, or one double root, or none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+from rulesheets.evaluate import Undefined, derivatives, extended, holds
+from rulesheets.evaluate.conditions import equal
+from rulesheets.functions.extended import context
+from rulesheets.model import Equation, Model, Value
+from rulesheets.nodes import Comparison, Condition
+from solver.accuracy.forward_error import input_errors, slopes
+from solver.accuracy.last_places import half_unit
+from solver.accuracy.witness import gross
+from solver.attempts import Attempt, Method
+from solver.digits.fold import null_vectors, resolve_fold
+from solver.digits.system import MAX_UNKNOWNS, SPARE, ManyDigits, Unresolved, Work
+from solver.facts import DoubleRoot, NoRoot, RestsOnRounding
+from solver.kernel.candidates import Answer
+from solver.kernel.code.block import kernel_of
+from solver.kernel.elimination.near_rank import Blur, undetermined
+from solver.kernel.outcome import BlockOutcome
+from solver.kernel.question import Question
+from solver.kernel.steps.precise_step import PreciseStep, exact_turn
+from solver.kernel.steps.step import StepOutcome
+from solver.numerics.elimination import eliminate
+from solver.path.activity import activity
+from solver.path.isolate import Isolation
+from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
+from solver.solution.casework import Casework
+from solver.solution.convexity import settled
+from solver.solution.explore import Explorer
+from solver.solution.leaves import Branch, Exploration, Leaf
+
+AGREEMENT = 1e-18
+"""Relative difference of two precisions that no float can show."""
+DIGITS = (50, 100, 200)
+CLOSE = 1e-5
+"""Relative distance of a root from another whose fold it shares."""
+DRIFT = 1e-2
+"""How far a root may lie from the float answer that it is taken for, relative to its size."""
+NUDGE = 2.0**-20
+"""Relative change of a number by which a second derivative is estimated."""
+INVERSE = math.exp(-1.0)
+"""A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a larger."""
+
+
+def explore_precisely(
+    model: Model,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    floats: Exploration,
+) -> Exploration | None:
+    """The exploration on which two precisions agree; None if none do. ``floats`` is the one in floats."""
+
+    def precisely(digits: int) -> Exploration | None:
+        try:
+            return _PreciseSearch(model, inputs, want, guesses, judged, floats, digits).run()
+        except Unresolved:
+            return None
+
+    for rough, fine in pairwise(map(precisely, DIGITS)):
+        if rough is not None and fine is not None and _agree(rough, fine, judged):
+            return fine
+    return None
+
+
+def _known(branch: Branch) -> Mapping[str, Any]:
+    return ChainMap(branch.precise, branch.values)
+
+
+class _PreciseCasework(Casework):
+    """Conditions on numbers of many digits."""
+
+    def __init__(self, model: Model, inputs: Mapping[str, Value], digits: int) -> None:
+        super().__init__(model, inputs)
+        self.digits = digits
+
+    def holds(self, condition: Condition, branch: Branch) -> bool:
+        """Numbers are equal that differ by no more than the last places of the given numbers explain."""
+
+        def same(comparison: Comparison, left: float, right: float) -> bool:
+            return equal(left, right) and self._meet(comparison, branch)
+
+        return holds(condition, branch.values, self.inputs, same)
+
+    def _meet(self, comparison: Comparison, branch: Branch) -> bool:
+        sides, known = (comparison.left, comparison.right), _known(branch)
+        left, right = (extended(side, known, self.digits) for side in sides)
+        moved = self.last_places(branch)
+        reach = sum(
+            abs(slope * moved[name])
+            for side in sides
+            for name, slope in derivatives(side, branch.values)[1].items()
+            if moved.get(name)
+        )
+        return bool(abs(left - right) <= reach + 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right)))
+
+    def last_places(self, branch: Branch) -> Mapping[str, float]:
+        """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
+        decided = branch.conditions
+        given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
+        steps, values = branch.steps, branch.values
+        return input_errors(self.model, values, steps, lambda e: activity(e, decided), given)
+
+
+class _PreciseSearch(Explorer):
+    """Follows every branch with values of so many digits, and with the floats next to them."""
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: Mapping[str, Value],
+        want: Sequence[str] | None,
+        guesses: Mapping[str, float],
+        judged: Sequence[str],
+        floats: Exploration,
+        digits: int,
+    ) -> None:
+        super().__init__(model, inputs, want, guesses, judged)
+        self.digits = digits
+        self.outcomes, self.work = floats.outcomes, Work()
+        self.casework: _PreciseCasework = _PreciseCasework(model, self.inputs, digits)
+
+    def _system(self, equations: Sequence[int], unknowns: Sequence[str], branch: Branch) -> ManyDigits:
+        rules = [self.model.equations[index] for index in equations]
+        return ManyDigits(rules, unknowns, _known(branch), self.digits, self.work)
+
+    # --- steps and blocks ---
+
+    def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
+        return PreciseStep(self.graph, equation, isolation, _known(branch), self.digits).outcome()
+
+    def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
+        floats = super()._solved(step, branch)
+        question = Question(kernel_of(self.graph, step), branch.values, self.guesses)
+        if question.symbolic or floats.free or not step.unknowns:
+            return floats
+        if len(step.unknowns) > MAX_UNKNOWNS:
+            raise Unresolved
+        system, off = self._system(step.equations, step.unknowns, branch), partial(self._off, branch)
+        found = _Block(question, system, floats, off).outcome()
+        more = max(0, len(found.answers) - len(floats.answers))
+        attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
+        return replace(found, attempts=(*floats.attempts, *attempts))
+
+    def _off(self, branch: Branch) -> Mapping[str, float]:
+        return self.casework.last_places(branch)
+
+    # --- values ---
+
+    def _learn(self, branch: Branch, step: Step, found: Mapping[str, Any]) -> None:
+        numbers = {name: number for name, number in found.items() if not isinstance(number, str)}
+        for name, number in numbers.items():
+            if (
+                number
+                and abs(number) <= 10.0 ** (-self.digits // 2)
+                and self._is_rounding(branch, step, found, name)
+            ):
+                numbers[name] = 0 * number
+        super()._learn(branch, step, {**found, **{name: float(v) for name, v in numbers.items()}})
+        branch.precise.update(numbers)
+
+    def _is_rounding(self, branch: Branch, step: Step, found: Mapping[str, Any], name: str) -> bool:
+        """Whether a number is no more than the rounding of the terms that it was solved from."""
+        values = {**branch.values, **{n: v if isinstance(v, str) else float(v) for n, v in found.items()}}
+        for equation in (self.model.equations[index] for index in equations_of(step)):
+            if name in equation.names and all(n in values for n in equation.names):
+                try:
+                    moved = abs(slopes(equation, values).get(name, 0.0) * float(found[name]))
+                except Undefined:
+                    return False
+                if not moved <= 10.0 ** (SPARE - self.digits) * gross(equation, values) != 0.0:
+                    return False
+        return True
+
+    def _settled(self, branch: Branch) -> dict[str, Value]:
+        """Whole turns are taken off the digits that floats do not hold, too."""
+        settled = super()._settled(branch)
+        for name, number in settled.items():
+            before = branch.values[name]
+            if isinstance(number, str) or isinstance(before, str) or number == before:
+                continue
+            turn = self.graph.turn(name)
+            if turn is not None and name in branch.precise:
+                turns = round((number - before) / turn)
+                exact = branch.precise[name] + turns * exact_turn(turn, context(self.digits))
+                branch.precise[name], settled[name] = exact, float(exact)
+        return settled
+
+    # --- what rests on rounding ---
+
+    def _finish(self, branch: Branch, loose: bool = False) -> None:
+        if not any(isinstance(fact, DoubleRoot) for fact in branch.facts):  # what moves far there is no pole
+            branch.facts = (*branch.facts, *self._resting_on_rounding(branch))
+        super()._finish(branch, loose)
+
+    def _resting_on_rounding(self, branch: Branch) -> Iterator[RestsOnRounding]:
+        """What was asked for and is divided by no more than the last places of the given numbers."""
+        moved = self.casework.last_places(branch)
+        for name, step in branch.origins.items():
+            if name in self.findings.judged and isinstance(step, Evaluate):
+                rule = self.model.equations[step.equation]
+                with suppress(Undefined, ZeroDivisionError):
+                    if self._drops_out(branch, name, rule, moved) or self._inverts(branch, name, rule, moved):
+                        yield RestsOnRounding(step.equation, name, (name,))
+
+    def _drops_out(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
+        """Whether the slope of a rule along its unknown may be 0."""
+        values, total = branch.values, 0.0
+        slope = slopes(rule, values).get(name, 0.0)
+        for other in rule.names:
+            number = values[other]
+            if other != name and isinstance(number, float) and number and moved.get(other):
+                there = slopes(rule, {**values, other: number * (1.0 + NUDGE)}).get(name, 0.0)
+                total += abs((there - slope) / (NUDGE * number)) * moved[other]
+        return slope != 0.0 and abs(slope) <= total < math.inf
+
+    def _inverts(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
+        """Whether a number goes as an inverse power of what moves it, and so through a pole, not through 0.
+
+        The known numbers are moved to where the tangent is 0.
+        """
+        number, row = branch.values[name], slopes(rule, branch.values)
+        if isinstance(number, str) or not 0.0 < abs(number) <= moved.get(name, 0.0) < math.inf:
+            return False
+        reach = sum(abs(row[n]) * moved.get(n, 0.0) for n in row if n != name)
+        share, known = row[name] * number / reach, dict(_known(branch))
+        for n, slope in row.items():
+            if n != name and slope and moved.get(n):
+                off = math.copysign(share * moved[n], share * slope)
+                known[n] = context(self.digits).mpf(known[n]) + off
+        root = ManyDigits([rule], (name,), known, self.digits, self.work).newton([number])
+        return root is not None and bool(root[0] / number > INVERSE)
+
+
+class _Block:
+    """The answers of a block in floats, each refined."""
+
+    def __init__(self, question: Question, system: ManyDigits, floats: BlockOutcome, off: Blur) -> None:
+        self.question, self.system, self.floats, self.off = question, system, floats, off
+        self.roots: list[list[Any]] = []
+        self.folded: list[list[Any]] = []
+        self.double: list[Answer] = []
+
+    def outcome(self) -> BlockOutcome:
+        """Raises Unresolved if Newton's method leads away from an answer."""
+        if self.question.kernel.linear:
+            return self._linear()
+        for seed in (*(answer.values for answer in self.floats.answers), *self.floats.refused):
+            start = list(seed.values())
+            if not self._folded(start):
+                self._keep(_refined(self.system, start, self.question.scale()))
+        for point in self.floats.blurred:
+            try:
+                self._keep(_refined(self.system, list(point.values()), self.question.scale()))
+            except Unresolved:
+                continue
+        for suspect in self.floats.suspects:
+            self._folded(list(suspect.values()))
+        return self._summary()
+
+    def _linear(self) -> BlockOutcome:
+        """By elimination; where rounding may have decided that floats found no answer, what is left free."""
+        system, question = self.system, self.question
+        matrix, misses = system.linearised([system.mp.zero] * len(system.unknowns))
+        rhs = [-miss for miss in misses]
+        x = eliminate(matrix, rhs, system.tiny)
+        if self.floats.doubtful:
+            free = undetermined(question, matrix, rhs, system.mp.mpf, self.off, singular=x is None)
+            if free is not None:
+                return free
+        if x is None or not self.floats.answers:
+            return self.floats
+        self._keep(x)
+        return self._summary()
+
+    def _folded(self, start: Sequence[float]) -> bool:
+        """Whether a fold is near: then its roots are kept."""
+        if any(_near(root, start, CLOSE, [1e-3 * max(map(abs, start))] * len(start)) for root in self.folded):
+            return True
+        fold = resolve_fold(self.system, start, self.question.scale())
+        if fold is None:
+            return False
+        self.folded += fold.roots
+        for root in fold.roots:
+            self._keep(root)
+        if fold.double is not None:
+            self.double = [a for a in self.floats.answers if a.double] or [self._double(fold.double)]
+        return True
+
+    def _double(self, root: list[Any]) -> Answer:
+        """The answer where two coincide. (Values in floats: it is no isolated answer in more digits.)"""
+        point = _floats(self.system.point(root))
+        vectors = null_vectors(self.system, root)
+        along = [1.0] * len(root) if vectors is None else vectors[0]
+        moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > 1e-6}
+        return Answer(point, DoubleRoot(self.question.equations, tuple(moving), moving))
+
+    def _keep(self, root: list[Any]) -> None:
+        small, sizes = float(self.system.small), [1e-30 * max(map(abs, root))] * len(root)
+        if not any(_near(root, other, small, sizes) for other in self.roots):
+            self.roots.append(root)
+
+    def _summary(self) -> BlockOutcome:
+        inside, outside = [], None
+        complete = self.floats.complete or self.floats.whole or self._settled()
+        for root in self.roots:
+            point = self._inside(self.system.point(root))
+            name = self.question.outside(_floats(point))
+            if name is None:
+                inside.append(Answer(point))
+            else:
+                outside = BlockOutcome.out_of_range(self.question.equations, name, float(point[name]))
+        answers = sorted(inside, key=lambda answer: self.question.preference(_floats(answer.values)))
+        if answers or self.double:
+            return BlockOutcome((*answers, *self.double), complete)
+        if outside is not None:
+            return replace(outside, complete=complete)
+        if self.floats.answers or (complete and not self.floats.complete):
+            block = self.question.kernel.block
+            return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
+        return self.floats
+
+    def _settled(self) -> bool:
+        """Whether what floats could not settle is settled now, so that these are all the roots."""
+        points = [self.system.point(root) for root in self.roots]
+        doubles = [answer.values for answer in self.double]
+        known, here = self.system.known, self.question.here
+        return settled(self.floats.stretches, here, known, points, doubles, self.system.digits)
+
+    def _inside(self, point: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The point, wrapped, with what lies beyond an end of its range by rounding alone on that end."""
+        floats = _floats(point)
+        moved = self.question.inside(floats)
+        return {name: v if moved[name] == floats[name] else moved[name] for name, v in point.items()}
+
+
+def _refined(system: ManyDigits, start: Sequence[float], scale: Sequence[float] | None = None) -> list[Any]:
+    """The root that a float answer stands for. Raises Unresolved."""
+    root = system.newton(start)
+    if root is None or not _near(root, start, DRIFT, scale or [0.0] * len(start)):
+        raise Unresolved
+    return root
+
+
+def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:
+    """Equal to a share of their own size, or of these ``sizes``."""
+    return all(abs(a - b) <= share * max(abs(b), size) for a, b, size in zip(one, other, sizes, strict=True))
+
+
+def _floats(point: Mapping[str, Any]) -> dict[str, float]:
+    return {name: float(number) for name, number in point.items()}
+
+
+def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
+    """Whether twice the digits lead to the same answers."""
+    kinds = ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift))
+    return all(
+        len(some) == len(others) and all(_same(a, b, judged) for a, b in zip(some, others, strict=True))
+        for some, others in kinds
+    )
+
+
+def _same(one: Leaf, other: Leaf, judged: Sequence[str]) -> bool:
+    a, b = one.branch, other.branch
+    if a.values.keys() != b.values.keys() or a.void.keys() != b.void.keys():
+        return False
+    return all(
+        abs(a.precise[name] - exact) <= AGREEMENT * abs(exact)
+        for name, exact in b.precise.items()
+        if name in judged and name in a.precise
+    )
