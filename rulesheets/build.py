@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from rulesheets.checks import check, check_figures
-from rulesheets.declarations import declared
+from rulesheets.declarations import declared, valued
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.expand import Expansion, expand
 from rulesheets.model import Model, Variable
@@ -26,6 +27,7 @@ from rulesheets.nodes import (
 from rulesheets.program import Program, bodies, components, operands, rules_of, walk
 from rulesheets.units.library import Library
 from rulesheets.units.quantity import library_of, unit_named
+from rulesheets.units.weights import differences
 
 _MEASURE = re.compile(r"[\d.]\[")
 _PI = re.compile("Pi|PI")
@@ -53,10 +55,21 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         python=python,
         units=units,
     )
+    model = _with_differences(model, program)
     complaints = tuple(check_figures(program, model.variables))
     if complaints:
         raise RuleSheetError(*complaints)
     return model
+
+
+def _with_differences(model: Model, program: Program) -> Model:
+    """The model, in which differences of temperatures are converted as such."""
+    found = differences(model)
+    if not found:
+        return model
+    rows = (row for row in program.rows if row.name in found)
+    changed = {row.name: valued(replace(model.variables[row.name], difference=True), row) for row in rows}
+    return replace(model, variables={**model.variables, **changed})
 
 
 def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Condition]:

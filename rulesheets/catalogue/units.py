@@ -1,4 +1,4 @@
-"""Units that are unknown or do not fit: E460 to E462, and the warnings of the check, W601 and W602."""
+"""Units that are unknown or do not fit: E460 to E462, and the warnings of the check, W601 to W603."""
 
 from __future__ import annotations
 
@@ -29,5 +29,10 @@ UNITS: dict[str, Entry] = {
         "an angle in another unit",
         "sin, cos and tan take radians; sind, cosd and tand take degrees.",
         "Use the function for the unit of the angle.",
+    ),
+    "W603": Entry(
+        "a temperature on a scale whose zero is not absolute zero",
+        "A product or a power needs an absolute temperature or a difference: 20 °C is not twice 10 °C.",
+        "Write T + 273.15, or give the variable in K. A difference of temperatures may be in K, too.",
     ),
 }

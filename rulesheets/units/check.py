@@ -43,6 +43,7 @@ from rulesheets.units.dimensions import (
 )
 from rulesheets.units.display import SYSTEMS
 from rulesheets.units.library import library
+from rulesheets.units.weights import Weights
 
 DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
 
@@ -62,6 +63,9 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         place = statement.place.file, statement.place.start, statement.place.end
         curable = sure and found.factor is None and _curable(found, statement)
         said.setdefault(place, None if curable else _Message(model, dimensions, found).diagnosis())
+    for equation, warning in Weights(model).warnings(sure):
+        if not _unchecked(equation.rule):
+            said.setdefault((equation.rule.file, equation.rule.start, equation.rule.end), warning)
     return tuple(said[place] for place in sorted(said) if said[place] is not None)  # type: ignore[misc]
 
 
