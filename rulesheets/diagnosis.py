@@ -6,6 +6,7 @@ import textwrap
 from dataclasses import dataclass
 from enum import Enum
 
+from rulesheets.catalogue import CATALOGUE
 from rulesheets.source import Span, escaped
 
 _WIDTH = 100
@@ -71,8 +72,6 @@ class RuleSheetError(Exception):
 def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
     """An error with a code of the catalogue, whose title is the message unless one is given."""
     if message is None:
-        from rulesheets.catalogue import CATALOGUE  # here, because few need the catalogue and all this module
-
         message = CATALOGUE[code].title
     return Diagnosis(code, Severity.ERROR, message, labels, notes)
 

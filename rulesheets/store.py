@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 from functools import cache
 
 try:
@@ -19,7 +20,6 @@ try:
 except ImportError:
     from hashlib import blake2b
 
-from collections.abc import Iterator
 
 MAX_BYTES = 128 * 2**20
 """Size of all entries, beyond which the ones not used for longest go."""
@@ -59,7 +59,6 @@ def load(kind: str, key: bytes) -> bytes | None:
 
 def save(kind: str, key: bytes, data: bytes) -> None:
     """Keep ``data`` under a key. Where that is not possible nothing happens."""
-    from rulesheets.writing import write_beside
 
     path = _path(kind, key)
     if path is None or len(data) > MAX_BYTES // 4:
@@ -226,3 +225,21 @@ def _remove(path: str) -> None:
         os.unlink(path)
     except FileNotFoundError:
         return  # another process was faster
+
+
+def write_beside(target: str, data: bytes, mode: int) -> None:
+    """Write to a file of a name of its own in the same folder, then give it the name of ``target``.
+
+    Raises OSError, and leaves nothing behind then.
+    """
+    temporary = os.path.join(os.path.dirname(target), f".{os.getpid()}-{os.urandom(8).hex()}.new")
+    exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    handle = os.open(temporary, exclusive, 0o600)
+    try:
+        with open(handle, "wb") as file:
+            file.write(data)
+        os.chmod(temporary, mode)
+        os.replace(temporary, target)
+    except BaseException:
+        os.unlink(temporary)
+        raise

@@ -20,7 +20,6 @@ FLOORS = (
         "solver.structure",
         "solver.numerics",
         "solver.facts",
-        "solver.catalogue",
         "solver.attempts",
         "solver.files",
         "solver.column",

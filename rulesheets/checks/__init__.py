@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rulesheets.checks.calls import check_calls
+from rulesheets.checks.calls import check_calls, check_nesting, check_recursion, check_size
 from rulesheets.checks.figures import check_figures
-from rulesheets.checks.heads import check_head
 from rulesheets.checks.names import (
     check_declared,
     check_givens,
+    check_head,
     check_names,
     check_ranges,
     check_rows,
     check_symbols,
     check_tuples,
 )
-from rulesheets.checks.recursion import check_recursion
 from rulesheets.checks.scope import Scope
-from rulesheets.checks.size import check_nesting, check_size
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.program import Program
 

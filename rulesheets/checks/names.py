@@ -1,4 +1,4 @@
-"""Checks of names and symbols: what may be called what, and where a symbol may stand."""
+"""Checks of names and symbols: what may be called what, once, and where a symbol may stand."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rulesheets.checks.calls import check_builtin
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.nodes import Call, Comparison, Equality, Expression, Name, Symbol, children
+from rulesheets.nodes import Call, Comparison, Equality, Expression, Function, Name, Symbol, children
 from rulesheets.program import Program, walk
 from rulesheets.source import Span
 
@@ -117,3 +117,25 @@ def check_tuples(scope: Scope) -> Iterator[Diagnosis]:
     rule: Equality
     for rule in scope.contents.unlike:
         yield messages.unlike_tuples(len(rule.left), len(rule.right), rule.span)
+
+
+def check_head(function: Function) -> Iterator[Diagnosis]:
+    if function.name.lower() in TABLE or function.name.lower() in PLANNED:
+        yield messages.shadows_builtin(function)
+    roles: dict[str, list[str]] = {}
+    for role, names in (
+        ("an argument", function.arguments),
+        ("a result", function.results),
+        ("a parameter", function.parameters),
+    ):
+        for name in names:
+            roles.setdefault(name, []).append(role)
+    for name, held in roles.items():
+        if len(held) > 1:
+            yield messages.repeated_in_head(function, name, _join(held))
+
+
+def _join(held: list[str]) -> str:
+    """``an argument and a result``, or ``twice an argument``."""
+    distinct = list(dict.fromkeys(held))
+    return " and ".join(distinct) if len(distinct) > 1 else f"twice {distinct[0]}"

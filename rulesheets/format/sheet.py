@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from rulesheets.format.expressions import format_expression, format_list, format_number
-from rulesheets.format.rules import rule_lines
+from rulesheets.format.text import format_expression, format_list, format_number, rule_lines
 from rulesheets.nodes import (
     CommentLine,
     Expression,

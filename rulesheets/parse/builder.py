@@ -12,9 +12,9 @@ from typing import Any, TypeAlias
 
 from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
-from rulesheets.parse.function import Head
+from rulesheets.parse.drafts import Head
+from rulesheets.parse.layout import Word
 from rulesheets.parse.ranges import Bound, bounded, limit
-from rulesheets.parse.words import Word
 from rulesheets.source import Source, Span
 
 Children: TypeAlias = Sequence[Any]

@@ -15,8 +15,7 @@ from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
 from rulesheets.parse.builder import Builder, Misplaced
-from rulesheets.parse.layout import Line
-from rulesheets.parse.words import Word
+from rulesheets.parse.layout import Line, Word
 from rulesheets.source import Source
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]

@@ -10,9 +10,14 @@ from typing import Any
 from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.parse import mistakes
-from rulesheets.parse.figure import FigureDraft
-from rulesheets.parse.function import FunctionDraft, Head
-from rulesheets.parse.heads import head_word, misspelt_head, nearest_section
+from rulesheets.parse.drafts import (
+    FigureDraft,
+    FunctionDraft,
+    Head,
+    head_word,
+    misspelt_head,
+    nearest_section,
+)
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.parse.reader import read_line
 from rulesheets.parse.units import unit_row

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.source import escaped
 from solver.chart.measure import measure, measure_along
-from solver.commands.approach import read_approach
-from solver.commands.inputs import Request, add_input_options, read_request
-from solver.commands.option import Option
-from solver.commands.over import read_axes
+from solver.commands.inputs import Option, Request, add_input_options, read_request
+from solver.commands.over import read_approach, read_axes
 from solver.files.replacing import write_file
 from solver.report.chart import chart_csv, chart_table, stability_table, summary
 from solver.report.text import result_text

@@ -5,10 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from rulesheets.catalogue import CATALOGUE
-from rulesheets.catalogue.entry import Entry
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.spelling import suggestion
-from solver.catalogue import OUTCOMES
 from solver.report.table import columns
 
 
@@ -20,19 +18,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """One code with its cause and its cure, or a line for each."""
-    entries = catalogue()
     if arguments.code is None:
-        print(columns((code, entry.title) for code, entry in entries.items()))
+        print(columns((code, entry.title) for code, entry in CATALOGUE.items()))
         return 0
     code = arguments.code.strip("[]").upper()
-    if code not in entries:
-        notes = (*suggestion(code, entries), "`backsolve codes` lists them")
+    if code not in CATALOGUE:
+        notes = (*suggestion(code, CATALOGUE), "`backsolve codes` lists them")
         raise RuleSheetError(error("E426", f"no message has the code {arguments.code}", notes=notes))
-    entry = entries[code]
+    entry = CATALOGUE[code]
     print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
     return 0
-
-
-def catalogue() -> dict[str, Entry]:
-    """Every code, those of the language first."""
-    return {**CATALOGUE, **OUTCOMES}

@@ -13,7 +13,7 @@ from rulesheets.model import Model, Value
 from rulesheets.source import escaped
 from rulesheets.units.quantity import shown
 from solver.commands.inputs import Request, add_input_options, read_request
-from solver.commands.states import read_states
+from solver.commands.over import read_states
 from solver.files.replacing import write_file
 from solver.pictures.diagram import variables
 from solver.pictures.drawing import chosen, left_out, views

@@ -14,10 +14,36 @@ from rulesheets.kinds import quantities
 from rulesheets.loading import find_variable_sheet, load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import decoded
+from rulesheets.source import Source, Span
 from rulesheets.units.display import with_display_unit, with_display_units
 from rulesheets.variables import read_variable_sheet
-from solver.commands.option import Option
 from solver.files.replacing import expect_no_input
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option as the user wrote it: ``text`` is what stands after ``--name``."""
+
+    name: str
+    text: str
+
+    @property
+    def source(self) -> Source:
+        return Source("command line", f"--{self.name} {self.text}")
+
+    def place(self, part: str) -> Span:
+        """The place of a part of the text, the last where there are several."""
+        start = len(self.name) + 3 + max(self.text.rfind(part), 0)
+        return Span(self.source, start, start + max(len(part), 1))
+
+    def repeated(self, name: str) -> Diagnosis:
+        start = len(self.name) + 3 + self.text.find(name)
+        return error(
+            "E421",
+            f"{name} is given twice",
+            Label(Span(self.source, start, start + len(name)), "again"),
+            notes=("keep one of the options",),
+        )
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
-"""``--over NAME=START:STOP:STEP`` and ``--over NAME=A,B,…``: the values of a swept input."""
+"""Values of inputs on the command line (``--over``, ``--approach``), and the states of a drawing."""
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Iterable, Sequence
@@ -11,10 +12,10 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import not_finite, symbol_for_number
 from rulesheets.inputs import parse_input
 from rulesheets.kinds import quantities
-from rulesheets.model import Model, Variable
+from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import converted, parted
 from rulesheets.variables import parse_value, variable_named
-from solver.commands.option import Option
+from solver.commands.inputs import Option, Request
 from solver.sweeps.grid import Axis, Grid, Rows, Stretch, Zipped, listed
 
 LIMIT = 10**12
@@ -150,4 +151,89 @@ def _uneven(option: Option, name: str, axes: dict[str, Axis]) -> Diagnosis:
         f"with --zip all have one length: {first} has {len(axes[first]):,}, {name} has {len(axes[name]):,}",
         Label(option.place(option.text)),
         notes=("leave --zip out to sweep every combination",),
+    )
+
+
+A_DECADE = 2
+"""Points a decade."""
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_FORM = re.compile(rf"\s*([^=]+?)\s*=\s*(.+?)\s*:\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*")
+
+
+def read_approach(text: str, model: Model) -> tuple[str, list[float], list[float]]:
+    """The input, its values, and their distances from the limit, the farthest first.
+
+    Distances are relative to the limit (absolute where that is 0), and counted towards 0; negative ones
+    lie beyond. Raises RuleSheetError for what is none of this.
+    """
+    option = Option("approach", text)
+    form = _FORM.fullmatch(text)
+    if form is None:
+        raise RuleSheetError(_unread(option))
+    name, limit_text, first_text, last_text = form.groups()
+    variable_named(name, model, option.place(name))
+    limit = parse_value(limit_text, option.place(limit_text))
+    first, last = float(first_text), float(last_text)
+    if isinstance(limit, str) or not first * last > 0 or not math.isfinite(first * last):
+        raise RuleSheetError(_unread(option))
+    decades = math.log10(last / first)
+    count = round(abs(decades) * A_DECADE) + 1
+    if count > 100 * A_DECADE:
+        raise RuleSheetError(_unread(option))
+    distances = [first * 10.0 ** (decades * k / max(count - 1, 1)) for k in range(count)]
+    numbers = [limit * (1.0 - d) if limit else d for d in distances]
+    found = {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
+    return name, list(found), list(found.values())
+
+
+def _unread(option: Option) -> Diagnosis:
+    return error(
+        "E424",
+        "--approach needs a name, a limit, and the relative distances of the first and the last value",
+        Label(option.place(option.text)),
+        notes=("write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number",),
+    )
+
+
+FRAMES = 100_000
+"""Values that a range may have: a film of an hour and a half."""
+
+
+def read_states(
+    texts: Iterable[str], request: Request
+) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
+    """What ``--over`` says of a drawing: lists of values (``branch=open,crossed``), and one range at most.
+
+    Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
+    """
+    texts = tuple(texts)
+    ranges = [text for text in texts if ":" in text]
+    if len(ranges) > 1:
+        raise RuleSheetError(_second_range(Option("over", ranges[1])))
+    axes = read_axes(texts, request.model)
+    request.swept(axes)
+    moving = ranges[0].partition("=")[0].strip() if ranges else None
+    if moving is not None and len(axes[moving]) > FRAMES:
+        raise RuleSheetError(_too_long(Option("over", ranges[0])))
+    values = {name: axis.cut(0, len(axis)).tolist() for name, axis in axes.items()}
+    lists = {name: column for name, column in values.items() if name != moving}
+    return lists, {name: column for name, column in values.items() if name == moving}
+
+
+def _second_range(option: Option) -> Diagnosis:
+    return error(
+        "E424",
+        "a film runs over one range",
+        Label(option.place(option.text)),
+        notes=("list the values of the other variable: they stand side by side",),
+    )
+
+
+def _too_long(option: Option) -> Diagnosis:
+    return error(
+        "E424",
+        f"a film has at most {FRAMES:,} frames",
+        Label(option.place(option.text)),
+        notes=("take a larger step",),
     )

@@ -13,7 +13,7 @@ from rulesheets.kinds import quantities
 from rulesheets.model import Model, Variable
 from rulesheets.spelling import suggestion
 from rulesheets.units.quantity import scaling
-from solver.commands.option import Option
+from solver.commands.inputs import Option
 from solver.commands.over import read_over
 from solver.files.columns import Array
 from solver.files.rows import heading, pieces

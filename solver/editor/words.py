@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from rulesheets.functions.table import TABLE
 from rulesheets.marks import KINDS, Shape
-from rulesheets.parse.heads import head_word
+from rulesheets.parse.drafts import head_word
 from rulesheets.parse.layout import logical_lines
 
 HEADS = ("units", "variables", "rules", "function", "figure", "parameters", "use")

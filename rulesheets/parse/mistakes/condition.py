@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis
+from rulesheets.parse.layout import Word
 from rulesheets.parse.mistakes.operand import misspelt_keyword
 from rulesheets.parse.mistakes.stop import Stop
-from rulesheets.parse.words import Word
 
 
 def explain_condition(stop: Stop) -> Diagnosis | None:

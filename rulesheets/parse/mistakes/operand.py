@@ -6,8 +6,8 @@ import re
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import TABLE
+from rulesheets.parse.layout import Word
 from rulesheets.parse.mistakes.stop import Stop
-from rulesheets.parse.words import Word
 from rulesheets.source import Span
 from rulesheets.spelling import closest
 

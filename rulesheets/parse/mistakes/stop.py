@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.parse.layout import Line
-from rulesheets.parse.words import Word
+from rulesheets.parse.layout import Line, Word
 from rulesheets.source import Source, Span
 
 OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}

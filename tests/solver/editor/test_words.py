@@ -12,7 +12,7 @@ import pytest
 
 import solver
 from rulesheets.functions.table import TABLE
-from rulesheets.parse.heads import head_word
+from rulesheets.parse.drafts import head_word
 from solver.editor import textmate
 from solver.editor.functions import ENTRIES
 from solver.editor.symbols import Names, Symbol
