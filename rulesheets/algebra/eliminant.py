@@ -2,13 +2,15 @@
 
 Quotients are multiplied away; a root s of degree q of an expression e is one more unknown with s^q = e, and
 so is an absolute value, with s^2 = e^2. Those are eliminated one by one by resultants (J. J. Sylvester).
-The polynomial may have further roots, such as those of the other sign of a square root, or poles.
+The polynomial may have further roots, such as those of the other sign of a square root, or poles. Where an
+explicit form is 0/0 its unknown is free, and a solution there may be none of its roots.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -26,6 +28,19 @@ Ratio: TypeAlias = "tuple[Any, Any]"
 """Numerator and denominator in the ring of the unknown and the radicals."""
 
 
+Coefficients: TypeAlias = "list[Fraction]"
+"""Of a polynomial, lowest degree first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Eliminant:
+    """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include every
+    solution."""
+
+    polynomial: Coefficients
+    indeterminate: tuple[Coefficients, ...] = ()
+
+
 class NotAlgebraic(Exception):
     """Something that is no algebraic function of low degree of the unknown."""
 
@@ -36,8 +51,8 @@ def eliminant(
     unknown: str,
     forms: Sequence[tuple[str, Expression]],
     known: Mapping[str, float],
-) -> list[Fraction] | None:
-    """Coefficients, lowest degree first; None where the equation is not algebraic in the unknown.
+) -> Eliminant | None:
+    """The eliminant; None where the equation is not algebraic in the unknown.
 
     ``forms`` are further unknowns as expressions of those before them; ``known`` numbers are exact fractions.
     """
@@ -54,13 +69,20 @@ class _Elimination:
         self.values: dict[str, Ratio] = {name: self._number(number) for name, number in known.items()}
         self.values[unknown] = first, self.one
         self.relations: dict[tuple[Any, Any, int], Any] = {}
+        self.common: list[Any] = []
 
-    def run(
-        self, left: Expression, right: Expression, forms: Sequence[tuple[str, Expression]]
-    ) -> list[Fraction]:
+    def run(self, left: Expression, right: Expression, forms: Sequence[tuple[str, Expression]]) -> Eliminant:
         for name, form in forms:
             self.values[name] = self._ratio(form)
+        common = map(self._bare, self.common)
+        indeterminate = tuple(
+            self._coefficients(factor) for factor in common if not factor or not factor.is_ground
+        )
         found = self._plus(self._ratio(left), self._scaled(self._ratio(right), -1))[0]
+        return Eliminant(self._coefficients(self._bare(found)), indeterminate)
+
+    def _bare(self, found: Any) -> Any:
+        """A polynomial without radicals, whose roots include those of ``found``."""
         for (numerator, denominator, degree), radical in reversed(self.relations.items()):
             expect_time()
             relation = radical**degree * denominator - numerator
@@ -70,9 +92,9 @@ class _Elimination:
             if symbol in found.as_expr().free_symbols:
                 eliminated = resultant(found.as_expr(), relation.as_expr(), symbol)
                 found = self.ring.from_expr(eliminated.expand())
-        return self._coefficients(found)
+        return found
 
-    def _coefficients(self, found: Any) -> list[Fraction]:
+    def _coefficients(self, found: Any) -> Coefficients:
         polynomial = Poly(found.as_expr(), self.ring.gens[0].as_expr(), domain=QQ)
         if polynomial.degree() > MAX_DEGREE or polynomial.degree() < 1:
             raise NotAlgebraic
@@ -99,7 +121,7 @@ class _Elimination:
             case Product(left, right):
                 return self._times(self._ratio(left), self._ratio(right))
             case Quotient(left, right):
-                return self._times(self._ratio(left), self._inverse(self._ratio(right)))
+                return self._quotient(self._ratio(left), self._ratio(right))
             case Power(base, exponent):
                 return self._power(self._ratio(base), self._constant(exponent))
             case Call("pi", ()):
@@ -151,6 +173,16 @@ class _Elimination:
         if not value[0]:
             raise NotAlgebraic
         return value[1], value[0]
+
+    def _quotient(self, one: Ratio, other: Ratio) -> Ratio:
+        """The quotient, with a note of where both may be 0. Radicals may be so without a common factor."""
+        above, below = one[0], other[0]
+        if not below.is_ground and not (above and above.is_ground):
+            bare = not any(any(powers[1:]) for part in (above, below) for powers in part.monoms())
+            factor = above.gcd(below) if bare else below
+            if not factor.is_ground:
+                self.common.append(factor)
+        return self._times(one, self._inverse(other))
 
     def _times(self, one: Ratio, other: Ratio) -> Ratio:
         return self._bounded(one[0] * other[0], one[1] * other[1])

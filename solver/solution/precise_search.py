@@ -26,7 +26,7 @@ from solver.accuracy.witness import gross
 from solver.attempts import Attempt, Method
 from solver.digits.fold import null_vectors, resolve_fold
 from solver.digits.system import MAX_UNKNOWNS, SPARE, ManyDigits, Unresolved, Work
-from solver.facts import DoubleRoot, NoRoot, RestsOnRounding
+from solver.facts import Beside, DoubleRoot, NoRoot, RestsOnRounding
 from solver.kernel.candidates import Answer
 from solver.kernel.code.block import kernel_of
 from solver.kernel.elimination.near_rank import Blur, undetermined
@@ -327,13 +327,18 @@ class _Block:
                 outside = BlockOutcome.out_of_range(self.question.equations, name, float(point[name]))
         answers = sorted(inside, key=lambda answer: self.question.preference(_floats(answer.values)))
         if answers or self.double:
-            return BlockOutcome((*answers, *self.double), complete)
+            return BlockOutcome((*answers, *self.double), complete, self._curves())
         if outside is not None:
             return replace(outside, complete=complete)
         if self.floats.answers or (complete and not self.floats.complete):
             block = self.question.kernel.block
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
         return self.floats
+
+    def _curves(self) -> tuple[Beside, ...]:
+        """Curves along which some unknowns keep their values; others may be points that rounding joins."""
+        curves = (fact for fact in self.floats.facts if isinstance(fact, Beside))
+        return tuple(curve for curve in curves if curve.values)
 
     def _settled(self) -> bool:
         """Whether what floats could not settle is settled now, so that these are all the roots."""

@@ -87,3 +87,26 @@ def test_van_der_waals(units: int) -> None:
     volume = moved(0.04267, units)
     margin = Fraction(volume) - Fraction(0.04267)
     assert_honest("van_der_waals", {"Vm": volume, "P": 100.0, "T": None, "b": 0.04267}, margin)
+
+
+LINE_AND_PARABOLA = (
+    "y = a*x^2 + b*x + c\ny = m*x + k",
+    "y - c = x*(a*x + b)\nk = y - m*x",
+    "exp(u) = a*x^2 + b*x + c\nu = ln(m*x + k)",
+    "1/y = a*x^2 + b*x + c\n1/y = m*x + k",
+    "a*x^2 + b*x + c - y = 0*sin(x)\nm*x + k = y",
+)
+
+
+@pytest.mark.parametrize("rules", LINE_AND_PARABOLA)
+@pytest.mark.parametrize("a", [2.5, -0.0371])
+@pytest.mark.parametrize("gap", [3e-13, 1e-12])
+def test_a_line_that_misses_a_parabola_does_not_touch_it(rules: str, a: float, gap: float) -> None:
+    b, m, c = 1.31, -2.7, 41.5
+    k = c - (b - m) ** 2 / (4 * a)
+    numbers = {"a": a, "b": b, "c": c, "m": m, "k": k - math.copysign(gap * abs(k), a)}
+    margin = Fraction(b - m) ** 2 - 4 * Fraction(a) * (Fraction(c) - Fraction(numbers["k"]))
+    assert margin < 0
+    result = solver.solve(rulesheets.loads(rules), numbers)
+    assert not result.solutions
+    assert str(result.status) in ("infeasible", "inconsistent", "failed")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
+from rulesheets.evaluate.enclosure import enclose
 from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
+from solver.kernel.elimination.exact import Polynomial
 from solver.kernel.elimination.polynomial_block import (
     STRANGE,
     Forms,
@@ -35,14 +38,30 @@ def counted(question: Question, candidates: Candidates) -> bool:
 
     equation = question.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in question.here.items() if isinstance(value, float)}
-    polynomial = eliminant(equation.left, equation.right, block.tears[0], forms, known)
-    if polynomial is None:
+    found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
+    if found is None or any(_may_be_free(question, factor) for factor in found.indeterminate):
         return False
-    simple = simple_part(polynomial)
+    simple = simple_part(found.polynomial)
     roots = real_roots(simple, *question.domain(block.tears[0]))
     if roots is None or doubtful_extremum(simple):
         return False
     return all(_settled(question, candidates, forms, root) for root in roots)
+
+
+def _may_be_free(question: Question, factor: Polynomial) -> bool:
+    """Whether the rules admit a zero of a factor that an explicit form divides by, and into."""
+    tear = question.kernel.block.tears[0]
+    zeros = real_roots(simple_part(factor), *question.domain(tear))
+    return zeros is None or any(_is_admitted(question, tear, zero) for zero in zeros)
+
+
+def _is_admitted(question: Question, tear: str, zero: float) -> bool:
+    """Whether no rule of the block excludes a value of the tear, whatever the other unknowns are."""
+    known = {name: (v, v) for name, v in question.here.items() if isinstance(v, float)}
+    box = known | {name: question.domain(name) for name in question.unknowns}
+    box[tear] = math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)
+    ranges = (enclose(form, box) for form in question.kernel.forms)
+    return all(low <= 0.0 <= high for low, high in ranges)
 
 
 def _settled(question: Question, candidates: Candidates, forms: Forms, root: float) -> bool:

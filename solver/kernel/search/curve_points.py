@@ -32,7 +32,8 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     points = [a for a, curve in zip(suspects, found, strict=False) if curve is not None] + suspects[MOST:]
     others = _but(outcome.answers, points)
     if others:
-        return replace(outcome, answers=others, complete=False, facts=(*outcome.facts, beside(curves[0])))
+        facts = (*outcome.facts, beside(curves[0]))
+        return replace(outcome, answers=others, complete=False, whole=False, stretches=(), facts=facts)
     return replace(curves[0], attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
 
 

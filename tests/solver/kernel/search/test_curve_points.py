@@ -1,0 +1,46 @@
+"""Isolated answers beside a curve of others: such a list is not complete, and rules on a curve can hold."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+import solver
+from solver import Status
+
+THROWN = "{factor}*(v - 4.9*t) = 0\n{factor}*(v - 2*t - 3) = 0"
+
+
+@pytest.mark.parametrize("factor", ["t", "t^2", "(t - 1)", "(t - 1)^2", "(t + v - 1)", "sin(t)"])
+def test_a_list_beside_a_curve_is_not_complete(factor: str) -> None:
+    result = solver.solve(rulesheets.loads(THROWN.format(factor=factor)))
+    assert result.status is Status.SOLVED
+    assert not result.complete
+    isolated = [s for s in result.solutions if abs(s["t"] - 3 / 2.9) < 1e-9]
+    assert len(isolated) == 1
+
+
+def test_the_curve_is_named() -> None:
+    result = solver.solve(rulesheets.loads(THROWN.format(factor="t")))
+    assert [d.message for d in result.diagnoses] == [
+        "beside these answers there is a curve of others: v can vary where t = 0"
+    ]
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "(v - 3)*t^2 = 0\nw = t^2*2\nw*(v - 2*t - 3) = 0",
+        "t^2*(v - 5) = 0\nw = t^2\nw*(v - 6) = 0",
+        "t^2*(v^2 - t - 5) = 0\nt^2*(v + 3*t - 7) = 0",
+    ],
+)
+def test_rules_that_hold_on_a_curve_are_neither_denied_nor_all_known(rules: str) -> None:
+    result = solver.solve(rulesheets.loads(rules))
+    assert result.status not in (Status.INFEASIBLE, Status.INCONSISTENT)
+    assert not result.complete
+
+
+def test_rules_divided_by_an_unknown_that_is_not_zero_stay_complete() -> None:
+    result = solver.solve(rulesheets.loads("t*v = 3\nv^2 + t^3*v + t = 3"))
+    assert result.complete
