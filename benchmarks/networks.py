@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array, eye_array, kron
+from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron, vstack
 from scipy.sparse.linalg import spsolve
 
 import rulesheets
@@ -123,8 +123,6 @@ def pipes(n: int) -> Network:
     m = len(nodes) - 1
 
     def system(x: Any) -> tuple[Any, Any]:
-        from scipy.sparse import block_array
-
         h, q = x[:m], x[m:]
         fed = np.array([100.0 if a == (0, 0) else 0.0 for a, _ in ends])
         residual = np.concatenate([drop @ h + fed - 200 * q * np.abs(q), -drop.T @ q - 0.01])
@@ -134,6 +132,154 @@ def pipes(n: int) -> Network:
     return Network(
         f"pipes {n} x {n}", _sheet("H_0_0 = 100", *losses, *balances), [*heads[1:], *flows], start, system
     )
+
+
+def load_flow(n: int) -> Network:
+    """n buses in a ring with chords: bus 0 holds voltage and angle, each fifth its voltage; others draw."""
+    lines = [(i, (i + 1) % n) for i in range(n)] + [(i, (i + n // 3) % n) for i in range(0, n, 4)]
+    admittance = np.zeros((n, n), dtype=complex)
+    for k, (a, b) in enumerate(lines):
+        y = 1.0 / complex(0.01 + 0.002 * (k % 5), 0.06 + 0.01 * (k % 7))
+        admittance[[a, b], [b, a]] -= y
+        admittance[[a, b], [a, b]] += y + 0.01j
+    holds = np.arange(n) % 5 == 0
+    power = np.where(holds, 0.55, -0.15 - 0.01 * (np.arange(n) % 3))
+    reactive = -0.05 * np.ones(n)
+    v = ["1.04" if i == 0 else "1.02" if holds[i] else f"V{i}" for i in range(n)]
+    a = ["0" if i == 0 else f"a{i}" for i in range(n)]
+
+    def sent(i: int, one: str) -> str:
+        terms = []
+        for j in map(int, np.flatnonzero(admittance[i])):
+            g, b = float(admittance[i, j].real), float(admittance[i, j].imag)
+            parts = {"cos": g if one == "cos" else -b, "sin": b if one == "cos" else g}
+            turned = f"{parts['cos']!r}*cos({a[i]} - {a[j]}) + {parts['sin']!r}*sin({a[i]} - {a[j]})"
+            terms.append(f"{v[i]}*{v[j]}*({turned})")
+        return " + ".join(terms)
+
+    rules = [f"{sent(i, 'cos')} = {float(power[i])!r}" for i in range(1, n)]
+    draws = np.flatnonzero(~holds)
+    rules += [f"{sent(int(i), 'sin')} = {float(reactive[i])!r}" for i in draws]
+    y, angles = csr_array(admittance), slice(1, n)
+
+    def system(x: Any) -> tuple[Any, Any]:
+        size, angle = np.where(np.arange(n) == 0, 1.04, 1.02), np.zeros(n)
+        angle[angles], size[draws] = x[: n - 1], x[n - 1 :]
+        u = size * np.exp(1j * angle)
+        current, unit = y @ u, u / size
+        by_size = diags_array(u) @ (y @ diags_array(unit)).conj() + diags_array(current.conj() * unit)
+        by_angle = 1j * diags_array(u) @ (diags_array(current) - y @ diags_array(u)).conj()
+        sent = u * current.conj()
+        residual = np.concatenate([(sent.real - power)[1:], (sent.imag - reactive)[draws]])
+        both = hstack([by_angle.tocsc()[:, 1:], by_size.tocsc()[:, draws]]).tocsr()
+        return residual, vstack([both.real[1:], both.imag[draws]])
+
+    names = [*a[1:], *(v[i] for i in draws)]
+    start = np.concatenate([np.zeros(n - 1), np.ones(len(draws))])
+    return Network(f"load flow {n}", _sheet(*rules), names, start, system)
+
+
+def truss(panels: int) -> Network:
+    """A cantilever of crossed panels of 1 m, 5 bars each, that bends so far that angles change."""
+    stiffness, load = 2.0e8, -2.0e4 / panels**2
+    place = {(i, j): (float(i), float(j)) for i in range(panels + 1) for j in (0, 1)}
+    bars = []
+    for i in range(panels):
+        bars += [((i, 0), (i + 1, 0)), ((i, 1), (i + 1, 1)), ((i, 0), (i + 1, 1)), ((i, 1), (i + 1, 0))]
+        bars.append(((i + 1, 0), (i + 1, 1)))
+    free = [node for node in place if node[0] > 0]
+    at = {node: 2 * k for k, node in enumerate(free)}
+
+    def name(letter: str, node: tuple[int, int]) -> str:
+        rest = str(place[node][letter == "v"])
+        return f"({rest} + {letter}_{node[0]}_{node[1]})" if node in at else rest
+
+    rules, pulls = [], {node: ([], []) for node in free}  # type: ignore[var-annotated]
+    for k, (one, other) in enumerate(bars):
+        dx, dy = (f"({name(c, other)} - {name(c, one)})" for c in "uv")
+        length = float(np.hypot(*np.subtract(place[other], place[one])))
+        rules += [f"l{k} = sqrt({dx}^2 + {dy}^2)", f"N{k} = EA*(l{k} - {length!r})/{length!r}"]
+        for node, sign in ((one, "+"), (other, "-")):
+            if node in at:
+                pulls[node][0].append(f"{sign} N{k}*{dx}/l{k}")
+                pulls[node][1].append(f"{sign} N{k}*{dy}/l{k}")
+    for node in free:
+        rules += [f"0 {' '.join(pulls[node][0])} = 0", f"0 {' '.join(pulls[node][1])} + {load!r} = 0"]
+    ends = np.array([[at.get(one, -1), at.get(other, -1)] for one, other in bars])
+    fixed = np.array([[place[one], place[other]] for one, other in bars])
+    rest = np.hypot(*(fixed[:, 1] - fixed[:, 0]).T)
+    columns = np.concatenate([ends[:, 0], ends[:, 0] + 1, ends[:, 1], ends[:, 1] + 1]).reshape(4, -1)
+    moves = np.repeat(ends >= 0, 2, axis=1).T
+
+    def system(x: Any) -> tuple[Any, Any]:
+        points = fixed + np.where(ends[:, :, None] >= 0, x.reshape(-1, 2)[ends // 2], 0.0)
+        d = points[:, 1] - points[:, 0]
+        length = np.hypot(*d.T)
+        e, pull = d / length[:, None], stiffness * (length - rest) / rest
+        along = e[:, :, None] * e[:, None, :]
+        tangent = (stiffness / rest - pull / length)[:, None, None] * along
+        tangent += (pull / length)[:, None, None] * np.eye(2)
+        full = np.concatenate(
+            [np.concatenate([-tangent, tangent], axis=2), np.concatenate([tangent, -tangent], axis=2)], axis=1
+        )
+        residual = np.tile([0.0, load], len(free))
+        force = np.concatenate([pull[:, None] * e, -pull[:, None] * e], axis=1).T
+        np.add.at(residual, columns[moves], force[moves])
+        both = moves.T[:, :, None] & moves.T[:, None, :]
+        rows = np.broadcast_to(columns.T[:, :, None], full.shape)[both]
+        across = np.broadcast_to(columns.T[:, None, :], full.shape)[both]
+        return residual, csr_array((full[both], (rows, across)), shape=(len(x), len(x)))
+
+    start, names = np.zeros(2 * len(free)), [f"{c}_{i}_{j}" for i, j in free for c in "uv"]
+    sheet = _sheet(f"EA = {stiffness!r}", *rules)
+    return Network(f"truss of {len(bars)} bars", sheet, names, start, system)
+
+
+def column(trays: int) -> Network:
+    """Distillation of three components at constant relative volatility, condenser and reboiler included."""
+    volatility, feed, z = np.array([4.0, 2.0, 1.0]), 100.0, np.array([0.4, 0.3, 0.3])
+    top, reflux, where, n = 40.0, 3.0, trays // 2, trays + 2
+    liquid = np.where(np.arange(n) < where, reflux * top, reflux * top + feed)
+    liquid[-1] = feed - top
+    vapour = (reflux + 1) * top
+    x = [[f"x{c}_{j}" for j in range(n)] for c in range(3)]
+    rules = []
+    for j in range(n):
+        share = " + ".join(f"{volatility[c]}*{x[c][j]}" for c in range(3))
+        rules += [f"y{c}_{j} = {volatility[c]}*{x[c][j]}/({share})" for c in range(3)]
+        for c in range(3):
+            into = f"{vapour}*y{c}_{j + 1}" if j + 1 < n else "0"
+            into += f" + {liquid[j - 1]}*{x[c][j - 1]}" if j else ""
+            into += f" + {feed * z[c]}" if j == where else ""
+            out = f"{liquid[j] + (top if j == 0 else 0.0)}*{x[c][j]}" + (f" + {vapour}*y{c}_{j}" if j else "")
+            rules.append(f"{into} = {out}")
+    boils = np.ones(n)
+    boils[0] = 0.0
+
+    def system(flat: Any) -> tuple[Any, Any]:
+        share = flat.reshape(3, n)
+        total = volatility @ share
+        y = volatility[:, None] * share / total
+        out = liquid + top * (np.arange(n) == 0)
+        residual = -out * share - vapour * boils * y
+        residual[:, :-1] += vapour * y[:, 1:]
+        residual[:, 1:] += liquid[:-1] * share[:, :-1]
+        residual[:, where] += feed * z
+        up, down = eye_array(n, k=1), eye_array(n, k=-1)
+        flows = vapour * (up - diags_array(boils))
+        own = down @ diags_array(liquid) - diags_array(out)
+        blocks = [
+            [
+                flows @ diags_array(volatility[c] * ((c == d) / total - volatility[d] * share[c] / total**2))
+                + (own if c == d else 0.0 * own)
+                for d in range(3)
+            ]
+            for c in range(3)
+        ]
+        return residual.ravel(), block_array(blocks)
+
+    names = [name for row in x for name in row]
+    return Network(f"column of {trays} trays", _sheet(*rules), names, np.repeat(z, n), system)
 
 
 def _sheet(*rules: str) -> str:
@@ -148,8 +294,12 @@ def networks(small: bool) -> Iterator[Network]:
     for n in (6, 20) if small else (6, 20, 40, 100):
         yield plate(n)
         yield plate(n, 0.02)
-    for n in (200,) if small else (50, 200, 1000, 10_000):
+    for n in (50, 200) if small else (50, 200, 1000, 10_000):
         yield bratu(n)
+    for n in (9, 30) if small else (9, 30, 118):
+        yield load_flow(n)
+    yield truss(20 if small else 200)
+    yield column(10 if small else 40)
 
 
 def measure(network: Network) -> str:

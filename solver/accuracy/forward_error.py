@@ -291,13 +291,14 @@ def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
         matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
         return as_matrix(matrix, len(unknowns))
     column = {name: place for place, name in enumerate(unknowns)}
-    entries = (
-        (i, column[name], slope)
+    entries = [
+        (slope, i, column[name])
         for i, row in enumerate(rows)
         for name, slope in row.slopes.items()
         if name in column
-    )
-    return sparse_matrix(entries, len(rows), len(unknowns))
+    ]
+    numbers, places, columns = zip(*entries, strict=True)
+    return sparse_matrix(numbers, places, columns, (len(rows), len(unknowns)))
 
 
 def _signs(index: int) -> Iterator[float]:

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.accuracy.witness import BACKWARD, gross, size
-from solver.kernel.question import Question, Sparse
+from solver.kernel.question import SPARSE, Question, Sparse
 from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
 
 EPSILON = 2.0**-52
-SPARSE = 100
-"""Unknowns of a block beyond which errors are estimated by its sparse Jacobian."""
 ORDINARY = 1e8
 """Condition up to which the backward error of an answer says enough."""
 

@@ -20,8 +20,6 @@ MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
 MAX_SEARCHED = 30
 """Unknowns of a block up to which all answers are searched for."""
-MAX_TORN = 100
-"""The same where it has no more than two tears, which carry a search of their whole ranges."""
 
 _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
@@ -40,11 +38,8 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
 
 
 def is_large(kernel: BlockKernel) -> bool:
-    """Whether one answer is looked for before any others: not where one or two tears are searched as well."""
-    size, tears = len(kernel.unknowns), len(kernel.block.tears)
-    if size <= MAX_SEARCHED:
-        return False
-    return size > MAX_TORN or tears > 2 or (tears == 1 and not kernel.exhaustive)
+    """Whether one answer is looked for before any others."""
+    return len(kernel.unknowns) > MAX_SEARCHED
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
@@ -74,7 +69,7 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
     """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
     turning = any(kernel.graph.turn(tear) for tear in tears)
-    if len(tears) > 2 or (turning and len(tears) == 2):
+    if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
         return False
     admitted = _CIRCULAR if turning else frozenset[str]()
     return all(

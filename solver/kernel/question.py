@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TypeAlias, TypeVar
 
+import numpy as np
+
 from rulesheets.deadline import expect_time, limited
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import Number
@@ -16,8 +18,11 @@ from solver.accuracy.witness import testify
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel
 from solver.numerics.batch_newton import Array
+from solver.numerics.linear_algebra import Factor, factorise, sparse_matrix
 from solver.numerics.sparse_newton import Triplets
 
+SPARSE = 100
+"""Unknowns of a block beyond which its Jacobian is taken as a sparse matrix."""
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
 LOOKS = 8
@@ -84,6 +89,14 @@ class Question:
         """Residual and sparse Jacobian on arrays; None where a derivative has no formula."""
         system = self.kernel.sparse
         return None if system is None else system.at(self.known)
+
+    def factor(self, x: Sequence[float], sizes: Sequence[float]) -> Factor:
+        """The Jacobian at a point (n,), factored: that of a large block as a sparse matrix."""
+        n = len(self.unknowns)
+        if n <= SPARSE or self.sparse is None:
+            return factorise(self.jacobian(list(x)), sizes)
+        data, rows, columns = self.sparse[1](np.asarray(x, dtype=float))
+        return factorise(sparse_matrix(data, rows, columns, (n, n)), sizes)
 
     def named(self, x: Sequence[float]) -> dict[str, float]:
         return dict(zip(self.unknowns, map(float, x), strict=True))

@@ -17,8 +17,9 @@ from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Expression, Number, Power, Quotient, children, names
-from solver.kernel.blur import Uncertainty, uncertainty
+from solver.kernel.blur import ORDINARY, Uncertainty, uncertainty
 from solver.kernel.question import Question
+from solver.kernel.sharp_root import sharp_root
 from solver.numerics.elimination import eliminate
 
 DIGITS = 60
@@ -50,6 +51,8 @@ def check_root(
 ) -> tuple[RootCheck, dict[str, float]]:
     """Solve on from a point at which every rule holds to rounding, and which that leaves so uncertain: what
     that comes to, and where it ends."""
+    if found.relative is not None:
+        return _check_large(question, point, found)
     start = list(point.values())
     bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, _sizes(question, start), strict=True)]
     try:
@@ -67,6 +70,22 @@ def check_root(
     if not beside:
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
+
+
+def _check_large(
+    question: Question, point: Mapping[str, float], found: Uncertainty
+) -> tuple[RootCheck, dict[str, float]]:
+    """The same of a large block, its slopes staying those of floats. A rule that is steep because differences
+    cancel in it is none the worse; one that divides by next to nothing is."""
+    start, root = list(point.values()), dict(point)
+    if found.relative is None or found.relative > ORDINARY * EPSILON:
+        sharp = sharp_root(question, start, _sizes(question, start))
+        if sharp is None or not _within(start, sharp, found.errors, SAFETY):
+            return RootCheck.NO_ROOT, root
+        root = question.named(sharp)
+    reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **root}
+    beside = any(_reaches_zero(h, everything, reach) for e in question.kernel.forms for h in divisors(e))
+    return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
 
 
 def root_beside(

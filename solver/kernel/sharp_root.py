@@ -16,7 +16,6 @@ from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
-from solver.numerics.linear_algebra import as_matrix, factorise
 
 DIGITS = 60
 ROUNDS = 8
@@ -37,7 +36,7 @@ def sharp_root(question: Question, start: Sequence[float], sizes: Sequence[float
     """
     mp, names = context(DIGITS), question.unknowns
     try:
-        factor = factorise(as_matrix(question.jacobian(list(start)), len(names)), sizes)
+        factor = question.factor(start, sizes)
         if factor.rank < factor.columns:
             return None
         x = [mp.mpf(v) for v in start]

@@ -6,7 +6,7 @@ the units of a sheet nor the size of a rule changes its rank. What overflows is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -46,10 +46,9 @@ class Factor:
         return solution
 
 
-def sparse_matrix(entries: Iterable[tuple[int, int, float]], rows: int, columns: int) -> Any:
-    """The sparse matrix of (row, column, number) entries."""
-    i, j, numbers = zip(*entries, strict=True)
-    return csr_array((numbers, (i, j)), shape=(rows, columns))
+def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int]) -> Any:
+    """The sparse matrix of entries (k,); those at one place are added."""
+    return csr_array((numbers, (rows, columns)), shape=shape)
 
 
 def as_matrix(matrix: Any, columns: int) -> Any:

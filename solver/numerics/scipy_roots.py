@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares, root
 
 from rulesheets.deadline import expect_time
 from solver.numerics.system import Jacobian, Residual
@@ -40,6 +39,7 @@ def scipy_root(
     ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian. Where the
     residual is undefined it is taken as nan, at which the methods give up. ``tolerance`` is relative.
     """
+    from scipy.optimize import least_squares, root  # takes longer to import than most solves
 
     def values(x: Any) -> Any:
         expect_time()

@@ -17,12 +17,14 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, onenormest, splu
 
 from solver.numerics.batch_newton import Array
+from solver.numerics.tolerances import EPS, STAGNATION
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 ITERATIONS = 100
 SHORTEST = 2.0**-12
-CONVERGED = 1e-14
+REFINEMENTS = 2
+CONVERGED = 64 * EPS
 """Weighted length of a correction that only rounding is left of."""
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
@@ -103,12 +105,26 @@ def sparse_newton(
         if not np.isfinite(length):
             return SparseRoot(x, False, count)
         found = _damped(residual, factor, x, step, weight, positive)
-        if found is None:
-            return SparseRoot(x, length <= CONVERGED, count)
-        x, f = found
-        if length <= CONVERGED or not f.any():
-            return SparseRoot(x, True, count + 1)
+        if found is not None:
+            x, f = found
+        if found is None or length <= CONVERGED or not f.any():
+            converged = found is not None or length <= STAGNATION
+            return SparseRoot(_refined(residual, factor, x, weight) if converged else x, converged, count)
     return SparseRoot(x, False, iterations)
+
+
+def _refined(residual: Callable[[Array], Array], factor: SparseFactor, x: Array, weight: Array) -> Array:
+    """The last digits by residuals in extended precision (N. J. Higham, *Accuracy and Stability of Numerical
+    Algorithms*, 2002, section 25.2); the point as it is where a function has none."""
+    for _ in range(REFINEMENTS):
+        try:
+            step = factor.solve(np.asarray(residual(x.astype(np.longdouble)), dtype=float))
+        except TypeError:
+            return x
+        if not _length(step, weight) <= STAGNATION:
+            return x
+        x = x - step
+    return x
 
 
 def _damped(

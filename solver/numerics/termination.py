@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from solver.numerics.tolerances import EPS
+from solver.numerics.tolerances import EPS, STAGNATION
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Termination:
     ``vanishing``: residual over the size of its row that counts as nothing."""
 
     residual: float = 4 * EPS
-    stagnation: float = 1e-7
+    stagnation: float = STAGNATION
     degenerate: float = 1e-5
     vanishing: float = 1e-13
 

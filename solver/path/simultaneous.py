@@ -15,6 +15,8 @@ from solver.structure.tearing import tearings
 from solver.structure.triangular import block_triangular
 
 TEARINGS = 2
+MAX_TORN = 100
+"""Unknowns of a block up to which it is torn; all of a larger one are iterated on at once."""
 
 
 def simultaneous_steps(
@@ -35,14 +37,10 @@ class _Remaining:
         self.graph, self.equations = graph, remaining
         numbers: dict[int, int] = {}
         occurs: list[tuple[int, ...]] = []
-        resolvable: list[dict[int, int]] = []
         for equation in remaining:
-            variables = tuple(frontier.unknowns(equation))
-            row = [numbers.setdefault(variable, len(numbers)) for variable in variables]
-            costs = (graph.cost(equation, variable) for variable in variables)
+            row = [numbers.setdefault(variable, len(numbers)) for variable in frontier.unknowns(equation)]
             occurs.append(tuple(sorted(row)))
-            resolvable.append({n: cost for n, cost in zip(row, costs, strict=True) if cost is not None})
-        self.incidence = Incidence(tuple(occurs), tuple(resolvable), len(numbers))
+        self.incidence = Incidence(tuple(occurs), ({},) * len(occurs), len(numbers))
         self.unknowns = list(numbers)
 
     def blocks(self) -> tuple[Block, ...]:
@@ -60,20 +58,38 @@ class _Remaining:
 
     def step(self, block: Block) -> Evaluate | SolveBlock:
         """The step that solves a block; of those with one tear, with another way to tear it."""
-        if len(block.equations) == 1 and block.unknowns[0] in self.incidence.resolvable[block.equations[0]]:
+        equations, unknowns = (
+            tuple(self.equations[e] for e in block.equations),
+            tuple(map(self._name, block.unknowns)),
+        )
+        if len(unknowns) > MAX_TORN:
+            return SolveBlock(equations, unknowns, ())
+        incidence = self._resolvable(block)
+        if len(unknowns) == 1 and incidence.resolvable[block.equations[0]]:
             return self._evaluate(block.equations[0], block.unknowns[0])
         weights = {unknown: self._weight(unknown) for unknown in block.unknowns}
         first, *others = (
             SolveBlock(
-                tuple(self.equations[e] for e in block.equations),
-                tuple(map(self._name, block.unknowns)),
+                equations,
+                unknowns,
                 tuple(map(self._name, tearing.tears)),
                 tuple(self._evaluate(e, u) for e, u in tearing.order),
                 tuple(self.equations[e] for e in tearing.residuals),
             )
-            for tearing in tearings(self.incidence.restrict(block), weights, limit=TEARINGS)
+            for tearing in tearings(incidence, weights, limit=TEARINGS)
         )
         return replace(first, others=tuple(others)) if len(first.tears) == 1 else first
+
+    def _resolvable(self, block: Block) -> Incidence:
+        """The part that is a block, with what each of its equations can be solved for."""
+        part, resolvable = self.incidence.restrict(block), {}
+        for equation in block.equations:
+            costs = (
+                (unknown, self.graph.cost(self.equations[equation], self.unknowns[unknown]))
+                for unknown in part.occurs[equation]
+            )
+            resolvable[equation] = {unknown: cost for unknown, cost in costs if cost is not None}
+        return replace(part, resolvable=resolvable)
 
     def _evaluate(self, equation: int, unknown: int) -> Evaluate:
         isolation = self.graph.isolation(self.equations[equation], self.unknowns[unknown])

@@ -143,7 +143,9 @@ def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row
 
 
 def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[Row]:
-    heading = f"{', '.join(block.unknowns)}, iterating on {', '.join(block.tears or block.unknowns)}"
+    tears = block.tears if len(block.tears) < len(block.unknowns) else ()
+    iterated = f", iterating on {', '.join(tears)}" if tears else ""
+    heading = f"{', '.join(block.unknowns)}{iterated}"
     yield (str(number), f"block of {len(block.unknowns)}", "", "", heading)
     for step in block.order:
         yield ("", f"  {step.unknown}", _ways(step.branches), *_rule(places, model.equations[step.equation]))

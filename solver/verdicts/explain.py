@@ -279,7 +279,8 @@ class _Explanation:
     def _next_step(self, fact: NoRoot) -> str:
         """What narrows the search most: a range for what it iterates on; or else no limit on the work."""
         steps = () if self.leaf is None else self.leaf.branch.attempts
-        tears = next((step.tears for step in steps if step.equations == fact.equations), fact.unknowns[:1])
+        torn = next((step.tears for step in steps if step.equations == fact.equations), ())
+        tears = torn or fact.unknowns[:1]
         variables = (self.model.variables[name] for name in tears)
         open_ones = [v.name for v in variables if not (math.isfinite(v.low) and math.isfinite(v.high))]
         if not open_ones:

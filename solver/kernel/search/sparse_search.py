@@ -1,17 +1,22 @@
 """One answer of a large block, the sensible one: Newton's method on all unknowns at once, none of them torn.
 
 It starts from the guesses where there are any, else from 0, where its first step solves the linearised rules,
-then from positive numbers of the sizes that balance the rules. An answer with no negative number ends the
-search; one with some is kept, and looked for is one that keeps to positive numbers.
+from positive numbers of the sizes that balance the rules, and from 1. An answer with no negative number ends
+the search; one with some is kept, and looked for is one that keeps to positive numbers.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
+from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
+from rulesheets.evaluate import value
+from rulesheets.model import Value
+from rulesheets.nodes import Expression, Name, names
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.numerics.batch_newton import Array
@@ -28,28 +33,53 @@ def search_sparsely(question: Question, candidates: Candidates) -> None:
     residual, jacobian = question.sparse
     sizes = _sizes(question)
     for start, positive, most in _starts(question, sizes):
+        if candidates.answers and not positive:
+            continue
         root = sparse_newton(residual, jacobian, start, sizes, positive, most)
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())
-        candidates.note(point)
         if root.converged and question.holds(point):
             candidates.keep(point)
+        else:
+            candidates.note(point)
         if candidates.answers and (question.guesses or not _negative(question, candidates)):
             return
 
 
 def _starts(question: Question, sizes: Array) -> Iterator[tuple[Array, bool, int]]:
     """Points, whether unknowns that are positive are kept so, and the most iterations."""
-    typical = np.where([question.turn(name) is not None for name in question.unknowns], 0.0, sizes)
-    inside = _inside(question, typical)
+    turning = np.array([question.turn(name) is not None for name in question.unknowns])
+    inside = _inside(question, np.where(turning, 0.0, sizes))
     if question.guesses:
         guesses = question.guesses
         named = [guesses.get(n, v) for n, v in zip(question.unknowns, inside.tolist(), strict=True)]
         yield np.array(named), False, MOST
-    yield _inside(question, np.zeros(len(sizes))), False, MOST
+    yield defined(question, _inside(question, np.zeros(len(sizes)))), False, MOST
     yield inside, True, POSITIVE_ITERATIONS
+    yield _inside(question, np.where(turning, 0.0, 1.0)), False, MOST
     yield inside, False, MOST
+
+
+def defined(question: Question, x: Array) -> Array:
+    """The point with every unknown that a rule tells outright (``l = sqrt(u^2 + v^2)``) as that has it."""
+    rules: dict[str, Expression] = {}
+    unknowns = frozenset(question.unknowns)
+    for equation in question.kernel.equations:
+        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
+            if isinstance(side, Name) and side.name in unknowns and side.name not in rules:
+                rules[side.name] = other
+                break
+    point: dict[str, Value] = {**question.here, **question.named(x.tolist())}
+    needed = {name: unknowns.intersection(names(rule)) for name, rule in rules.items()}
+    try:
+        order = tuple(TopologicalSorter(needed).static_order())
+    except CycleError:
+        return x
+    for name in order:
+        with suppress(ArithmeticError, ValueError):
+            point[name] = value(rules[name], point) if name in rules else point[name]
+    return _inside(question, np.array([point[name] for name in question.unknowns], dtype=float))
 
 
 def _inside(question: Question, x: Array) -> Array:
