@@ -25,6 +25,8 @@ COARSE = 2.0**-1000
 """A number smaller than this has lost digits, or is about to: rules may hold there as rounding has it."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
+MEANINGLESS = 1e6
+"""The same, from which on nothing is known of it: a multiple root of floats is not that vague."""
 SIMPLE = 1e-10
 """The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
 NEARLY = 1e-9
@@ -152,10 +154,17 @@ class Candidates:
         from solver.kernel.root_check import RootCheck, check_root
 
         verdict, root = check_root(self.question, point, found)
+        if verdict is RootCheck.STANDS and self._meaningless(point, found):
+            verdict = RootCheck.NO_ROOT
         if verdict is RootCheck.BESIDE_POLE:
             self._refuse(root)
         self.strays += verdict is RootCheck.NO_ROOT
         return verdict is RootCheck.STANDS
+
+    def _meaningless(self, point: dict[str, float], found: Uncertainty) -> bool:
+        """Whether rounding leaves no digit of some unknown, as where the sine of 1e99 is taken."""
+        finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
+        return self._open(point, finite, MEANINGLESS)
 
     def _refuse(self, root: dict[str, float]) -> None:
         """Remember a root that floats do not see."""

@@ -133,3 +133,12 @@ def test_a_current_is_no_quotient_of_rounding_errors(given: Mapping[str, float],
         drop = mpmath.mpf(answer["Vs"]) * mpmath.exp(-0.6 / (mpmath.mpf(answer["R"]) * 1e-5))
         assert float(drop / answer["R"]) == pytest.approx(current, rel=1e-9)
     assert bool(result.solutions) == ("Vs" in given)
+
+
+def test_angle_of_which_no_digit_means_anything_is_no_answer() -> None:
+    """Of 1e99 the sine is known, but for an angle an ulp beside it the sine may be anything."""
+    text = "sag = rad*(1 - cos(th/2))\nchord = 2*rad*sin(th/2)\ns = rad*th\nsag = 0.4026586064386497\n"
+    result = solver.solve(rulesheets.loads(text + "chord = 0.9808662561216678"))
+    assert str(result.status) == "solved"
+    assert result["rad"] == pytest.approx(0.5, rel=1e-12)
+    assert max(abs(answer["th"]) for answer in result.solutions) < 1e6
