@@ -7,8 +7,17 @@ from collections.abc import Iterable, Sequence
 from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, CallRule, Function
+from rulesheets.parse.mistakes.foreign import PROPERTIES, WRITE_IN_PYTHON
 from rulesheets.source import Span
 from rulesheets.spelling import plural, suggestion
+
+_ELSEWHERE = {
+    "convert": "write the factor as a number; values are converted where they are given: x = 3[in]",
+    "converttemp": "temperatures are converted where they are given: --set T=20degC",
+    "integral": "integrals are not there yet",
+    **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
+}
+"""What stands in place of functions that people know from EES."""
 
 
 def head_of(function: Function) -> Span | None:
@@ -43,6 +52,8 @@ def unknown_function(call: Call | CallRule, known: Iterable[str], variables: Ite
     notes = suggestion(call.function, known) or (
         "a function of your own is defined with `function`, or comes from a file named by `use`",
     )
+    if call.function.lower() in _ELSEWHERE:
+        notes = (_ELSEWHERE[call.function.lower()],)
     if name in variables:
         notes = (f"for a product with the variable {name} write {name}*(…)",)
     return error(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.marks import KINDS, Kind, Shape
 from rulesheets.nodes import Mark, Name
+from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
 from rulesheets.parse.mistakes.operand import bad_number, broken_line, missing_operand, two_operands
-from rulesheets.parse.mistakes.signs import foreign_sign, unreadable
 from rulesheets.parse.mistakes.stop import Stop
 from rulesheets.source import Span
 from rulesheets.spelling import closest, plural
@@ -19,7 +19,7 @@ def explain_mark(stop: Stop) -> Diagnosis:
     before_parenthesis = "(" not in stop.words[: stop.index]
     if before_parenthesis and stop.index < 4:
         return _misshapen(stop)
-    for explain in (broken_line, foreign_sign, bad_number, two_operands, missing_operand):
+    for explain in (broken_line, foreign_form, bad_number, two_operands, missing_operand):
         found = explain(stop)
         if found is not None:
             return found

@@ -43,6 +43,9 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     """A lone word that is no section head."""
     near = closest(word, SECTIONS)
     plain = "a rule is an equation, such as V = I*R"
+    if word.lower() == "end":
+        note = "leave it out: a function ends where the next section begins"
+        return error("E116", f"`{word}` ends nothing here", Label(span), notes=(note,))
     if near is None:
         return error(
             "E116",

@@ -23,6 +23,8 @@ _IDIOMS = {
     "let": _NOTHING,
     "set": _NOTHING,
     "def": "function",
+    "subprogram": "function",
+    "module": "function",
     "include": "use",
     "import": "use",
 }

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rulesheets.diagnosis import Diagnosis
+from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
 from rulesheets.parse.mistakes.heads import unknown_section
 from rulesheets.parse.mistakes.operand import bad_number, broken_line, missing_operand
-from rulesheets.parse.mistakes.signs import foreign_sign, unreadable
 from rulesheets.parse.mistakes.stop import Stop
 
 _SHAPE = 'a row reads name = value [unit] " comment'
@@ -117,7 +117,7 @@ _EXPLANATIONS: tuple[Callable[[Stop], Diagnosis | None], ...] = (
     _section,
     _broken,
     _range,
-    foreign_sign,
+    foreign_form,
     _list,
     _rule,
     bad_number,

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.nodes import Call, Condition, Equality, Expression, Inequality, Name, children
 from rulesheets.parse.mistakes.condition import explain_condition
+from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
 from rulesheets.parse.mistakes.heads import unknown_section
 from rulesheets.parse.mistakes.operand import broken_line, missing_operand, open_across_lines, two_operands
-from rulesheets.parse.mistakes.signs import foreign_sign, unreadable
 from rulesheets.parse.mistakes.stop import Stop
 
 
@@ -195,7 +195,7 @@ def _section_with_colon(stop: Stop) -> Diagnosis | None:
 _EXPLANATIONS: tuple[Callable[[Stop], Diagnosis | None], ...] = (
     _section_with_colon,
     _open_parenthesis,
-    foreign_sign,
+    foreign_form,
     _reserved,
     _in_expression,
     explain_condition,
