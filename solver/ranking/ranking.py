@@ -1,7 +1,7 @@
 """Which of several answers comes first: a rule on their numbers, the same wherever answers are listed.
 
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
-range reaches below 0; an absolute temperature counts double), a trivial zero counting as one; fewest trivial
+range reaches below 0; an temperature, mass or pressure below its zero counts double), a trivial zero counting as one; fewest trivial
 zeros; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest, within
 half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is still alike, the
 variables one by one, in the order of their names. Answers with a number of unlikely size come after all
@@ -68,7 +68,7 @@ class Ranking:
         self._aside = [name in self.signs.aside for name in self.names]
         self.angles = [name in self.signs.angles for name in self.names]
         self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
-        self._cold = [self.signs.cold(name) for name in self.names]
+        self._floors = [self.signs.floor(name) for name in self.names]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
         """The places of the answers, the first one first. ``given`` are the values of the known names."""
@@ -177,7 +177,9 @@ class Ranking:
         negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         signs: list[Number] = []
         apart = self._apart(row, sizes, on)
-        for place, (angle, cold, right) in enumerate(zip(self.angles, self._cold, self._right, strict=True)):
+        for place, (angle, floor, right) in enumerate(
+            zip(self.angles, self._floors, self._right, strict=True)
+        ):
             number, least = row[place], ZERO * most[place]
             share = on.rounded(GRAIN * (number / most[place]))
             signs += [1.0 * (share < 0.0), abs(share)]
@@ -186,7 +188,7 @@ class Ranking:
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
             there = abs(number) > least
-            below = 1.0 * (number < -least) + (number < cold - least)
+            below = 1.0 * (number < -least) + (number < floor - least)
             negatives = negatives + weights[place] * below
             zeros = zeros + (abs(number) <= least) * (tops[place] > 0.0)
             far = on.largest([far, 1.0 * (abs(apart[place]) > UNLIKELY) * there])

@@ -17,6 +17,8 @@ from solver.ranking.homogeneity import Scalings
 from solver.ranking.sizes import MANY, Suggestions
 
 DIGITS = 6
+ABSOLUTE = frozenset({"bar", "mbar", "atm", "psia", "torr", "Torr", "mmHg", "inHg"})
+"""Units of pressure in which no stress is given."""
 
 
 class Signs:
@@ -64,12 +66,17 @@ class Signs:
             if row.any()
         }
 
-    def cold(self, name: str) -> float:
-        """Absolute zero as a variable reads it; minus infinity where it is no temperature."""
-        unit = self.model.variables[name].measure
-        if unit is None or unit.bases != {"K": 1}:
+    def floor(self, name: str) -> float:
+        """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
+
+        Pa and its multiples measure stresses as well, which have either sign.
+        """
+        variable = self.model.variables[name]
+        unit = variable.measure
+        if unit is None or variable.difference:
             return -np.inf
-        return float(-unit.offset / unit.factor)
+        bounded = unit.offset or unit.bases in ({"K": 1}, {"kg": 1}) or variable.unit in ABSOLUTE
+        return float(-unit.offset / unit.factor) if bounded else -np.inf
 
 
 def signs_of(model: Model) -> Signs:

@@ -83,9 +83,12 @@ def test_a_temperature_above_absolute_zero_comes_first() -> None:
     assert first(SHIELD, "T3") == pytest.approx(brentq(balance, 293, 800), rel=1e-12)
 
 
-@pytest.mark.parametrize(("unit", "zero"), [("degC", -273.15), ("degF", -459.67), ("K", 0.0)])
-def test_only_what_is_below_absolute_zero_counts_double(unit: str, zero: float) -> None:
-    """An answer with one negative number comes before one with a temperature that there is not."""
+@pytest.mark.parametrize(
+    ("unit", "zero"),
+    [("degC", -273.15), ("degF", -459.67), ("K", 0.0), ("g", 0.0), ("mbar", 0.0), ("barg", -1.01325)],
+)
+def test_only_what_is_below_its_least_value_counts_double(unit: str, zero: float) -> None:
+    """An answer with one negative number comes before one with a temperature or a mass that there is not."""
     model = rulesheets.loads(f"variables\n  T [{unit}]\n  a\n  b\n  c\nrules\n  a + b + c + T = d\n")
     rule = Ranking(model, ["d"])
     place = {name: k for k, name in enumerate(rule.read)}
