@@ -13,7 +13,9 @@ import numpy as np
 
 from rulesheets.deadline import time_limit
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.inputs import variable_named
 from rulesheets.model import Model, Value, expect_model
+from rulesheets.units.quantity import scaling
 from solver.files.columns import joined
 from solver.files.messages import missing_extra
 from solver.interruption import Interrupted
@@ -46,6 +48,7 @@ def sweep(
     """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
     ``inputs`` is a mapping of names to columns, or a data frame (pandas, polars, Arrow) with these columns.
+    A column may be given with its unit, ``(values, "in")``, or as an array of pint.
     With ``all`` every answer has a row of its own and a number in the column ``answer`` (0: none),
     which stays with its branch from row to row. With ``jit`` the rows run through machine code (extra
     ``jit``), which pays from about 1e5 of them. ``jobs`` processes share the work (None: as many as pay),
@@ -60,7 +63,7 @@ def sweep(
     a wrong number of ``jobs``.
     """
     expect_model(model)
-    inputs = columns_of(inputs)
+    inputs = {name: _in_its_unit(model, name, column) for name, column in columns_of(inputs).items()}
     if jobs is not None and jobs < 1:
         raise ValueError(f"{jobs} is no number of processes")
     if follow:
@@ -94,6 +97,20 @@ def columns_of(inputs: Any) -> Mapping[str, Column]:
     if names is None:
         raise TypeError(f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}")
     return {str(name): np.asarray(inputs[name]) for name in names}
+
+
+def _in_its_unit(model: Model, name: str, column: Any) -> Any:
+    """``(values, "in")`` and arrays of pint in the unit of a variable; all else as it is."""
+    variable = variable_named(name, model)
+    if isinstance(column, tuple) and len(column) == 2 and isinstance(column[1], str) and variable.unit:
+        values, unit = column
+    elif hasattr(column, "to_base_units"):
+        base = column.to_base_units()
+        values, unit = base.magnitude, f"{base.units:C}"
+    else:
+        return column
+    factor, shift = scaling(unit, variable)
+    return np.asarray(values, dtype=float) * factor + shift
 
 
 def work_of(

@@ -141,11 +141,14 @@ def shown(number: float, variable: Variable, difference: bool = False) -> float:
     return convert(number, source, target, difference or variable.difference)
 
 
+def displaying(variable: Variable) -> tuple[float, float]:
+    """Factor and shift from the unit of a variable to its display unit, where it has one."""
+    if not (variable.unit and variable.display_unit):
+        return 1.0, 0.0
+    return affine(*map(variable.units.unit, (variable.unit, variable.display_unit)), variable.difference)
+
+
 def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float]]:
     """Factor and shift to the display unit, for the variables that have one."""
     variables = (model.variables[name] for name in names if name in model.variables)
-    return {
-        v.name: affine(v.measure, v.units.unit(v.display_unit), v.difference)
-        for v in variables
-        if v.display_unit and v.measure is not None
-    }
+    return {v.name: displaying(v) for v in variables if v.unit and v.display_unit}

@@ -1,8 +1,8 @@
 """Which of several answers comes first: a rule on their numbers, the same wherever answers are listed.
 
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
-range reaches below 0; an temperature, mass or pressure below its zero counts double), a trivial zero counting as one; fewest trivial
-zeros; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest, within
+range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
+as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest, within
 half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is still alike, the
 variables one by one, in the order of their names. Answers with a number of unlikely size come after all
 others. Nothing depends on the order of rules or variables.

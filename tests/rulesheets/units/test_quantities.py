@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import rulesheets
@@ -275,3 +276,16 @@ def test_what_rules_imply_is_named() -> None:
 def test_a_sheet_without_units_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(check, "Dimensions", None)
     assert check_units(rulesheets.loads("y = 2*x + sin(x)")) == ()
+
+
+def test_a_swept_column_has_a_unit_and_a_value_is_read_in_another() -> None:
+    model = rulesheets.loads(LENS)
+    table = solver.sweep(model, {"u": ([8.0, 16.0], "in")}, want=["v"])
+    assert table["u"].tolist() == [203.2, 406.4]
+    assert model.in_unit("v", table["v"], "m") == pytest.approx(table["v"] / 1000, rel=1e-15)
+    assert model.in_unit("u", 254.0, "in") == 10.0
+    with pytest.raises(RuleSheetError):
+        solver.sweep(model, {"u": ([8.0], "kg")})
+    pint = pytest.importorskip("pint")
+    same = solver.sweep(model, {"u": pint.UnitRegistry().Quantity(np.array([8.0, 16.0]), "inch")}, want=["v"])
+    assert same["v"] == pytest.approx(table["v"], rel=1e-14)
