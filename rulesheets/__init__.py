@@ -16,6 +16,7 @@ from rulesheets.functions.registered import function
 from rulesheets.loading import load, loads, shipped_models
 from rulesheets.model import Equation, Model, Premise, Value, Variable
 from rulesheets.source import Source, Span
+from rulesheets.units.display import in_unit
 
 if TYPE_CHECKING:
     from rulesheets.algebra import sympy_equations
@@ -33,6 +34,7 @@ __all__ = [
     "Value",
     "Variable",
     "function",
+    "in_unit",
     "load",
     "loads",
     "shipped_models",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis
@@ -151,18 +151,6 @@ class Model:
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
     python: tuple[str, ...] = field(default=(), compare=False, repr=False)
     units: Library = field(default=library(), compare=False, repr=False)
-
-    def in_unit(self, name: str, values: Any, unit: str) -> Any:
-        """Numbers or arrays of a variable, which are in its own unit, in another.
-
-        Raises RuleSheetError (E407, E460, E461).
-        """
-        from rulesheets.inputs import variable_named
-        from rulesheets.units.display import with_display_unit
-        from rulesheets.units.quantity import displaying
-
-        factor, shift = displaying(with_display_unit(variable_named(name, self), unit))
-        return values * factor + shift
 
     def __repr__(self) -> str:
         from rulesheets.spelling import plural

@@ -6,12 +6,14 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.inputs import variable_named
 from rulesheets.model import Model, Variable
 from rulesheets.source import Span
 from rulesheets.units.library import library
-from rulesheets.units.quantity import cannot_show, unit_named
+from rulesheets.units.quantity import cannot_show, displaying, unit_named
 
 SYSTEMS = {
     "si": "mm cm m km mm^2 cm^2 m^2 mm^3 cm^3 L m^3 g kg t N kN MN Pa kPa MPa GPa degC K m/s km/h "
@@ -32,6 +34,15 @@ def with_display_unit(variable: Variable, unit: str, place: Span | None = None) 
     if own is None or own.bases != target.bases:
         raise RuleSheetError(cannot_show(variable.name, variable.unit, unit, place))
     return replace(variable, display_unit=None if unit == variable.unit else unit)
+
+
+def in_unit(model: Model, name: str, values: Any, unit: str) -> Any:
+    """Numbers or arrays of a variable, which are in its own unit, in another.
+
+    Raises RuleSheetError (E407, E460, E461).
+    """
+    factor, shift = displaying(with_display_unit(variable_named(name, model), unit))
+    return values * factor + shift
 
 
 def with_display_units(model: Model, system: str | None, chosen: Mapping[str, str]) -> Model:

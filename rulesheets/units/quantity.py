@@ -145,7 +145,8 @@ def displaying(variable: Variable) -> tuple[float, float]:
     """Factor and shift from the unit of a variable to its display unit, where it has one."""
     if not (variable.unit and variable.display_unit):
         return 1.0, 0.0
-    return affine(*map(variable.units.unit, (variable.unit, variable.display_unit)), variable.difference)
+    source, target = map(variable.units.unit, (variable.unit, variable.display_unit))
+    return affine(source, target, variable.difference)
 
 
 def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float]]:

@@ -2,10 +2,10 @@
 
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
-as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest, within
-half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is still alike, the
-variables one by one, in the order of their names. Answers with a number of unlikely size come after all
-others. Nothing depends on the order of rules or variables.
+as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
+inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is
+still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
+come after all others. Nothing depends on the order of rules or variables.
 
 It is written once, over numbers or arrays of them.
 """

@@ -282,8 +282,8 @@ def test_a_swept_column_has_a_unit_and_a_value_is_read_in_another() -> None:
     model = rulesheets.loads(LENS)
     table = solver.sweep(model, {"u": ([8.0, 16.0], "in")}, want=["v"])
     assert table["u"].tolist() == [203.2, 406.4]
-    assert model.in_unit("v", table["v"], "m") == pytest.approx(table["v"] / 1000, rel=1e-15)
-    assert model.in_unit("u", 254.0, "in") == 10.0
+    assert rulesheets.in_unit(model, "v", table["v"], "m") == pytest.approx(table["v"] / 1000, rel=1e-15)
+    assert rulesheets.in_unit(model, "u", 254.0, "in") == 10.0
     with pytest.raises(RuleSheetError):
         solver.sweep(model, {"u": ([8.0], "kg")})
     pint = pytest.importorskip("pint")
