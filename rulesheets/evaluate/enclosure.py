@@ -5,22 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import reduce
 
-from rulesheets.evaluate.number import Undefined
+from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.functions.intervals.arithmetic import add, divide, multiply, power, square
 from rulesheets.functions.intervals.bounds import Interval
 from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
-from rulesheets.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-)
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 
 
 def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
@@ -30,26 +19,38 @@ def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
     operations are defined; nan where it is defined nowhere on the box. Raises KeyError for a
     variable that is not in the box and Undefined for arithmetic with a symbol.
     """
-    match expression:
-        case Number(value):
-            return value, value
-        case Name(name):
-            return box[name]
-        case Negative(operand):
-            low, high = enclose(operand, box)
-            return -high, -low
-        case Sum(terms):
-            return reduce(lambda total, part: add(*total, *part), (enclose(term, box) for term in terms))
-        case Product(left, right):
-            factor = enclose(left, box)
-            return square(*factor) if left == right else multiply(*factor, *enclose(right, box))
-        case Quotient(left, right):
-            return divide(*enclose(left, box), *enclose(right, box))
-        case Power(base, exponent):
-            return power(*enclose(base, box), *enclose(exponent, box))
-        case Call(function, arguments):
-            ends = [end for argument in arguments for end in enclose(argument, box)]
-            bounds: Interval = FLOAT_INTERVALS[function](*ends)
-            return bounds
-        case Symbol():
-            raise Undefined("symbol", (), expression)
+    return Intervals(box).of(expression)
+
+
+class Intervals(Arithmetic[Interval]):
+    """Pairs of floats, which Python has no signs for."""
+
+    def __init__(self, box: Mapping[str, Interval]) -> None:
+        self.box = box
+
+    def number(self, node: Number) -> Interval:
+        return node.value, node.value
+
+    def name(self, node: Name) -> Interval:
+        return self.box[node.name]
+
+    def negative(self, node: Negative) -> Interval:
+        low, high = self.of(node.operand)
+        return -high, -low
+
+    def sum(self, node: Sum) -> Interval:
+        return reduce(lambda total, part: add(*total, *part), map(self.of, node.terms))
+
+    def product(self, node: Product) -> Interval:
+        factor = self.of(node.left)
+        return square(*factor) if node.left == node.right else multiply(*factor, *self.of(node.right))
+
+    def divided(self, node: Quotient, above: Interval, below: Interval) -> Interval:
+        return divide(*above, *below)
+
+    def raised(self, node: Power, base: Interval, exponent: Interval) -> Interval:
+        return power(*base, *exponent)
+
+    def applied(self, node: Call, arguments: list[Interval]) -> Interval:
+        bounds: Interval = FLOAT_INTERVALS[node.function](*(end for pair in arguments for end in pair))
+        return bounds

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from math import isqrt, prod
-from typing import assert_never
+from math import isqrt
+from typing import NoReturn
 
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.evaluate.arithmetic import Arithmetic
+from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 
 LARGEST = 64
 """Exponents beyond which numbers are not multiplied out."""
@@ -28,53 +29,42 @@ def exactly(
     Raises Inexact where an operation leaves the rational numbers or is undefined, and for a variable without
     a number.
     """
-    match expression:
-        case Number(value):
-            return constants[value] if value in constants else Fraction(value)
-        case Name(name):
-            if name not in numbers:
-                raise Inexact(name)
-            return numbers[name]
-        case Negative(operand):
-            return -exactly(operand, numbers, constants)
-        case Sum(terms):
-            return sum((exactly(term, numbers, constants) for term in terms), Fraction(0))
-        case Product(left, right):
-            return prod(
-                (exactly(left, numbers, constants), exactly(right, numbers, constants)), start=Fraction(1)
-            )
-        case Quotient(left, right):
-            return _quotient(exactly(left, numbers, constants), exactly(right, numbers, constants))
-        case Power(base, exponent):
-            return _power(exactly(base, numbers, constants), exactly(exponent, numbers, constants))
-        case Call(function, arguments):
-            return _call(function, [exactly(argument, numbers, constants) for argument in arguments])
-        case Symbol(name):
-            raise Inexact(name)
-        case _:
-            assert_never(expression)
+    return Rationals(numbers, constants).of(expression)
 
 
-def _quotient(above: Fraction, below: Fraction) -> Fraction:
-    if not below:
-        raise Inexact("/")
-    return above / below
+class Rationals(Arithmetic[Fraction]):
+    def __init__(self, numbers: Mapping[str, Fraction], constants: Mapping[float, Fraction]) -> None:
+        self.numbers, self.constants = numbers, constants
 
+    def number(self, node: Number) -> Fraction:
+        return self.constants[node.value] if node.value in self.constants else Fraction(node.value)
 
-def _power(base: Fraction, exponent: Fraction) -> Fraction:
-    if exponent.denominator != 1 or abs(exponent) > LARGEST or (exponent < 0 and not base):
-        raise Inexact("^")
-    return base ** int(exponent)
+    def name(self, node: Name) -> Fraction:
+        if node.name not in self.numbers:
+            raise Inexact(node.name)
+        return self.numbers[node.name]
 
+    def symbol(self, node: Symbol) -> NoReturn:
+        raise Inexact(node.name)
 
-def _call(function: str, arguments: list[Fraction]) -> Fraction:
-    match function, arguments:
-        case "abs", [number]:
-            return abs(number)
-        case "sqrt", [number]:
-            return Fraction(*map(_root, number.as_integer_ratio()))
-        case _:
-            return _in_balls(function, arguments)
+    def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:
+        if not below:
+            raise Inexact("/")
+        return above / below
+
+    def raised(self, node: Power, base: Fraction, exponent: Fraction) -> Fraction:
+        if exponent.denominator != 1 or abs(exponent) > LARGEST or (exponent < 0 and not base):
+            raise Inexact("^")
+        return base ** int(exponent)
+
+    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+        match node.function, arguments:
+            case "abs", [number]:
+                return abs(number)
+            case "sqrt", [number]:
+                return Fraction(*map(_root, number.as_integer_ratio()))
+            case _:
+                return _in_balls(node.function, arguments)
 
 
 def _root(number: int) -> int:

@@ -1,15 +1,21 @@
-"""The value of an expression, all its partial derivatives at a point and its rounding, in one sweep."""
+"""The value of an expression and all its partial derivatives at a point, in one sweep over any arithmetic.
+
+Reverse accumulation: the walk keeps the parts of an expression with the slope of each in those below it, and
+the gradient is summed from the top. In floats a bound of the rounding comes with it.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from rulesheets.evaluate.number import Undefined, Values, value
-from rulesheets.functions import TABLE
+from rulesheets.evaluate.arithmetic import Arithmetic
+from rulesheets.evaluate.number import Floats, Values
+from rulesheets.evaluate.undefined import Undefined
+from rulesheets.functions import TABLE, Function
 from rulesheets.nodes import (
     Call,
     Expression,
@@ -20,53 +26,135 @@ from rulesheets.nodes import (
     Product,
     Quotient,
     Sum,
-    Symbol,
 )
 
-# Operations on stand-ins for their two parts, and the slopes of a power.
-_FIRST, _SECOND = Name("0"), Name("1")
-_QUOTIENT, _POWER = Quotient(_FIRST, _SECOND), Power(_FIRST, _SECOND)
-_POWER_BY_BASE = Product(_SECOND, Power(_FIRST, Sum((_SECOND, Number(-1.0)))))
-_POWER_BY_EXPONENT = Product(_POWER, Call("ln", (_FIRST,)))
-
+T = TypeVar("T")
 
 _EPSILON = 2.0**-52
-_ULPS = {
-    **dict.fromkeys(("gamma", "lgamma", "erf", "erfc", "digamma"), 16.0),
-    **dict.fromkeys(("beta", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"), 64.0),
-}
-"""Functions that floats compute to fewer digits than the last, and by how many units of it."""
-_VANISHING = frozenset({"exp", "erfc", "gamma", "k0", "bessel_k1", "beta"})
-"""Functions that are never 0 but where floats lose them."""
-_DIRECTIONS, _DEGREES = frozenset({"atan2", "atan2d"}), frozenset({"sind", "tand"})
 _CHOOSING = frozenset({"min", "max"})
 _SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
 _LEAST = 2.0**-1074
+_BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
+_BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
+"""Slopes of the power ``0^1``."""
 
 
 @dataclass(slots=True)
-class _Trace:
-    """A part of an expression at a point: its value, and the slope in each part below it that varies.
+class Part(Generic[T]):
+    """A part of an expression at a point: its value, its name if it is a variable, and the slope in each part
+    below it that varies.
 
     ``rounded``: the size of the numbers that its own operation has rounded; infinite where it has lost all.
     """
 
-    value: float
+    value: T
     name: str = ""
-    slopes: tuple[tuple[float, _Trace], ...] = ()
+    slopes: tuple[tuple[T, Part[T]], ...] = ()
     rounded: float = 0.0
 
     @property
-    def constant(self) -> bool:
-        return not (self.name or self.slopes)
+    def exact(self) -> bool:
+        """Whether it neither varies nor has been rounded."""
+        return not (self.name or self.slopes or self.rounded)
+
+
+class Traced(Arithmetic[Part[T]]):
+    """The parts of an expression over another arithmetic. A slope without a value raises Undefined."""
+
+    def __init__(self, numbers: Arithmetic[T]) -> None:
+        self.numbers = numbers
+
+    def slope(self, template: Expression, arguments: Sequence[Part[T]], node: Expression) -> T:
+        """A slope of ``node``: the template over the values of the arguments, by their places."""
+        raise NotImplementedError
+
+    def number(self, node: Number) -> Part[T]:
+        return Part(self.numbers.number(node))
+
+    def name(self, node: Name) -> Part[T]:
+        return Part(self.numbers.name(node), node.name)
+
+    def negative(self, node: Negative) -> Part[T]:
+        part = self.of(node.operand)
+        return Part(-part.value, "", _varying((-1.0, part)))  # type: ignore[operator]
+
+    def sum(self, node: Sum) -> Part[T]:
+        parts = [self.operations[type(term)](self, term) for term in node.terms]
+        total = parts[0].value
+        for part in parts[1:]:
+            total = total + part.value
+        return Part(total, "", _varying(*((1.0, part) for part in parts)))
+
+    def product(self, node: Product) -> Part[T]:
+        one, other = self.of(node.left), self.of(node.right)
+        value = one.value * other.value  # type: ignore[operator]
+        return Part(value, "", _varying((other.value, one), (one.value, other)))
+
+    def divided(self, node: Quotient, above: Part[T], below: Part[T]) -> Part[T]:
+        result: Any = self.numbers.divided(node, above.value, below.value)
+        divisor: Any = below.value
+        return Part(result, "", _varying((1.0 / divisor, above), (-result / divisor, below)))
+
+    def raised(self, node: Power, base: Part[T], exponent: Part[T]) -> Part[T]:
+        result = self.numbers.raised(node, base.value, exponent.value)
+        slopes: list[tuple[Any, Part[T]]] = []
+        if not base.exact:
+            slopes.append((self.slope(_BY_BASE, (base, exponent), node) if exponent.value else 0.0, base))
+        if not exponent.exact:
+            slopes.append((self.slope(_BY_EXPONENT, (base, exponent), node), exponent))
+        return Part(result, "", tuple(slopes))
+
+    def applied(self, node: Call, arguments: list[Part[T]]) -> Part[T]:
+        result = self.numbers.applied(node, [part.value for part in arguments])
+        slopes = _partials(TABLE[node.function], len(arguments))
+        below = tuple(
+            (self._partial(slope, arguments, node), part)
+            for slope, part in zip(slopes, arguments, strict=True)
+            if not part.exact
+        )
+        return Part(result, "", below)
+
+    def _partial(self, template: Expression | None, arguments: Sequence[Part[T]], node: Call) -> T:
+        if template is None:
+            raise Undefined("derivative", (), node)
+        return self.slope(template, arguments, node)
+
+
+def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...]:
+    return tuple(pair for pair in slopes if not pair[1].exact)
+
+
+@cache
+def _partials(row: Function, count: int) -> tuple[Expression | None, ...]:
+    """The slopes of a function of the places of its arguments."""
+    return row.partials(tuple(Name(str(place)) for place in range(count)))
+
+
+def accumulated(part: Part[Any], zero: Any) -> tuple[dict[str, Any], float]:
+    """The gradient, by variables in the order in which they are written, and the sum of what was rounded."""
+    gradient: dict[str, Any] = {}
+    noise = 0.0
+    pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
+    while pending:
+        slope, part = pending.pop()
+        if part.name:
+            gradient[part.name] = gradient.get(part.name, zero) + slope
+        elif part.rounded:
+            noise += abs(slope) * part.rounded or (_SMALLEST if slope else 0.0)
+        for inner, below in part.slopes[::-1]:
+            pending.append((slope * inner, below))
+    return gradient, noise
+
+
+# --- floats ---------------------------------------------------------------------
 
 
 def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str, float]]:
     """Value and partial derivatives by every variable in the expression.
 
-    Reverse accumulation over the tree. A derivative that does not exist at the point, or
-    cannot be told there (``sqrt`` at 0), is nan. Raises as ``value`` does.
+    A derivative that does not exist at the point, or cannot be told there (``sqrt`` at 0), is nan. Raises as
+    ``value`` does.
     """
     return rounded_derivatives(expression, values)[:2]
 
@@ -77,64 +165,75 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
     That is eps times the result of every operation times the slope by it (F. L. Bauer, SIAM Review 16
     (1974) 87–96): names and numbers are taken as exact. nan where a slope below an operation is.
     """
-    trace = _trace(expression, values)
-    if not math.isfinite(trace.value):
-        raise Undefined("overflow", (trace.value,), expression)
-    gradient: dict[str, float] = {}
-    noise = 0.0
-    pending = [(1.0, trace)]
-    while pending:
-        slope, part = pending.pop()
-        if part.name:
-            gradient[part.name] = gradient.get(part.name, 0.0) + slope
-        elif part.rounded:
-            noise += abs(slope) * part.rounded or (_SMALLEST if slope else 0.0)
-        for inner, below in part.slopes[::-1]:
-            pending.append((slope * inner, below))
-    return trace.value, gradient, _EPSILON * noise or (_LEAST if noise else 0.0)
+    part = TracedFloats(Floats(values)).of(expression)
+    if not math.isfinite(part.value):
+        raise Undefined("overflow", (part.value,), expression)
+    gradient, noise = accumulated(part, 0.0)
+    return part.value, gradient, _EPSILON * noise or (_LEAST if noise else 0.0)
 
 
-def _trace(expression: Expression, values: Values) -> _Trace:
-    return _TRACERS[type(expression)](expression, values)
+class TracedFloats(Traced[float]):
+    """Parts in floats with what their operations round. A slope without a value is nan."""
+
+    def slope(self, template: Expression, arguments: Sequence[Part[float]], node: Expression) -> float:
+        try:
+            found = Floats({str(place): part.value for place, part in enumerate(arguments)}).of(template)
+        except Undefined:
+            return math.nan
+        return found if math.isfinite(found) else math.nan
+
+    def _partial(self, template: Expression | None, arguments: Sequence[Part[float]], node: Call) -> float:
+        return math.nan if template is None else self.slope(template, arguments, node)
+
+    def sum(self, node: Sum) -> Part[float]:
+        total = rounded = 0.0
+        slopes: list[tuple[float, Part[float]]] = []
+        for term in node.terms:
+            part = self.operations[type(term)](self, term)
+            total += part.value
+            if slopes:
+                rounded += abs(total)
+            slopes.append((1.0, part))
+        return Part(total, "", _varying(*slopes), rounded)
+
+    def product(self, node: Product) -> Part[float]:
+        first, second = self.of(node.left), self.of(node.right)
+        result = first.value * second.value
+        rounded = _rounded(result, first.value != 0.0 != second.value)
+        if first.value == 0.0 == second.value and _lost(first) and _lost(second):
+            rounded = _SMALLEST
+        return Part(result, "", _varying((second.value, first), (first.value, second)), rounded)
+
+    def divided(self, node: Quotient, above: Part[float], below: Part[float]) -> Part[float]:
+        part = Traced.divided(self, node, above, below)
+        part.rounded = _rounded(_finite(part.value, node), above.value != 0.0)
+        return part
+
+    def raised(self, node: Power, base: Part[float], exponent: Part[float]) -> Part[float]:
+        part = Traced.raised(self, node, base, exponent)
+        part.rounded = _rounded(_finite(part.value, node), base.value != 0.0)
+        if part.value == 0.0 == base.value and _lost(base):
+            part.rounded = _SMALLEST
+        return part
+
+    def applied(self, node: Call, arguments: list[Part[float]]) -> Part[float]:
+        part = Traced.applied(self, node, arguments)
+        row = TABLE[node.function]
+        size = abs(_finite(part.value, node))
+        if size < _SMALLEST and (
+            size or _below_floats(node.function, arguments) or any(map(_lost, arguments))
+        ):
+            size = _SMALLEST
+        if node.function in _CHOOSING and _tied(arguments):
+            size = math.inf
+        part.rounded = size * row.ulps
+        return part
 
 
-def _name(expression: Name, values: Values) -> _Trace:
-    return _Trace(value(expression, values), expression.name)
-
-
-def _constant(expression: Number | Symbol, values: Values) -> _Trace:
-    return _Trace(value(expression, values))
-
-
-def _negative(expression: Negative, values: Values) -> _Trace:
-    part = _trace(expression.operand, values)
-    return _Trace(-part.value, "", ((-1.0, part),))
-
-
-def _sum(expression: Sum, values: Values) -> _Trace:
-    total = rounded = 0.0
-    slopes: list[tuple[float, _Trace]] = []
-    for term in expression.terms:
-        part = _TRACERS[type(term)](term, values)
-        total += part.value
-        if slopes:
-            rounded += abs(total)
-        slopes.append((1.0, part))
-    return _Trace(total, "", tuple(slopes), rounded)
-
-
-def _product(expression: Product, values: Values) -> _Trace:
-    left, right = expression.left, expression.right
-    if type(left) is Number:  # the usual case, a coefficient
-        part = _trace(right, values)
-        result = left.value * part.value
-        return _Trace(result, "", ((left.value, part),), _rounded(result, left.value != 0.0 != part.value))
-    first, second = _trace(left, values), _trace(right, values)
-    result = first.value * second.value
-    rounded = _rounded(result, first.value != 0.0 != second.value)
-    if first.value == 0.0 == second.value and _lost(first) and _lost(second):
-        rounded = _SMALLEST
-    return _Trace(result, "", ((second.value, first), (first.value, second)), rounded)
+def _finite(result: float, node: Expression) -> float:
+    if result - result != 0.0:
+        raise Undefined("overflow", (result,), node)
+    return result
 
 
 def _rounded(result: float, some: bool) -> float:
@@ -143,7 +242,7 @@ def _rounded(result: float, some: bool) -> float:
     return size if size >= _SMALLEST else _SMALLEST if size else math.inf if some else 0.0
 
 
-def _lost(part: _Trace) -> bool:
+def _lost(part: Part[float]) -> bool:
     """Whether a 0 is a number below floats, or made of such, which no slope of what is made of it tells."""
     if part.value != 0.0:
         return False
@@ -151,92 +250,18 @@ def _lost(part: _Trace) -> bool:
     return below or (not part.rounded and any(_lost(inner) for _, inner in part.slopes))
 
 
-def _applied(expression: Expression, template: Expression, parts: tuple[_Trace, ...]) -> float:
-    """Value of an operation on parts already evaluated; Undefined blames ``expression``."""
-    try:
-        return value(template, {str(place): part.value for place, part in enumerate(parts)})
-    except Undefined as error:
-        raise Undefined(error.operation, error.arguments, expression, error.overflow) from None
-
-
-def _slope(template: Expression | None, parts: tuple[_Trace, ...]) -> float:
-    if template is None:
-        return math.nan
-    try:
-        return value(template, {str(place): part.value for place, part in enumerate(parts)})
-    except Undefined:
-        return math.nan
-
-
-@cache
-def _places(count: int) -> tuple[Expression, ...]:
-    """Stand-ins for the arguments of an operation."""
-    return tuple(Name(str(place)) for place in range(count))
-
-
-def _quotient(expression: Quotient, values: Values) -> _Trace:
-    first, second = parts = _trace(expression.left, values), _trace(expression.right, values)
-    result = _applied(expression, _QUOTIENT, parts)
-    slopes = (1.0 / second.value, first), (-result / second.value, second)
-    return _Trace(result, "", slopes, _rounded(result, first.value != 0.0))
-
-
-def _power(expression: Power, values: Values) -> _Trace:
-    base, exponent = parts = _trace(expression.base, values), _trace(expression.exponent, values)
-    result = _applied(expression, _POWER, parts)
-    rounded = _rounded(result, base.value != 0.0)
-    if result == 0.0 == base.value and _lost(base):
-        rounded = _SMALLEST
-    by_base = 0.0 if exponent.value == 0.0 else _slope(_POWER_BY_BASE, parts)
-    if exponent.constant:
-        return _Trace(result, "", ((by_base, base),), rounded)
-    by_exponent = _slope(_POWER_BY_EXPONENT, parts)
-    return _Trace(result, "", ((by_base, base), (by_exponent, exponent)), rounded)
-
-
-def _call(expression: Call, values: Values) -> _Trace:
-    parts = tuple(_trace(argument, values) for argument in expression.arguments)
-    result = _applied(expression, Call(expression.function, _places(len(parts))), parts)
-    slopes = _partials(expression.function, len(parts))
-    below = tuple((_slope(slope, parts), part) for slope, part in zip(slopes, parts, strict=True))
-    size = abs(result)
-    if size < _SMALLEST and (size or _below_floats(expression.function, parts) or any(map(_lost, parts))):
-        size = _SMALLEST
-    if expression.function in _CHOOSING and _tied(parts):
-        size = math.inf
-    return _Trace(result, "", below, size * _ULPS.get(expression.function, 1.0))
-
-
-def _below_floats(function: str, parts: tuple[_Trace, ...]) -> bool:
+def _below_floats(function: str, parts: Sequence[Part[float]]) -> bool:
     """Whether the 0 that a function came out as is a number smaller than floats hold."""
-    first = parts[0].value if parts else 0.0
-    if function in _DIRECTIONS:
+    first, row = parts[0].value if parts else 0.0, TABLE[function]
+    if row.direction:
         return first != 0.0
-    return function in _VANISHING or (function in _DEGREES and 0.0 < abs(first) < _SMALLEST)
+    return row.nonzero or (function in ("sind", "tand") and 0.0 < abs(first) < _SMALLEST)
 
 
-def _tied(parts: tuple[_Trace, ...]) -> bool:
+def _tied(parts: Sequence[Part[float]]) -> bool:
     """Whether rounding decides which of these is the least or the greatest (``max(x, pi)`` at 3.14159…)."""
     return any(
         one.value == other.value and (one.rounded or other.rounded)
         for place, one in enumerate(parts)
         for other in parts[:place]
     )
-
-
-@cache
-def _partials(function: str, count: int) -> tuple[Expression | None, ...]:
-    return TABLE[function].partials(_places(count))
-
-
-_TRACERS: dict[type, Callable[[Any, Values], _Trace]] = {
-    Number: _constant,
-    Symbol: _constant,
-    Name: _name,
-    Negative: _negative,
-    Sum: _sum,
-    Product: _product,
-    Quotient: _quotient,
-    Power: _power,
-    Call: _call,
-}

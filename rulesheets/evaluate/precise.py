@@ -1,27 +1,19 @@
-"""The value of an expression to many digits."""
+"""The value of an expression, and its partial derivatives, to many digits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, TypeAlias, assert_never
+from typing import Any, TypeAlias
 
-from rulesheets.evaluate.number import Undefined
+from rulesheets.evaluate.arithmetic import Arithmetic
+from rulesheets.evaluate.gradient import Part, Traced, accumulated
+from rulesheets.evaluate.undefined import Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.extended import Extended, context, functions
-from rulesheets.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-)
+from rulesheets.functions.slopes import ROUNDED
+from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient
 from rulesheets.program import walk
 
 ExtendedValues: TypeAlias = Mapping[str, Any]
@@ -41,33 +33,19 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
     Floats, those of the expression included, are taken as the exact numbers that they are.
     Raises Undefined where an operation has no real value, KeyError for a variable without one.
     """
-    match expression:
-        case Number(value):
-            return _exact(value, digits)
-        case Name(name):
-            if isinstance(values[name], str):
-                raise Undefined("symbol", (), expression)
-            return context(digits).mpf(values[name])
-        case Negative(operand):
-            return -extended(operand, values, digits)
-        case Sum((one, other)):
-            return extended(one, values, digits) + extended(other, values, digits)
-        case Sum(terms):
-            return context(digits).fsum(extended(term, values, digits) for term in terms)
-        case Product(left, right):
-            return extended(left, values, digits) * extended(right, values, digits)
-        case Quotient(left, right):
-            return _quotient(expression, extended(left, values, digits), extended(right, values, digits))
-        case Power(base, exponent):
-            return _power(
-                expression, extended(base, values, digits), extended(exponent, values, digits), digits
-            )
-        case Call(_, arguments):
-            return _call(expression, [extended(argument, values, digits) for argument in arguments], digits)
-        case Symbol():
-            raise Undefined("symbol", (), expression)
-        case _:
-            assert_never(expression)
+    return Digits(values, digits).of(expression)
+
+
+def extended_derivatives(
+    expression: Expression, values: ExtendedValues, digits: int
+) -> tuple[Extended, dict[str, Extended]]:
+    """Value and partial derivatives by every variable in the expression, with ``digits`` decimal digits.
+
+    Raises Undefined where the expression or one of its slopes has no real value, KeyError for a variable
+    without one.
+    """
+    part = TracedDigits(Digits(values, digits)).of(expression)
+    return part.value, accumulated(part, context(digits).zero)[0]
 
 
 def in_many_digits(expression: Expression) -> bool:
@@ -76,44 +54,70 @@ def in_many_digits(expression: Expression) -> bool:
     return all(TABLE[call.function].digits is not None for call in calls)
 
 
+class Digits(Arithmetic[Extended]):
+    """Numbers of mpmath. ``slope``: floats of slopes stand for the exact numbers next to them."""
+
+    def __init__(self, values: ExtendedValues, digits: int, slope: bool = False) -> None:
+        self.values, self.digits, self.slope = values, digits, slope
+
+    def number(self, node: Number) -> Extended:
+        exact = ROUNDED.get(node.value) if self.slope else None
+        return _exact(node.value, self.digits) if exact is None else self.of(exact)
+
+    def name(self, node: Name) -> Extended:
+        number = self.values[node.name]
+        if isinstance(number, str):
+            raise Undefined("symbol", (), node)
+        return context(self.digits).mpf(number)
+
+    def divided(self, node: Quotient, above: Extended, below: Extended) -> Extended:
+        if below == 0:
+            raise Undefined("/", (0.0,), node)
+        return above / below
+
+    def raised(self, node: Power, base: Extended, exponent: Extended) -> Extended:
+        negative_root = base < 0 and exponent != int(exponent)
+        if negative_root or (base == 0 and exponent < 0):
+            raise Undefined("^", (float(base), float(exponent)), node)
+        size = exponent.exp + exponent.bc if exponent else 0
+        if size <= LARGE_BITS or not base:
+            return base**exponent
+        return self._large_power(node, base, exponent, size)
+
+    def _large_power(self, node: Power, base: Extended, exponent: Extended, size: int) -> Extended:
+        """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares,
+        and squares again, for whole exponents, and for others it takes no more digits."""
+        if size > MOST_BITS:
+            raise Undefined("overflow", (math.inf,), node)
+        mp = context(self.digits + SPARE + size // 3)
+        found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
+        odd = base < 0 and int(exponent) % 2 == 1
+        return +context(self.digits).mpf(-found if odd else found)
+
+    def applied(self, node: Call, arguments: list[Extended]) -> Extended:
+        for argument in arguments:
+            if argument and abs(argument.exp + argument.bc) > MOST_BITS:
+                raise Undefined("overflow", (math.inf,), node)
+        try:
+            return functions(self.digits)[node.function](*arguments)
+        except (ValueError, ZeroDivisionError, OverflowError):
+            raise Undefined(node.function, tuple(map(float, arguments)), node) from None
+
+
+class TracedDigits(Traced[Extended]):
+    """Parts in many digits."""
+
+    numbers: Digits
+
+    def slope(self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression) -> Extended:
+        values = {str(place): part.value for place, part in enumerate(arguments)}
+        try:
+            return Digits(values, self.numbers.digits, slope=True).of(template)
+        except Undefined as error:
+            raise Undefined(error.operation, error.arguments, node) from None
+
+
 @lru_cache(maxsize=4096)
 def _exact(value: float, digits: int) -> Extended:
     """A number of a rule, which is met again and again."""
     return context(digits).mpf(value)
-
-
-def _quotient(expression: Quotient, numerator: Extended, divisor: Extended) -> Extended:
-    if divisor == 0:
-        raise Undefined("/", (0.0,), expression)
-    return numerator / divisor
-
-
-def _power(expression: Power, base: Extended, exponent: Extended, digits: int) -> Extended:
-    negative_root = base < 0 and exponent != int(exponent)
-    if negative_root or (base == 0 and exponent < 0):
-        raise Undefined("^", (float(base), float(exponent)), expression)
-    size = exponent.exp + exponent.bc if exponent else 0
-    if size <= LARGE_BITS or not base:
-        return base**exponent
-    return _large_power(expression, base, exponent, size, digits)
-
-
-def _large_power(expression: Power, base: Extended, exponent: Extended, size: int, digits: int) -> Extended:
-    """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares, and
-    squares again, for whole exponents, and for others it takes no more digits."""
-    if size > MOST_BITS:
-        raise Undefined("overflow", (math.inf,), expression)
-    mp = context(digits + SPARE + size // 3)
-    found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
-    odd = base < 0 and int(exponent) % 2 == 1
-    return +context(digits).mpf(-found if odd else found)
-
-
-def _call(expression: Call, arguments: list[Extended], digits: int) -> Extended:
-    for argument in arguments:
-        if argument and abs(argument.exp + argument.bc) > MOST_BITS:
-            raise Undefined("overflow", (math.inf,), expression)
-    try:
-        return functions(digits)[expression.function](*arguments)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        raise Undefined(expression.function, tuple(map(float, arguments)), expression) from None

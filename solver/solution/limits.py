@@ -15,7 +15,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.limit import DIGITS, beside, indeterminate
-from rulesheets.evaluate.precise_gradient import extended_derivatives
+from rulesheets.evaluate.precise import extended_derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Number, Quotient, children, operands, rebuilt
 from solver.accuracy.witness import BACKWARD, testify

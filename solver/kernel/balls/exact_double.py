@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.enclosing_ball import continuous, jumps
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.evaluate.jumps import continuous, jumps
 from rulesheets.functions.balls import Ball, around, exact_ball, exact_fraction
 from rulesheets.nodes import Expression, Number, operands
 from solver.kernel.balls.krawczyk import Square

@@ -16,8 +16,7 @@ from itertools import combinations_with_replacement
 
 from rulesheets.construct import add, is_number, multiply, subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
-from rulesheets.evaluate.enclosing_ball import enclosing_ball
-from rulesheets.evaluate.jumps import continuous, jumps
+from rulesheets.evaluate.enclosing_ball import continuous, enclosing_ball, jumps
 from rulesheets.functions.balls import Ball, around, ball, solved
 from rulesheets.nodes import Expression, Name, Number
 from solver.kernel.balls.krawczyk import Square, only_root, proved_root
