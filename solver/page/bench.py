@@ -24,7 +24,7 @@ from solver.page.description import complaint, described, typeset
 from solver.page.figures import geometry, needed
 from solver.page.handles import handles
 from solver.page.rail import Rail, extents, rail
-from solver.plan import Plan, Unsolved, prepare
+from solver.plan import Plan, prepare
 from solver.report.why import why_text
 from solver.result import Result, Status
 from solver.solving import solve
@@ -179,13 +179,9 @@ class Bench:
         """All values and figures for one value of the dragged variable, on the branch of ``near``."""
         name, value = str(question["name"]), float(question["value"])
         plan = self._plan(question, name)
-        status = plan.sweep([value]).status[0]
-        if tuple(Status)[status] is not Status.SOLVED:
-            return {"status": str(tuple(Status)[status]), "value": value}
-        try:
-            answers = plan.all(value)
-        except Unsolved as unsolved:
-            return {"status": str(unsolved.status), "value": value}
+        status, answers = plan.outcome((value,))
+        if status is not Status.SOLVED:
+            return {"status": str(status), "value": value}
         rows = [dict(zip(plan.want, answer, strict=True)) for answer in answers]
         near = question.get("near") or {}
         row = min(rows, key=lambda one: apart(plan.model, one, near)) if near else rows[0]
@@ -196,10 +192,8 @@ class Bench:
     def warm(self, question: Json) -> Json:
         """Prepare for frames at such values, so that the first of them does not wait for it."""
         plan = self._plan(question, str(question["name"]))
-        values = [float(value) for value in question["values"]]
-        for value, status in zip(values, plan.sweep(values).status, strict=True):
-            if tuple(Status)[status] is Status.SOLVED:
-                plan.all(value)
+        for value in question["values"]:
+            plan.outcome((float(value),))
         return {}
 
     def _plan(self, question: Json, name: str) -> Plan:

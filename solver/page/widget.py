@@ -11,8 +11,8 @@ from traitlets import Dict
 from rulesheets.model import Model, Value
 from solver.page.export import STATIC, Axes, Grid, document, expect_few
 
-OUTLINED = 9
-"""Positions of each slider from which the room for the figures is found."""
+OUTLINED = 400
+"""States from which the room for the figures is found."""
 
 
 class Cell(AnyWidget):
@@ -31,7 +31,8 @@ class Cell(AnyWidget):
     ) -> None:
         expect_few(over)
         self._axes, self._grid = over, Grid(model, inputs, guesses, over, want)
-        few = {name: values[:: -(-len(values) // OUTLINED)] for name, values in over.items()}
+        each = max(2, round(OUTLINED ** (1 / max(1, len(over)))))
+        few = {name: values[:: -(-len(values) // each)] for name, values in over.items()}
         data = document(model, inputs, over, self._grid.rows(few))
         self._shown = data["variables"]
         state = self._state([axis["at"] for axis in data["axes"]])
