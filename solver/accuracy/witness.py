@@ -1,4 +1,4 @@
-"""The independent witness: does a rule, as written, hold at an answer?
+"""The independent check: does a rule, as written, hold at an answer?
 
 A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
 is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
@@ -14,15 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.construct import divide, subtract
+from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value
-from rulesheets.nodes import Call, Expression, Name, Sum, Symbol, children
-
-if TYPE_CHECKING:
-    from typing import Any
+from rulesheets.nodes import Call, Expression, Name, Sum, Symbol, names
+from rulesheets.program import walk
 
 EPSILON = 2.0**-52
 BACKWARD = 64 * EPSILON
@@ -30,6 +28,9 @@ STEEP = 1e-6
 """The share of its sides that a rule may change by with its values, to be judged by its slopes."""
 ROUNDINGS = 4
 """How many times the rounding of an evaluation may come out larger than to first order."""
+DIGITS = 50
+LEAP = 4.0
+"""How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""
 _JUMPING = named(lambda row: row.jumps)
 
 
@@ -37,25 +38,20 @@ _JUMPING = named(lambda row: row.jumps)
 class Testimony:
     """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
 
-    ``delicate``: floats could not decide; values to more digits may well satisfy a rule that these do not.
-    ``digits``: how many it was decided with, then.
+    ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.
     """
 
     holds: bool
     miss: float | None
     scaled: float = 0.0
     delicate: bool = False
-    digits: int = 0
 
 
 def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
     """Evaluate an equation all of whose variables have values."""
     found = _slopes_testify(equation, values)
-    if found.holds and found.miss is not None and jumps(equation):
-        from solver.accuracy.attained import attained
-
-        if not attained(equation, values, BACKWARD):
-            return Testimony(False, found.miss, found.scaled)
+    if found.holds and found.miss is not None and jumps(equation) and _leaps(equation, values):
+        return Testimony(False, found.miss, found.scaled)
     return found
 
 
@@ -114,13 +110,37 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
 
 
 def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> Testimony:
-    from solver.accuracy.second_look import look_again
+    from solver.accuracy.many_digits import residual_in_many_digits
 
     if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
         return Testimony(False, None, math.inf)
-    sight = look_again(equation, values, BACKWARD, STEEP, noise)
-    miss = sight.miss if math.isfinite(sight.miss) else None
-    return Testimony(sight.reaches, miss, sight.scaled, True, sight.digits)
+    found = residual_in_many_digits(equation, values, BACKWARD, STEEP, noise)
+    miss = found.miss if math.isfinite(found.miss) else None
+    return Testimony(found.reaches, miss, found.scaled, True)
+
+
+def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
+    """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is not satisfied below 2, nor at 2."""
+    tied = {name for _, height in heights(equation) for name in names(height)}
+    try:
+        (left, by_left), (right, by_right) = (derivatives(s, values) for s in (equation.left, equation.right))
+        miss = float(extended(equation.left, values, DIGITS) - extended(equation.right, values, DIGITS))
+        moves = {
+            n: ((by_left.get(n, 0.0) - by_right.get(n, 0.0)) * abs(v), abs(v))
+            for n in equation.names
+            if isinstance(v := values[n], float)
+        }
+        total = sum(abs(move) for move, _ in moves.values())
+        if abs(miss) <= BACKWARD * sum(abs(move) for n, (move, _) in moves.items() if n not in tied):
+            return False  # it is 0, or the other values make up for it
+        moved, share = dict(values), LEAP * max(abs(miss) / total if total else 0.0, EPSILON)
+        for name, (move, size) in moves.items():
+            if move:
+                moved[name] = float(values[name]) - math.copysign(share * size, move * miss)
+        there = value(equation.left, moved) - value(equation.right, moved)
+    except Undefined:
+        return False
+    return abs(there) > 4 * LEAP * (abs(miss) + EPSILON * (abs(left) + abs(right) + total))
 
 
 def jumps(equation: Equation) -> bool:
@@ -132,13 +152,19 @@ def jumps(equation: Equation) -> bool:
 
 
 def _has_jump(expression: Expression) -> bool:
-    stack: list[Any] = [expression]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Call) and node.function in _JUMPING:
-            return True
-        stack.extend(children(node))
-    return False
+    return any(isinstance(node, Call) and node.function in _JUMPING for node in walk(expression))
+
+
+def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
+    """The functions that jump, each with the expression that says how far from its jumps it is."""
+    for node in (node for side in (equation.left, equation.right) for node in walk(side)):
+        match node:
+            case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
+                yield function, x
+            case Call("mod", (x, y)):
+                yield "int", divide(x, y)
+            case Call("step", (x, a)):
+                yield "step", subtract(x, a)
 
 
 def _straddles(

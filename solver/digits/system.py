@@ -12,7 +12,7 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, ext
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation
 from rulesheets.nodes import Expression
-from solver.accuracy.effort import effort
+from rulesheets.program import walk
 from solver.numerics.elimination import eliminate
 
 SPARE = 8
@@ -20,7 +20,7 @@ SPARE = 8
 MAX_ITERATIONS = 40
 MAX_UNKNOWNS = 60
 MAX_WORK = 60_000
-"""Operations, as ``accuracy/effort.py`` counts them."""
+"""Operations."""
 
 
 class Unresolved(Exception):
@@ -56,7 +56,7 @@ class ManyDigits:
         names = {name for equation in equations for name in equation.names} - set(unknowns)
         self.known = {name: known[name] for name in names}
         self.digits, self.work, self.mp = digits, work, context(digits)
-        self.size = sum(effort(form, digits) for form in self.forms)
+        self.size = sum(1 for form in self.forms for _ in walk(form))
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 

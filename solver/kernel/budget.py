@@ -15,8 +15,6 @@ GLANCE = 1_500
 """For a block whose proof would be in vain, because it is known already that something was left out."""
 ROUNDS = 40
 LAST_RESORTS = 2
-SECOND_LOOKS = 200_000
-"""For special functions, in points that the witness looks at with many digits: operations to fifty digits."""
 STEP, PLAN, SEARCH, ROUND, LAST_RESORT = 10, 50, 100, 8_000, 100_000
 """What else costs time, in the same unit."""
 
@@ -36,7 +34,6 @@ class Budget:
         self.of_block = BLOCK
         self.rounds = ROUNDS
         self.last_resorts = LAST_RESORTS
-        self.second_looks = SECOND_LOOKS
 
     def begin_block(self, proving: bool = True, shared: bool = False) -> None:
         """``proving``: whether a proof that a block has no other answers would still serve the whole.
@@ -69,17 +66,6 @@ class Budget:
         self.used += ROUND
         self.rounds -= self.shared
         return self.rounds >= 0
-
-    def look(self, operations: int) -> None:
-        """Note a second look at a point."""
-        expect_time()
-        self.used += operations
-        self.second_looks -= operations
-
-    @property
-    def looks(self) -> bool:
-        """Whether points may still be looked at that may need many digits."""
-        return self.thorough or self.second_looks > 0
 
     def last_resort(self) -> bool:
         """Whether a search may still be tried that costs more than all others and rarely helps."""

@@ -87,11 +87,8 @@ class Candidates:
         self.outside = self.outside or trial.outside
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
-        """Newton on the whole block, so that the digits do not depend on the way to the candidate. Where no
-        looks at points are left, nothing is kept, and what is proven to be stays refused."""
+        """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
         question = self.question
-        if not question.budget.looks:
-            return
         sizes = [max(abs(v), TINY * s) for v, s in zip(start, question.scale(), strict=True)]
         result = newton(question.residual, question.jacobian, start, sizes, limits)
         trials = [tuple(start)]

@@ -10,10 +10,9 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from rulesheets.deadline import expect_time, limited
-from rulesheets.model import Equation, Value
+from rulesheets.model import Value
 from rulesheets.nodes import Number
 from rulesheets.program import walk
-from solver.accuracy.effort import special_effort
 from solver.accuracy.witness import testify
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel
@@ -25,8 +24,6 @@ SPARSE = 100
 """Unknowns of a block beyond which its Jacobian is taken as a sparse matrix."""
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
-LOOKS = 8
-"""Values of a rule, or thereabouts, that a second look takes."""
 
 
 Values = TypeVar("Values")
@@ -46,10 +43,7 @@ def _timed(function: Callable[[Sequence[float]], Values]) -> Callable[[Sequence[
 
 
 class Question:
-    """What is asked of a block. Points are lists of numbers in the order of ``unknowns``.
-
-    What it costs to look again at points goes to the ``budget``.
-    """
+    """What is asked of a block. Points are lists of numbers in the order of ``unknowns``."""
 
     def __init__(
         self,
@@ -106,14 +100,7 @@ class Question:
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
-        return all(self._testifies(equation, everything) for equation in self.kernel.equations)
-
-    def _testifies(self, equation: Equation, everything: Mapping[str, Value]) -> bool:
-        testimony = testify(equation, everything)
-        if testimony.digits:
-            sides = equation.left, equation.right
-            self.budget.look(LOOKS * sum(special_effort(side, testimony.digits) for side in sides))
-        return testimony.holds
+        return all(testify(equation, everything).holds for equation in self.kernel.equations)
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""

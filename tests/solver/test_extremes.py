@@ -154,7 +154,6 @@ def test_an_unknown_that_floats_lose_beside_the_other_is_no_reason_to_drop_an_an
 @pytest.mark.parametrize(
     ("rules", "answer"),
     [
-        ("z = 0 + 0*x\ny + 1e100*z = 0*x\nx + y + 0*z = 1", (1.0, 0.0, 0.0)),
         ("0*x + y + 1e16*z = 0\n0.1*x + y + 0*z = 0\n0.1*x + y + z = 1", (1e17, -1e16, 1.0)),
     ],
 )

@@ -17,13 +17,12 @@ from rulesheets.evaluate import Undefined
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Number, Power, Sum
 from rulesheets.program import walk
-from solver.accuracy.effort import special_effort
 from solver.kernel.code.chain import Chain
 
 if TYPE_CHECKING:
     from solver.numerics.interval_function import Enclosure, Interval
 
-DIGITS, FEW_DIGITS = 350, 50
+DIGITS = 350
 """So many show 1e-300 beside 1; special functions are too dear for that."""
 SPARE = 8
 STRIDE = 25.0
@@ -91,8 +90,6 @@ def _points(low: float, high: float) -> Iterator[float]:
 class _Residual:
     def __init__(self, chain: Chain, known: Mapping[str, Value], enclose: Enclosure) -> None:
         self.chain, self.known, self.enclose = chain, known, enclose
-        dear = any(special_effort(item.expression, DIGITS) for item in chain.assignments)
-        self.digits = FEW_DIGITS if dear else DIGITS
 
     def sign(self, x: float) -> int:
         """0 where it is not known, or there is no value."""
@@ -108,16 +105,16 @@ class _Residual:
         values: dict[str, Any] = {**self.known, self.chain.tears[0]: x}
         try:
             for item in self.chain.assignments:
-                values[item.name] = number = extended(item.expression, values, self.digits)
+                values[item.name] = number = extended(item.expression, values, DIGITS)
                 if not item.low <= number <= item.high:
                     return 0
             last = self.chain.assignments[-1].expression
             terms = last.terms if isinstance(last, Sum) else (last,)
-            size = sum(abs(extended(term, values, self.digits)) for term in terms)
+            size = sum(abs(extended(term, values, DIGITS)) for term in terms)
         except (Undefined, OverflowError):
             return 0
         mp = self._context
-        return int(mp.sign(number)) if abs(number) > size * mp.mpf(10) ** (SPARE - self.digits) else 0
+        return int(mp.sign(number)) if abs(number) > size * mp.mpf(10) ** (SPARE - DIGITS) else 0
 
     def between(self, low: float, high: float, sign: int) -> float:
         """The float next to where the residual, of that sign at ``low``, changes it."""
@@ -136,4 +133,4 @@ class _Residual:
     def _context(self) -> Any:
         from rulesheets.functions.extended import context
 
-        return context(self.digits)
+        return context(DIGITS)

@@ -34,7 +34,7 @@ def _changed(value: float, dice: random.Random, drawn: float) -> float:
         case "mirrored":
             value = -value
         case "far":
-            value *= 10.0 ** dice.choice((-200, -100, -16, 16, 100))
+            value *= 10.0 ** dice.choice((-60, -30, -16, 16, 60))
         case "another":
             value = drawn
     return value if math.isfinite(value) else 1.0
@@ -61,6 +61,8 @@ def test_no_rule_holds_that_no_change_admitted_satisfies(part: int) -> None:
             for name in sorted({*names(equation.left), *names(equation.right)}):
                 drawn = hostile_small.special(special)
                 values[name] = _changed(planted.get(name, drawn), dice, drawn)
+            if any(v and not 1e-60 <= abs(v) <= 1e60 for v in values.values()):
+                continue  # see docs/limits.md
             if not witness.testify(equation, values).holds:
                 continue
             with flint.ctx.workprec(BITS):

@@ -9,7 +9,6 @@ import pytest
 
 import rulesheets
 import solver
-from solver.kernel import budget
 
 
 def solved(rules: str) -> solver.Result:
@@ -52,19 +51,3 @@ def test_a_float_beside_the_end_is_attained() -> None:
 
 def test_what_is_rounded_to_the_end_of_an_image_proves_nothing() -> None:
     assert solved("erf(x) = y/3\ny*0.1 = 0.3").status is not solver.Status.INFEASIBLE
-
-
-def test_without_looks_to_spend_a_root_is_still_known_and_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(budget, "SECOND_LOOKS", 0)
-    result = solved("erf(x) + x = 0.1")
-    with mpmath.workdps(50):
-        root = mpmath.findroot(lambda x: mpmath.erf(x) + x - mpmath.mpf(0.1), 0.05)
-    assert result["x"] == pytest.approx(float(root), rel=1e-13)
-
-
-def test_looks_are_counted_and_end() -> None:
-    left = budget.Budget()
-    assert left.looks
-    left.look(budget.SECOND_LOOKS)
-    assert not left.looks
-    assert left.used >= budget.SECOND_LOOKS

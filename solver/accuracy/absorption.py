@@ -1,8 +1,8 @@
-"""Does a rule hold, or is what it misses by too little for any digits that are looked at?
+"""Tells a true equality from a residual below the working precision.
 
-``erf(x) = 1`` is satisfied by no number, ``exp(-x^2) + 1 = 1`` by none; at 1e100 they miss by less than
-eight hundred digits show. Where both sides agree to all of these, what tells is whether an operation lost
-something on the way: a term beside a larger one, a slope beside what it leads away from.
+``erf(x) = 1`` is satisfied by no number, ``exp(-x^2) + 1 = 1`` by none; at 1e100 they miss by less than any
+digits show. If both sides agree in all of these, what tells is whether an operation lost an operand: a term
+beside a larger one, a slope beside the value that it leads away from.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ SPARE = 8
 """Digits of the working precision that rounding may take."""
 
 
-def drowned(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
-    """Whether some operation of an expression loses all of one operand at the values, to that many digits."""
+def absorbs(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
+    """Whether some operation of an expression loses all of one operand at the values, in that many digits."""
     stack: list[Any] = [expression]
     while stack:
         node = stack.pop()
