@@ -33,12 +33,22 @@ if TYPE_CHECKING:
 
 
 class Unsolved(Exception):
-    """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences."""
+    """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences, found when asked for."""
 
-    def __init__(self, status: Status, diagnoses: tuple[Diagnosis, ...]) -> None:
-        super().__init__(f"{status}: " + "; ".join(d.message for d in diagnoses))
-        self.status = status
-        self.diagnoses = diagnoses
+    def __init__(
+        self, status: Status, diagnoses: tuple[Diagnosis, ...] | Callable[[], tuple[Diagnosis, ...]]
+    ) -> None:
+        super().__init__(status)
+        self.status, self._diagnoses = status, diagnoses
+
+    @property
+    def diagnoses(self) -> tuple[Diagnosis, ...]:
+        if callable(self._diagnoses):
+            self._diagnoses = self._diagnoses()
+        return self._diagnoses
+
+    def __str__(self) -> str:
+        return f"{self.status}: " + "; ".join(d.message for d in self.diagnoses)
 
 
 class Plan:
@@ -148,6 +158,8 @@ class Plan:
         rows = self._known(numbers)
         if rows is not None:
             return Status.SOLVED, rows
+        if self._refused(numbers):
+            return Status.INFEASIBLE, []
         verdict, found = self.judged(numbers)
         self.learn(numbers, verdict, found)
         return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
@@ -205,16 +217,25 @@ class Plan:
             self.records.refuse(numbers, found)
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
+        if self._refused(numbers):
+            raise Unsolved(Status.INFEASIBLE, lambda: self._explained(numbers, self.judged(numbers)[0]))
         verdict, found = self.judged(numbers)
+        self.learn(numbers, verdict, found)
+        if verdict.status is not Status.SOLVED:
+            raise Unsolved(verdict.status, self._explained(numbers, verdict))
+        return self._rows(verdict)
+
+    def _refused(self, numbers: tuple[Value, ...]) -> bool:
+        """Whether a row is known to be infeasible."""
+        return any(refused(*numbers) is not None for refused in self.records.refused)
+
+    def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
         for name, number in zip(self.inputs, numbers, strict=True):
             if isinstance(number, float) and math.isinf(number):
-                raise Unsolved(verdict.status, (not_finite_number(number, self.model.variables[name]),))
+                return (not_finite_number(number, self.model.variables[name]),)
         if (outside := self._outside(numbers)) is not None:
-            raise Unsolved(verdict.status, (outside_range(*outside, None),))
-        if verdict.status is not Status.SOLVED:
-            raise Unsolved(verdict.status, explain(self.model, verdict, self._values(numbers), self.want))
-        self.learn(numbers, verdict, found)
-        return self._rows(verdict)
+            return (outside_range(*outside, None),)
+        return explain(self.model, verdict, self._values(numbers), self.want)
 
 
 def prepare(

@@ -295,6 +295,8 @@ class Flow:
             return self._circular(function, arguments[0])
         for argument in arguments:
             self.bound(argument)
+        if function == "ln" and (beside := self.beside_one(arguments[0])) is not None:
+            return self.add("log1p", beside)
         if function in ("atan2", "atan2d"):
             node = self.node("call", function, *arguments)
             if node not in self._directions:
@@ -304,6 +306,16 @@ class Flow:
             self.require(self.add("not", self.add("and", *at_zero)))
             return node
         return self.node("call", function, *arguments)
+
+    def beside_one(self, node: int) -> int | None:
+        """What is added to 1, where a node is such a sum."""
+        kind, *parts = self.nodes[node]
+        if self.plain or kind not in ("add", "sub"):
+            return None
+        one, other = (int(part) for part in parts)
+        if self.value_of(one) == 1.0:
+            return other if kind == "add" else self.add("neg", other)
+        return one if kind == "add" and self.value_of(other) == 1.0 else None
 
     def _length(self, y: int, x: int) -> int:
         return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))

@@ -16,6 +16,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.evaluate import differentiate, value
+from rulesheets.nodes import names
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.chain import jumps
 from solver.trace.arrays import ArrayKernel
@@ -45,7 +47,13 @@ class BlockNewton:
 
     several = True
 
-    def __init__(self, kernel: BlockKernel, start: Sequence[float], sample: Sequence[float]) -> None:
+    def __init__(
+        self,
+        kernel: BlockKernel,
+        start: Sequence[float],
+        sample: Sequence[float],
+        varying: Sequence[bool] = (),
+    ) -> None:
         if len(start) > MAX_UNKNOWNS or not kernel.smooth or any(map(jumps, kernel.forms)):
             raise NotCompilable
         self.kernel, self.known = kernel, kernel.known
@@ -66,10 +74,24 @@ class BlockNewton:
         self._newton: Callable[..., tuple[float, ...] | None] = block_function(
             program, _loop(len(self.start), self.scale)
         )
+        self.tangent = np.zeros((len(self.start), len(sample)))
+        self._predict: Callable[..., Sequence[float]] = lambda *known: self.start
         try:
             self.start = self.scalar(*sample)
-        except ValueError:
+            self.tangent = self._tangent(varying)
+        except (ArithmeticError, ValueError):
             raise NotCompilable from None
+        self._predict = _predictor(self.start, self.sample, self.tangent.tolist())
+
+    def _tangent(self, varying: Sequence[bool]) -> Array:
+        """How the root moves with each known number (unknowns, known), of those that are varying."""
+        point = dict(zip((*self.kernel.unknowns, *self.known), (*self.start, *self.sample), strict=True))
+        slopes = np.zeros(self.tangent.shape)
+        for column, (name, moves) in enumerate(zip(self.known, varying, strict=False)):
+            for row, form in enumerate(self.kernel.forms):
+                if moves and name in names(form):
+                    slopes[row, column] = value(differentiate(form, name), point)
+        return np.linalg.solve(np.array(self.slopes), -slopes)
 
     def matrix(self, flow: Flow, values: dict[str, int]) -> dict[tuple[int, int], int]:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
@@ -92,7 +114,7 @@ class BlockNewton:
     def scalar(self, *known: float) -> tuple[float, ...]:
         """The root at these numbers. Raises ValueError where the branch of the record is not followed."""
         try:
-            found = self._newton(*self.start, *known)
+            found = self._newton(*self._predict(*known), *known)
         except (ArithmeticError, ValueError):
             found = None
         return self._followed(known) if found is None else found
@@ -128,11 +150,16 @@ class BlockNewton:
         start = np.repeat(np.array(self.start)[:, None], count, axis=1)
         sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
         with np.errstate(all="ignore"):
-            return self._rows(start, sample, columns, 1.0)
+            predicted = start.copy()
+            for column in np.flatnonzero(self.tangent.any(axis=0)):
+                predicted += self.tangent[:, column, None] * (columns[column] - self.sample[column])
+            return self._rows(start, sample, columns, 1.0, predicted)
 
-    def _rows(self, start: Array, before: Array, known: Array, share: float) -> Array:
+    def _rows(
+        self, start: Array, before: Array, known: Array, share: float, predicted: Array | None = None
+    ) -> Array:
         """Roots (unknowns, n) for known numbers (m, n) from those at others, by half the way if need be."""
-        found = self._iterate(start, known)
+        found = self._iterate(start if predicted is None else predicted, known)
         lost = np.flatnonzero(~np.isfinite(found[0]))
         if lost.size and share > FINEST:
             middle = 0.5 * (before[:, lost] + known[:, lost])
@@ -147,22 +174,26 @@ class BlockNewton:
         """As the loop of one row, on all rows that have not converged."""
         count = known.shape[1]
         roots = np.full(start.shape, np.nan)
-        left, x, k = np.arange(count), start.copy(), known
+        left, x, k = np.arange(count), start, known
         before = np.full(count, np.inf)
         weights = (1.0 / np.array(self.scale))[:, None]
         last = np.zeros(count, dtype=bool)
         for _ in range(ITERATIONS):
             step = self._steps(x, k)
-            length = np.sum((step * weights) ** 2, axis=0)
-            done = last & (length <= LAST**2)
-            roots[:, left[done]] = x[:, done] - step[:, done]
             x = x - step
+            step *= weights
+            length = np.einsum("ij,ij->j", step, step)
+            done = last & (length <= LAST**2)
+            if done.any():
+                roots[:, left[done]] = x[:, done]
             near = length < CONVERGED**2
-            split = SPLITTER * x[:, near]
-            x[:, near] = split - (split - x[:, near])
+            split = SPLITTER * x
+            np.copyto(x, split - (split - x), where=near)
             going = ~last & (near | (length <= CONTRACTION**2 * before)) & np.isfinite(length)
-            left, x, k, before = left[going], x[:, going], k[:, going], length[going]
-            last = near[going]
+            if going.all():
+                before, last = length, near
+                continue
+            left, x, k, before, last = left[going], x[:, going], k[:, going], length[going], near[going]
             if not left.size:
                 break
         return roots
@@ -171,6 +202,21 @@ class BlockNewton:
         found = np.empty(x.shape)
         self._kernel([*x, *known], list(found))
         return found
+
+
+def _predictor(
+    start: Sequence[float], sample: Sequence[float], tangent: Sequence[Sequence[float]]
+) -> Callable[..., Sequence[float]]:
+    """Where the root is to first order, as a function of the known numbers."""
+    terms = [
+        " + ".join([repr(x), *(f"{t!r} * (a{j} - {sample[j]!r})" for j, t in enumerate(row) if t)])
+        for x, row in zip(start, tangent, strict=True)
+    ]
+    arguments = ", ".join(f"a{j}" for j in range(len(sample)))
+    namespace: dict[str, Any] = {"__builtins__": {}}
+    exec(f"def predict({arguments}):\n    return ({', '.join(terms)},)\n", namespace)
+    found: Callable[..., Sequence[float]] = namespace["predict"]
+    return found
 
 
 def _loop(count: int, scale: Sequence[float]) -> Callable[[list[str], Sequence[str]], list[str]]:

@@ -388,7 +388,8 @@ class Recording(ClosedForms):
             raise NotCompilable
         key = (step.equations, step.unknowns, tuple(start), *places)
         if key not in self._blocks:
-            self._blocks[key] = self._newton(BlockNewton(kernel, start, known), places)
+            varying = [self.flow.value_of(place) is None for place in places]
+            self._blocks[key] = self._newton(BlockNewton(kernel, start, known, varying), places)
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)

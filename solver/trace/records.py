@@ -32,13 +32,16 @@ AGREEMENT = 1e-6
 
 
 class Records:
-    """The records of one pattern. ``every`` gives all answers of a row for each of the ``programs``."""
+    """The records of one pattern: ``every`` gives all answers of a row by each of the ``programs``, and
+    ``refused`` is not None for a row that is infeasible by one of the ``refusals``.
+    """
 
     def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.programs: list[Program] = []
         self.every: list[Callable[..., Any]] = []
         self.refusals: list[Program] = []
+        self.refused: list[Callable[..., Any]] = []
         self.failures = 0
 
     @property
@@ -78,8 +81,10 @@ class Records:
             return
         with suppress(NotCompilable):
             program = refusal(self.model, self.planner, self.pattern, found)
-            if compile_scalar(program)(*numbers) is not None:
+            refused = compile_scalar(program)
+            if refused(*numbers) is not None:
                 self.refusals.append(program)
+                self.refused.append(refused)
                 return
         self.failures += 1
 
@@ -93,6 +98,7 @@ class Records:
         del self.programs[programs:]
         del self.every[programs:]
         del self.refusals[refusals:]
+        del self.refused[refusals:]
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):

@@ -69,11 +69,8 @@ def _growth(flow: Flow, power: int) -> int | None:
     if flow.plain or flow.nodes[power][0] != "pow":
         return None
     base, exponent = (int(part) for part in flow.nodes[power][1:])
-    kind, *parts = flow.nodes[base]
-    if kind != "add" or 1.0 not in [flow.value_of(int(part)) for part in parts]:
-        return None
-    x = int(parts[1] if flow.value_of(int(parts[0])) == 1.0 else parts[0])
-    return flow.add("expm1", flow.add("mul", exponent, flow.add("log1p", x)))
+    x = flow.beside_one(base)
+    return None if x is None else flow.add("expm1", flow.add("mul", exponent, flow.add("log1p", x)))
 
 
 def not_negative(flow: Flow, node: int) -> bool:

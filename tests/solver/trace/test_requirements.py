@@ -1,0 +1,62 @@
+"""Prepared calls on sheets with requirements: the same answers as a solve, recorded."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import rulesheets
+import solver
+
+SHEET = """
+variables
+  a = 4
+  x
+  y
+rules
+  x^2 = a
+  y = x + 1
+  y > 0
+"""
+
+
+def test_answers_that_a_requirement_excludes_are_not_listed() -> None:
+    plan = solver.prepare(rulesheets.loads(SHEET), ["a"], ["x", "y"])
+    assert plan.all(4.0) == [(2.0, 3.0)]
+    assert plan.records.programs
+    assert plan.all(9.0) == [(3.0, 4.0)]
+
+
+def test_an_answer_that_a_requirement_excluded_at_the_record_comes_back() -> None:
+    """Below a = 1 both roots give a positive y."""
+    plan = solver.prepare(rulesheets.loads(SHEET), ["a"], ["x", "y"])
+    plan(4.0)
+    assert [row[0] for row in plan.all(0.25)] == [0.5, -0.5]
+    table = plan.sweep(np.linspace(0.2, 3.0, 200))
+    assert table["answers"].tolist() == [2 if a < 1.0 else 1 for a in np.linspace(0.2, 3.0, 200)]
+
+
+def test_a_requirement_that_is_broken_everywhere_is_infeasible_in_a_plan() -> None:
+    text = "variables\n  a = 4\n  x > 0\nrules\n  x^2 = a\n  x < 3\n"
+    plan = solver.prepare(rulesheets.loads(text), ["a"], ["x"])
+    assert plan(4.0) == (2.0,)
+    for a in (16.0, 17.0):
+        with pytest.raises(solver.Unsolved) as refused:
+            plan(a)
+        assert str(refused.value.status) == "infeasible"
+    assert math.isclose(plan(8.0)[0], math.sqrt(8.0))
+
+
+def test_a_refusal_that_is_recorded_explains_itself_when_asked() -> None:
+    text = "variables\n  a = 0.5\n  x\nrules\n  cosd(x) = a\n"
+    plan = solver.prepare(rulesheets.loads(text), ["a"], ["x"])
+    said = []
+    for a in (2.0, 3.0):
+        with pytest.raises(solver.Unsolved) as refused:
+            plan(a)
+        said.append([diagnosis.code for diagnosis in refused.value.diagnoses])
+        assert "infeasible" in str(refused.value)
+    assert said[0] == said[1] and said[0]
+    assert plan.records.refusals
