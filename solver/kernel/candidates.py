@@ -196,6 +196,8 @@ class Candidates:
         from solver.kernel.root_check import root_beside
 
         root, leads_away = root_beside(self.question, point)
+        if root is not None and self.question.holds(root):
+            self.keep(root)  # where rounding in the rules keeps Newton's method in floats away
         if not (leads_away or (root is not None and self._is_known(root))):
             self._refuse(point)
 

@@ -33,3 +33,10 @@ def test_a_root_at_which_floats_overflow_is_not_denied(hidden: str, slope: float
     result = nearly_parallel("x*exp(0*y)", hidden, slope, rhs=4.5)
     assert result.status in (Status.SOLVED, Status.FAILED)
     assert not result.complete or result.solutions
+
+
+def test_a_flat_arc_is_found_though_its_height_is_rounded() -> None:
+    """1 - cos(th/2) of a small angle has half of its digits: too few for Newton's method in floats."""
+    text = "variables\n  th in [0, 10]\nrules\n  sag = rad*(1 - cos(th/2))\n  s = rad*th"
+    result = solver.solve(rulesheets.loads(text), {"sag": 1.03541813e-07, "s": 0.00417787802122})
+    assert max(s["rad"] for s in result.solutions) == pytest.approx(21.072000093694758, rel=1e-12)
