@@ -3,7 +3,7 @@
 Where two answers coincide the rules vary in the second order along the direction in which they do so,
 and half of the digits are known. Where more do, the rules are flatter still. That is found out by going
 along, ever farther, coming back to the curve by Gauss–Newton steps across the direction, and asking
-the witness.
+the rule check.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation, Value
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 
 FIRST = 64.0
 """How much farther than at a double root the rules have to hold for it to be one of more."""
@@ -53,7 +53,7 @@ class _Flat:
         try:
             for _ in range(CORRECTIONS if len(self.direction) > 1 else 0):
                 self._correct(there)
-            return all(testify(equation, there).holds for equation in self.equations)
+            return all(check_rule(equation, there).holds for equation in self.equations)
         except (Undefined, ArithmeticError):
             return False
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Model, Value
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.derivatives.corners import corners
 from solver.derivatives.edges import outcomes
 from solver.derivatives.linearization import Linearization, active_equations, linearize
@@ -62,7 +62,7 @@ def totals(
     """Total derivatives by ``parameters`` at an answer; None where ``signs`` ask for what does not hold."""
     decided = outcomes(model, values, inputs, signs) if signs else None
     if decided and not all(
-        testify(equation, values).holds for equation in active_equations(model, values, inputs, decided)
+        check_rule(equation, values).holds for equation in active_equations(model, values, inputs, decided)
     ):
         return None
     linear = linearize(model, values, inputs, prefer, decided)

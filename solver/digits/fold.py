@@ -16,7 +16,7 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives
 from solver.accuracy.last_places import half_unit
-from solver.accuracy.witness import gross
+from solver.accuracy.rule_check import gross
 from solver.digits.system import ManyDigits
 from solver.numerics.elimination import eliminate
 

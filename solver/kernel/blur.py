@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.accuracy.witness import BACKWARD, gross, size
+from solver.accuracy.rule_check import BACKWARD, gross, size
 from solver.kernel.question import SPARSE, Question, Sparse
 from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
@@ -31,7 +31,7 @@ class Uncertainty:
 
 
 def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
-    """Forward error of the unknowns for the backward error that the witness admits: |J⁻¹|·t."""
+    """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
     if len(point) > SPARSE and question.sparse is not None:
         return _sparse_uncertainty(question, question.sparse, point)
     try:

@@ -1,4 +1,4 @@
-"""From candidates to answers: refined on the whole block, witnessed, distinct."""
+"""From candidates to answers: refined on the whole block, checked, distinct."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from solver.accuracy.witness import gross
+from solver.accuracy.rule_check import gross
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
 from solver.kernel.blur import EPSILON, Uncertainty, is_ordinary, uncertainty

@@ -13,7 +13,7 @@ from rulesheets.deadline import expect_time, limited
 from rulesheets.model import Value
 from rulesheets.nodes import Number
 from rulesheets.program import walk
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel
 from solver.numerics.batch_newton import Array
@@ -96,11 +96,11 @@ class Question:
         return dict(zip(self.unknowns, map(float, x), strict=True))
 
     def holds(self, point: Mapping[str, float]) -> bool:
-        """Whether the witness accepts every equation of the block at the point."""
+        """Whether the rule check accepts every equation of the block at the point."""
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
-        return all(testify(equation, everything).holds for equation in self.kernel.equations)
+        return all(check_rule(equation, everything).holds for equation in self.kernel.equations)
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""

@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 from functools import partial
 
 from rulesheets.model import Value
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.kernel.steps.step import solve_step
 from solver.path.activity import activity
 from solver.path.graph import ModelGraph
@@ -47,7 +47,7 @@ def _distance(value: Value, other: float) -> float:
 def _hold(graph: ModelGraph, name: str, values: Mapping[str, Value], decided: Mapping[int, bool]) -> bool:
     readers = (graph.model.equations[index] for index in graph.users(name))
     return all(
-        testify(equation, values).holds
+        check_rule(equation, values).holds
         for equation in readers
         if activity(equation, decided) and all(other in values for other in equation.names)
     )

@@ -1,4 +1,4 @@
-"""Follow a path: from inputs to every answer, each one checked by the independent witness."""
+"""Follow a path: from inputs to every answer, each one checked by the independent rule check."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.steps.step import solve_step
@@ -249,10 +249,10 @@ class Explorer:
             return None
         branch.settled.add(equation)
         branch.steps.append(step)
-        testimony = testify(self.model.equations[equation], branch.values)
-        if testimony.holds or self._agreed(branch, equation):
+        check = check_rule(self.model.equations[equation], branch.values)
+        if check.holds or self._agreed(branch, equation):
             return None
-        self.findings.delicate |= testimony.delicate
+        self.findings.delicate |= check.delicate
         self._finish(branch)
         return False
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rulesheets.model import Model, Value
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.path.activity import activity
 from solver.solution.indeterminacy import indeterminacy
@@ -78,7 +78,7 @@ class Findings:
         return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
 
     def add(self, branch: Branch, decided: Mapping[int, bool], loose: bool, unverified: bool) -> None:
-        """The end of a branch: every rule that is active there is asked of the independent witness.
+        """The end of a branch: every rule that is active there is asked of the independent rule check.
 
         ``unverified``: an assumption was made on what is not known even now.
         """
@@ -88,14 +88,14 @@ class Findings:
         for equation in self.model.equations:
             if not activity(equation, decided) or not all(name in values for name in equation.names):
                 continue
-            testimony = testify(equation, values)
+            check = check_rule(equation, values)
             checked += 1
-            if testimony.holds:
-                worst = max(worst, testimony.scaled)
+            if check.holds:
+                worst = max(worst, check.scaled)
             else:
-                self.delicate = self.delicate or testimony.delicate
-                undefined = indeterminacy(equation, values) if testimony.miss is None else None
-                conflicts.append(undefined or Conflict((equation.index,), testimony.miss, values))
+                self.delicate = self.delicate or check.delicate
+                undefined = indeterminacy(equation, values) if check.miss is None else None
+                conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
         conflicts += unmet(self.model, values, decided)
         lacking = (name for name in self.judged if name not in values)
         missing = tuple(name for name in lacking if not infinite(self.model, branch, name))

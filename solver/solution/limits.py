@@ -18,7 +18,7 @@ from rulesheets.evaluate.limit import DIGITS, beside, indeterminate
 from rulesheets.evaluate.precise import extended_derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Number, Quotient, children, operands, rebuilt
-from solver.accuracy.witness import BACKWARD, testify
+from solver.accuracy.rule_check import BACKWARD, check_rule
 from solver.facts import Filled
 from solver.path.activity import activity, outcomes
 from solver.solution.explore import explore
@@ -224,7 +224,7 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
         parts = (indeterminate(side, values) for side in (equation.left, equation.right))
         limits = [part.limit for part in parts if part is not None]
         if None in limits or not (
-            _holds_beside(equation, values) if limits else testify(equation, values).holds
+            _holds_beside(equation, values) if limits else check_rule(equation, values).holds
         ):
             return None
         facts += [Filled(equation.index, limit) for limit in limits if limit is not None]

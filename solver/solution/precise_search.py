@@ -22,7 +22,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Comparison, Condition
 from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.last_places import half_unit
-from solver.accuracy.witness import gross
+from solver.accuracy.rule_check import gross
 from solver.attempts import Attempt, Method
 from solver.digits.fold import null_vectors, resolve_fold
 from solver.digits.system import MAX_UNKNOWNS, SPARE, ManyDigits, Unresolved, Work

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 
 from rulesheets.model import Value, Variable
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.path.graph import ModelGraph, is_angle_sum
 
 
@@ -65,6 +65,6 @@ def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: 
     for index in touched:
         equation = graph.model.equations[index]
         known = all(name in values for name in equation.names)
-        if known and testify(equation, values).holds and not testify(equation, trial).holds:
+        if known and check_rule(equation, values).holds and not check_rule(equation, trial).holds:
             return values
     return trial

@@ -15,7 +15,7 @@ from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
-from solver.accuracy.witness import BACKWARD, STEEP, heights, jumps
+from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
 from solver.path.activity import activity
 from solver.path.cases import comparisons
 from solver.path.planner import Planner

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Variable
 from rulesheets.nodes import Expression
-from solver.accuracy.witness import BACKWARD
+from solver.accuracy.rule_check import BACKWARD
 from solver.path.activity import activity
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.path.steps import Select

@@ -16,7 +16,7 @@ from rulesheets.construct import ZERO, add, is_number, multiply, negative
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, DoubleRoot, RankLoss
 from solver.path.activity import activity
 from solver.result import Status
@@ -94,7 +94,7 @@ def _stands(model: Model, leaf: Leaf) -> bool:
     """Whether the rules as they are written hold, all that can be read."""
     values, decided = leaf.branch.values, leaf.branch.conditions
     return all(
-        testify(rule, values).holds
+        check_rule(rule, values).holds
         for rule in model.equations
         if all(decided.get(p.condition) is p.holds for p in rule.guard)
         and all(n in values for n in rule.names)
@@ -145,7 +145,7 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
         left, right = (_without(side, values) for side in (equation.left, equation.right))
         without = replace(equation, left=left, right=right)
         lost = set(equation.names) - set(without.names) - values.keys()
-        if lost and (not _readable(without, values) or testify(without, values).holds):
+        if lost and (not _readable(without, values) or check_rule(without, values).holds):
             told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
             equation = without
         equations.append(equation)  # one that is left with a contradiction has no value for what it loses

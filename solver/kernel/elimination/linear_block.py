@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from rulesheets.evaluate import rounded_derivatives
-from solver.accuracy.witness import ROUNDINGS
+from solver.accuracy.rule_check import ROUNDINGS
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.elimination.near_rank import (

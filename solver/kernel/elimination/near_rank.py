@@ -32,8 +32,8 @@ places, where it is 0."""
 SMALLEST = 2.0**-1022
 """The smallest number of which the inverse is a float."""
 WITNESSED = 128.0
-"""Half units of a last place by which the witness lets numbers differ: how far those may be that say the same
-where it would be refused, or nothing of an unknown be left, for less."""
+"""Half units of a last place by which the rule check lets numbers differ: how far those may be that say the
+same where it would be refused, or nothing of an unknown be left, for less."""
 
 Blur = Callable[[], Mapping[str, float]]
 """How far each known number may be off, worked out when it is asked for."""
@@ -124,7 +124,7 @@ def free_to_witness(
     off: Blur,
     instead: BlockOutcome,
 ) -> BlockOutcome:
-    """What a nearly singular block leaves free within the backward error of the witness, where the outcome
+    """What a nearly singular block leaves free within the backward error of the rule check, where the outcome
     that its digits at hand have ``instead`` is worth nothing: refused, or 0 for all, as any scale times 0 is.
 
     Numbers that were read off one answer agree to their last places, not to half of one.

@@ -9,7 +9,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
 from solver.accuracy.last_places import blur, half_unit, with_named_numbers
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.kernel.question import Question
 
 NUDGE = 1e-5
@@ -61,7 +61,7 @@ class Perturbed:
         return [derivatives(form, at)[1] for form in self.forms]
 
     def holds(self, point: Mapping[str, float]) -> bool:
-        """Whether the witness accepts every equation, or what is known may be as far off as it misses.
+        """Whether the rule check accepts every equation, or what is known may be as far off as it misses.
 
         Floats may have made up as much of that as they round, if it is known how much that is.
         """
@@ -70,7 +70,7 @@ class Perturbed:
         misses = question.residual(list(point.values()))
         return all(
             abs(miss) <= blur(form, everything, self.off) + _noise(form, everything) < math.inf
-            or testify(equation, everything).holds
+            or check_rule(equation, everything).holds
             for miss, form, equation in zip(
                 misses, question.kernel.forms, question.kernel.equations, strict=True
             )

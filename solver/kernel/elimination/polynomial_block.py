@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.nodes import Expression
-from solver.accuracy.witness import BACKWARD
+from solver.accuracy.rule_check import BACKWARD
 from solver.facts import OutOfRange
 from solver.kernel.blur import astray, uncertainty
 from solver.kernel.candidates import Answer, Candidates

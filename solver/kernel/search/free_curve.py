@@ -2,7 +2,7 @@
 
 Where rules say the same at these numbers, be it in a roundabout way, the answers are no points but a curve.
 No search for points finds it, and exact arithmetic may even prove that there is nothing: numbers that agree
-to their last places contradict one another beyond these. Here points are sought that satisfy the witness;
+to their last places contradict one another beyond these. Here points are sought that satisfy the rule check;
 one from which a way leads on along which all rules still hold is a point of a curve.
 """
 

@@ -14,7 +14,7 @@ from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
 from rulesheets.nodes import Expression
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.digits.system import SPARE, Unresolved
 from solver.facts import DoubleRoot
 from solver.kernel.steps.step import StepSolver
@@ -85,7 +85,7 @@ class PreciseStep(StepSolver):
     def _holds(self, number: Any) -> bool:
         if not (self.isolation.verify or self.clamped):
             return True
-        return testify(self.equation, self._floats(number)).holds
+        return check_rule(self.equation, self._floats(number)).holds
 
     def _indifferent(self) -> bool:
         known = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}

@@ -10,7 +10,7 @@ from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.nodes import Call, Expression, Name, Number, Quotient, Symbol
-from solver.accuracy.witness import testify
+from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Fact, NoValue
 from solver.kernel.steps.exponents import exponents
 from solver.path.graph import ModelGraph
@@ -192,7 +192,7 @@ class Preimages:
         """Whether the equation holds for different values of the unknown: one that it does not depend on."""
         known: dict[str, Value] = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
         unknown = self.isolation.unknown
-        return all(testify(self.equation, {**known, unknown: number}).holds for number in SAMPLES)
+        return all(check_rule(self.equation, {**known, unknown: number}).holds for number in SAMPLES)
 
     # --- exponents ---
 

@@ -11,7 +11,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.nodes import Call, Name, Number, Power, Quotient
-from solver.accuracy.witness import gross, testify
+from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.steps.preimages import CANCELLED, DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
@@ -124,7 +124,7 @@ class StepSolver(Preimages):
             return StepOutcome(tuple(kept), None, complete, double, delicate)
         unknown = self.isolation.unknown
         if outside is not None:
-            lost = not testify(self.equation, self._floats(outside)).holds  # beside a larger number
+            lost = not check_rule(self.equation, self._floats(outside)).holds  # beside a larger number
             return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate or lost)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, unknown))
@@ -146,7 +146,7 @@ class StepSolver(Preimages):
     def _inside(self, number: float) -> float:
         """The number; where rounding alone has led it beyond an end of its range, that end."""
         end = self.variable.nearest(float(number)) if math.isfinite(number) else number
-        if end == float(number) or not testify(self.equation, self._floats(end)).holds:
+        if end == float(number) or not check_rule(self.equation, self._floats(end)).holds:
             return number
         return end
 
@@ -198,10 +198,10 @@ class StepSolver(Preimages):
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):
             return True
-        testimony = testify(self.equation, {**self.values, self.isolation.unknown: number})
-        near = testimony.delicate or testimony.scaled <= DELICATE
-        self.delicate = self.delicate or (near and not testimony.holds)
-        return testimony.holds
+        check = check_rule(self.equation, {**self.values, self.isolation.unknown: number})
+        near = check.delicate or check.scaled <= DELICATE
+        self.delicate = self.delicate or (near and not check.holds)
+        return check.holds
 
     def _polished(self, number: float) -> float:
         """One or two Newton corrections in the equation as written, for the last digits of a long chain, or

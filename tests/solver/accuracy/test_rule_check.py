@@ -1,4 +1,4 @@
-"""The witness: rules hold at the numbers as they are, not as floats round them on the way."""
+"""The rule check: rules hold at the numbers as they are, not as floats round them on the way."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.model import Equation
-from solver.accuracy import witness
+from solver.accuracy import rule_check
 
 
 def holds(rule: str, **values: float) -> bool:
-    return all(witness.testify(equation, values).holds for equation in equations(rule))
+    return all(rule_check.check_rule(equation, values).holds for equation in equations(rule))
 
 
 @cache
@@ -100,13 +100,13 @@ def test_what_floats_cannot_see_may_hold(rule: str, values: dict[str, Any]) -> N
 @given(st.floats(1.0, 1e3), st.floats(1.0, 1e3))
 def test_a_root_taken_and_undone_is_the_number_itself(a: float, b: float) -> None:
     (solution,) = solver.solve(rulesheets.loads(f"(sqrt({a!r} - w))^2 = {b!r}")).solutions
-    assert solution["w"] == pytest.approx(a - b, rel=witness.BACKWARD, abs=0.0)
+    assert solution["w"] == pytest.approx(a - b, rel=rule_check.BACKWARD, abs=0.0)
 
 
 @given(st.floats(1e-90, 1e90), st.floats(1e-90, 1e90), st.sampled_from((-4.0, -1.0, 0.0, 1.0, 4.0)))
 def test_values_next_to_a_sum_that_cancels(small: float, large: float, shares: float) -> None:
     """z = (x + y) - y is x, whatever floats make of it."""
-    rule, z = "(x + y) - y = z", small * (1 + shares * witness.BACKWARD / 16)
+    rule, z = "(x + y) - y = z", small * (1 + shares * rule_check.BACKWARD / 16)
     assert holds(rule, x=small, y=large, z=z)
     assert not holds(rule, x=small, y=large, z=small * 1.001)
 

@@ -35,7 +35,7 @@ _JUMPING = named(lambda row: row.jumps)
 
 
 @dataclass(frozen=True, slots=True)
-class Testimony:
+class RuleCheck:
     """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
 
     ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.
@@ -47,20 +47,20 @@ class Testimony:
     delicate: bool = False
 
 
-def testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
+def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     """Evaluate an equation all of whose variables have values."""
-    found = _slopes_testify(equation, values)
+    found = _by_slopes(equation, values)
     if found.holds and found.miss is not None and jumps(equation) and _leaps(equation, values):
-        return Testimony(False, found.miss, found.scaled)
+        return RuleCheck(False, found.miss, found.scaled)
     return found
 
 
-def _slopes_testify(equation: Equation, values: Mapping[str, Value]) -> Testimony:
+def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     left, right = equation.left, equation.right
     symbols = _symbol(left, values), _symbol(right, values)
     if symbols != (None, None):
         same = symbols[0] == symbols[1]
-        return Testimony(same, None, 0.0 if same else math.inf)
+        return RuleCheck(same, None, 0.0 if same else math.inf)
     try:
         a, slopes, noise = rounded_derivatives(left, values)
         b, others, more = rounded_derivatives(right, values)
@@ -68,10 +68,10 @@ def _slopes_testify(equation: Equation, values: Mapping[str, Value]) -> Testimon
         underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
         if error.overflow or underflow:
             return _look_again(equation, values, math.inf)
-        return Testimony(False, None, math.inf)
+        return RuleCheck(False, None, math.inf)
     miss, noise = a - b, noise + more
     if miss == 0.0 and noise == 0.0:
-        return Testimony(True, miss)
+        return RuleCheck(True, miss)
     total = _size(slopes, others, values)
     bound = BACKWARD * total
     if abs(miss) + noise <= bound < math.inf:
@@ -80,9 +80,9 @@ def _slopes_testify(equation: Equation, values: Mapping[str, Value]) -> Testimon
         gentle = near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit))
         scaled = abs(miss) / total
         if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
-            return Testimony(True, miss, scaled)
+            return RuleCheck(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
-        return Testimony(False, miss, abs(miss) / total if total else math.inf)
+        return RuleCheck(False, miss, abs(miss) / total if total else math.inf)
     return _look_again(equation, values, noise)
 
 
@@ -109,14 +109,14 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
         return math.inf
 
 
-def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> Testimony:
+def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
     from solver.accuracy.many_digits import residual_in_many_digits
 
     if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
-        return Testimony(False, None, math.inf)
+        return RuleCheck(False, None, math.inf)
     found = residual_in_many_digits(equation, values, BACKWARD, STEEP, noise)
     miss = found.miss if math.isfinite(found.miss) else None
-    return Testimony(found.reaches, miss, found.scaled, True)
+    return RuleCheck(found.reaches, miss, found.scaled, True)
 
 
 def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
