@@ -70,6 +70,10 @@ class Table(Mapping[str, NDArray[Any]]):
         html: str = import_module("solver.report.html").table_html(self._columns, self._words())
         return html
 
+    def _repr_latex_(self) -> str:
+        latex: str = import_module("solver.report.html").table_latex(self._columns, self._words())
+        return latex
+
     def __repr__(self) -> str:
         names = ", ".join(self._columns)
         return f"<{type(self).__name__} of {len(self.status)} rows, {self.solved.sum()} solved: {names}>"

@@ -56,6 +56,10 @@ class Sensitivities(Mapping[tuple[str, str], "float | None"]):
         html: str = import_module("solver.report.html").sensitivities_html(self)
         return html
 
+    def _repr_latex_(self) -> str:
+        latex: str = import_module("solver.report.html").sensitivities_latex(self)
+        return latex
+
     def unit(self, output: str, given: str) -> str:
         """``rad/s/deg``, ``1/deg``, blank where neither has a unit."""
         above, below = (self.model.variables[name].unit for name in (output, given))

@@ -95,6 +95,10 @@ class Path:
         html: str = import_module("solver.report.html").path_html(self)
         return html
 
+    def _repr_latex_(self) -> str:
+        latex: str = import_module("solver.report.html").path_latex(self)
+        return latex
+
     @property
     def branches(self) -> int:
         """How many answers the direct steps can fork into."""

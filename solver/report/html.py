@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 
 import numpy as np
@@ -18,7 +18,7 @@ from solver.report.derived import cells
 from solver.report.notation import Plain, Tex, equation
 from solver.report.path import told
 from solver.report.sheet import COLUMNS, displayed, output_heads, readable, sheet_rows
-from solver.report.why import Page, iterated
+from solver.report.why import ESCAPED, Page, iterated
 from solver.result import Result, Status
 
 ANSWERS = 4
@@ -55,18 +55,33 @@ def result_latex(result: Result) -> str:
     rows = []
     for name in result.wanted:
         if name in known and name not in result.inputs:
-            unit = result.model.variables[name].unit
+            unit = (result.model.variables[name].unit or "").translate(ESCAPED)
             label, value = Tex().expression(Name(name)), Tex().value(known[name])
             rows.append(rf"  {label} &= {value}" + (rf"\ \text{{{unit}}}" if unit else ""))
     return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
 
+def table_latex(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> str:
+    """The first rows of a table as an array."""
+    return _array((*columns, "status"), _rows(columns, status))
+
+
+def _array(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Texts in the columns of an array, aligned to the right."""
+    lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in (heads, *rows)]
+    body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
+    return f"\\begin{{array}}{{{'r' * len(heads)}}}\n{body}\n\\end{{array}}"
+
+
+def _rows(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    shown = [column[:ROWS].tolist() for column in columns.values()]
+    return ((*map(readable, row), said) for *row, said in zip(*shown, status[:ROWS], strict=True))
+
+
 def table_html(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> str:
     """The first rows of a table, and how many more there are."""
     heads = (*columns, "status")
-    shown = [column[:ROWS].tolist() for column in columns.values()]
-    rows = ((*map(readable, row), said) for *row, said in zip(*shown, status[:ROWS], strict=True))
-    return f"<div>{html_table(heads, rows, range(len(heads) - 1))}{more(len(status))}</div>"
+    return f"<div>{html_table(heads, _rows(columns, status), range(len(heads) - 1))}{more(len(status))}</div>"
 
 
 def derivation_html(derivation: Derivation) -> str:
@@ -93,13 +108,23 @@ def _steps(page: Page, link: Direct | Together) -> Iterator[tuple[str, str, str]
         yield page.known(known), "", "by iteration"
 
 
+PATH_HEADS = ("Step", "Finds", "By rules")
+
+
 def path_html(path: Path) -> str:
     """The steps in order, rules by their numbers in the model."""
-    rows = (
+    return f"<div>{html_table(PATH_HEADS, _steps_of(path))}</div>"
+
+
+def path_latex(path: Path) -> str:
+    return _array(PATH_HEADS, _steps_of(path))
+
+
+def _steps_of(path: Path) -> Iterator[tuple[str, str, str]]:
+    return (
         (str(number), _found(step), ", ".join(str(index + 1) for index in equations_of(step)))
         for number, step in enumerate(told(path), 1)
     )
-    return f"<div>{html_table(('Step', 'Finds', 'By rules'), rows)}</div>"
 
 
 def _found(step: Step) -> str:
@@ -119,3 +144,8 @@ def sensitivities_html(found: Sensitivities) -> str:
     heads, *rows = cells(found, found.inputs)
     notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in found.diagnoses)
     return f"<div>{html_table(heads, rows, range(1, len(heads)))}{notes}</div>"
+
+
+def sensitivities_latex(found: Sensitivities) -> str:
+    heads, *rows = cells(found, found.inputs)
+    return _array(heads, rows)

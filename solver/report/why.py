@@ -229,7 +229,7 @@ class _Latex(Page):
 
     def _upright(self, known: Known) -> str:
         r"""A unit in upright letters: ``\ \text{rad/s}``."""
-        unit = self.unit(known).strip().translate(_ESCAPED)
+        unit = self.unit(known).strip().translate(ESCAPED)
         return rf"\ \text{{{unit}}}" if unit else ""
 
     def _of(self, link: Link) -> Iterator[str]:
@@ -258,7 +258,7 @@ class _Latex(Page):
         return f" && {said}" if said else ""
 
 
-_ESCAPED = str.maketrans(
+ESCAPED = str.maketrans(
     {**{mark: f"\\{mark}" for mark in "%_#&${}"}, "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}"}
 )
 _SPECIAL = re.compile(r"([\\`*_\[\]<>|$~&])")
