@@ -7,9 +7,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property
+from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from rulesheets import store
 from rulesheets.units.text import UnitError, read
 from rulesheets.units.unit import Unit
 
@@ -131,22 +134,38 @@ def _defined(line: str) -> Iterator[tuple[str, tuple[str, str, bool]]]:
 def _from_pint(name: str) -> Unit | None:
     """A unit that only pint knows, by its name alone; None where pint is absent or knows none.
 
-    Short names are not asked for: pint reads ``cfm`` as centifermi and ``Nm`` as a number of metres.
+    Short names are not asked for: pint reads ``cfm`` as centifermi and ``Nm`` as a number of metres. Since
+    pint takes longer to load than a sheet, what it said is kept.
     """
-    if len(name) < SHORTEST:
+    if len(name) < SHORTEST or find_spec("pint") is None:
         return None
+    key = store.digest(version("pint").encode(), name.encode())
+    kept = store.load("unit", key)
+    text = _asked(name) if kept is None else kept.decode()
+    if kept is None:
+        store.save("unit", key, text.encode())
+    if not text:
+        return None
+    factor, *bases = text.split()
+    powers = (part.split(":") for part in bases)
+    return Unit(Fraction(factor), 0, {base: Fraction(power) for base, power in powers})
+
+
+def _asked(name: str) -> str:
+    """``1/100 m:1``, or nothing, as pint reads a name."""
     registry = _registry()
     if registry is None:
-        return None
+        return ""
     try:
         found = registry.Quantity(1, registry.parse_units(name, as_delta=True)).to_base_units()
     except Exception:  # pint raises errors of its own and of Python for a name that it cannot read
-        return None
-    powers = {base: Fraction(power) for base, power in found._units.items()}
-    if not powers.keys() <= _BASES.keys() or not isinstance(found.magnitude, int | Fraction):
-        return None
-    bases = {_BASES[base]: power for base, power in powers.items()}
-    return Unit(Fraction(found.magnitude), 0, bases)
+        return ""
+    powers = found._units.items()
+    if not {base for base, _ in powers} <= _BASES.keys() or not isinstance(found.magnitude, int | Fraction):
+        return ""
+    return " ".join(
+        [str(Fraction(found.magnitude)), *(f"{_BASES[base]}:{Fraction(e)}" for base, e in powers)]
+    )
 
 
 _BASES = {

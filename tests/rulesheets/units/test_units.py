@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.units import Library, UnitError, convert, library
+
+names = import_module("rulesheets.units.library")
 
 EXACT = {
     "in": ("m", "0.0254"),
@@ -125,3 +131,22 @@ ALIKE = ("mm", "in", "ft", "km", "mi", "um", "nmi", "Mm")
 def test_there_and_back_is_the_same_number(number: float, source: str, target: str) -> None:
     one, other = library().unit(source), library().unit(target)
     assert convert(convert(number, one, other), other, one) == pytest.approx(number, rel=4.5e-16, abs=1e-300)
+
+
+def test_what_pint_says_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    pytest.importorskip("pint")
+    monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "kept"))
+    asked = []
+    own = names._asked
+    monkeypatch.setattr(names, "_asked", lambda name: asked.append(name) or own(name))
+    for _ in range(2):
+        assert float(Library().unit("kfurlong").factor) == pytest.approx(201168.0, rel=1e-5)
+        with pytest.raises(UnitError):
+            Library().unit("smoots")
+    assert sorted(asked) == ["kfurlong", "smoots"]
+
+
+def test_a_sheet_without_units_imports_no_pint() -> None:
+    solved = "import sys, rulesheets, solver; solver.solve(rulesheets.loads('x = 2*3'))"
+    code = f"{solved}; print('pint' in sys.modules)"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "False"
