@@ -90,18 +90,6 @@ def exchange(expression: Expression, old: Expression, new: Expression) -> Expres
 
 def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:
     """The expression with every name, number and symbol turned into what ``change`` makes of it."""
-    match expression:
-        case Name() | Number() | Symbol():
-            return change(expression)
-        case Negative(operand):
-            return Negative(map_leaves(operand, change), expression.span)
-        case Sum(terms):
-            return Sum(tuple(map_leaves(term, change) for term in terms), expression.span)
-        case Product(left, right):
-            return Product(map_leaves(left, change), map_leaves(right, change), expression.span)
-        case Quotient(left, right):
-            return Quotient(map_leaves(left, change), map_leaves(right, change), expression.span)
-        case Power(base, exponent):
-            return Power(map_leaves(base, change), map_leaves(exponent, change), expression.span)
-        case Call(function, arguments):
-            return Call(function, tuple(map_leaves(item, change) for item in arguments), expression.span)
+    if isinstance(expression, Name | Number | Symbol):
+        return change(expression)
+    return rebuilt(expression, tuple(map_leaves(part, change) for part in operands(expression)))

@@ -79,8 +79,7 @@ def _partials(forms: Sequence[Expression], unknowns: Sequence[str]) -> dict[tupl
 def compile_arrays(expressions: Sequence[Expression], names: Sequence[str]) -> Callable[..., Sequence[Any]]:
     """A function of arrays, in the order of ``names``, that returns the values of all expressions."""
     emitter = Emitter(names, ARRAYS, np.power)
-    tokens = [emitter.token(expression) for expression in expressions]
-    return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")
+    return emitter.function([emitter.of(expression) for expression in expressions])
 
 
 def _followed(kernel: BlockKernel, chain: Chain) -> Callable[..., Sequence[Any]]:
@@ -88,5 +87,4 @@ def _followed(kernel: BlockKernel, chain: Chain) -> Callable[..., Sequence[Any]]
     for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
         emitter.assign(assignment.name, assignment.expression)
         emitter.clamp(assignment.name, assignment.low, assignment.high, np.clip)
-    tokens = [emitter.argument(name) for name in kernel.unknowns]
-    return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")
+    return emitter.function([emitter.argument(name) for name in kernel.unknowns])

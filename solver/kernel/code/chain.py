@@ -172,8 +172,7 @@ def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]
         emitter.require(
             assignment.name, assignment.low, assignment.high, assignment.low_open, assignment.high_open
         )
-    tokens = [emitter.argument(name) for name in results]
-    return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")
+    return emitter.function([emitter.argument(name) for name in results])
 
 
 def jumps(expression: Expression) -> bool:

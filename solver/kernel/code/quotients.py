@@ -40,11 +40,11 @@ def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
             slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
         except NotDifferentiable:
             continue
-        emitter.name(_FROM_ZERO, emitter.apply("from_zero", emitter.pair(Name(tear))))
-        pairs = [emitter.pair(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
+        emitter.assign(_FROM_ZERO, emitter.apply("from_zero", emitter.of(Name(tear))))
+        pairs = [emitter.of(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
         bounded = f"#quotient {number}"
-        emitter.name(bounded, emitter.apply("by_slopes", *pairs))
-        yield emitter.pair(exchange(residual, quotient, Name(bounded)))
+        emitter.assign(bounded, emitter.apply("by_slopes", *pairs))
+        yield emitter.of(exchange(residual, quotient, Name(bounded)))
 
 
 def _quotients(expression: Expression) -> Iterator[Quotient]:

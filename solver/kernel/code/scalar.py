@@ -6,22 +6,13 @@ For floats by default; with the functions of ``rulesheets.functions.arrays`` for
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from math import inf
 from typing import Any
 
+from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms
-from rulesheets.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-)
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 
 VALUES = Forms(TABLE, lambda row: row.value)
 """The functions of the language on floats."""
@@ -35,8 +26,36 @@ def _power(base: float, exponent: float) -> float:
     return float(result)
 
 
-class Emitter:
-    """Lines of three-address code. Equal expressions get the same temporary (hash-consing)."""
+class Source:
+    """Lines of a function in three-address code. Equal texts are computed once (hash-consing)."""
+
+    def __init__(self, header: str, **globals: Any) -> None:
+        self.lines: list[str] = []
+        self.globals: dict[str, Any] = globals
+        self._header = header
+        self._tokens: dict[str, str] = {}
+
+    def line(self, text: str) -> None:
+        self.lines.append(text)
+
+    def temporary(self, text: str, form: str = "t{0}") -> str:
+        """The names, made by ``form`` from a number, of what the text computes."""
+        token = self._tokens.get(text)
+        if token is None:
+            token = self._tokens[text] = form.format(len(self._tokens))
+            self.line(f"{token} = {text}")
+        return token
+
+    def function(self, results: str) -> Callable[..., Any]:
+        """A function of the arguments of the header that returns ``results`` (Python source)."""
+        body = "\n    ".join([*self.lines, f"return {results}"])
+        namespace = dict(self.globals)
+        exec(compile(f"def kernel({self._header}):\n    {body}\n", "<kernel>", "exec"), namespace)
+        return namespace["kernel"]  # type: ignore[no-any-return]
+
+
+class Emitter(Arithmetic[str]):
+    """Code for expressions of named numbers, which are arguments or were assigned before."""
 
     def __init__(
         self,
@@ -45,92 +64,75 @@ class Emitter:
         power: Callable[..., Any] = _power,
     ) -> None:
         self._functions, self._power = functions, power
-        self.lines: list[str] = []
-        self.globals: dict[str, Any] = {"__builtins__": {"ValueError": ValueError}}
-        self._tokens: dict[tuple[str, ...], str] = {}
-        self._header = ", ".join(f"a{i}" for i in range(len(arguments)))
+        header = ", ".join(f"a{i}" for i in range(len(arguments)))
+        self.source = Source(header, __builtins__={"ValueError": ValueError})
         self._names = {name: f"a{i}" for i, name in enumerate(arguments)}
-        self._count = 0
 
     def argument(self, name: str) -> str:
         return self._names[name]
 
-    def assign(self, name: str, expression: Expression) -> str:
+    def assign(self, name: str, expression: Expression) -> None:
         """From here on ``name`` stands for the value of the expression."""
-        self._names[name] = self.token(expression)
-        return self._names[name]
+        self._names[name] = self.of(expression)
 
     def require(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
         """Raise ValueError where the value called ``name`` lies outside the range."""
         token = self._names[name]
         tests = []
-        if low > float("-inf"):
+        if low > -inf:
             tests.append(f"{token} {'<=' if low_open else '<'} {low!r}")
-        if high < float("inf"):
+        if high < inf:
             tests.append(f"{token} {'>=' if high_open else '>'} {high!r}")
         if tests:
-            self.lines.append(f"if {' or '.join(tests)}: raise ValueError")
+            self.source.line(f"if {' or '.join(tests)}: raise ValueError")
 
     def clamp(self, name: str, low: float, high: float, clip: Callable[..., Any]) -> None:
         """Move the value called ``name`` into the range (on arrays)."""
-        if low > float("-inf") or high < float("inf"):
-            ends = (repr(low) if low > float("-inf") else None, repr(high) if high < float("inf") else None)
-            self.globals["clip"] = clip
-            self._names[name] = self._temporary(f"clip({self._names[name]}, {ends[0]}, {ends[1]})")
+        if low > -inf or high < inf:
+            ends = repr(low) if low > -inf else None, repr(high) if high < inf else None
+            self.source.globals["clip"] = clip
+            self._names[name] = self.source.temporary(f"clip({self._names[name]}, {ends[0]}, {ends[1]})")
 
-    def token(self, expression: Expression) -> str:
-        match expression:
-            case Number(value):
-                return repr(value) if value >= 0 else f"({value!r})"
-            case Name(name):
-                return self._names[name]
-            case Negative(operand):
-                return self._temporary("-", self.token(operand))
-            case Sum(terms):
-                return self._sum(terms)
-            case Product(left, right):
-                return self._temporary(self.token(left), "*", self.token(right))
-            case Quotient(left, right):
-                return self._temporary(self.token(left), "/", self.token(right))
-            case Power(base, Number(2.0)):
-                token = self.token(base)
-                return self._temporary(token, "*", token)
-            case Power(base, exponent):
-                return self._call("power", self._power, (base, exponent))
-            case Call(function, arguments):
-                return self._call(function, self._functions[function], arguments)
-            case Symbol(name):
-                raise ValueError(f"the symbol '{name} has no number")
+    def function(self, tokens: Sequence[str]) -> Callable[..., tuple[Any, ...]]:
+        """A function of the arguments, in their order, that returns the values of the tokens."""
+        return self.source.function("(" + "".join(f"{token}, " for token in tokens) + ")")
 
-    def _sum(self, terms: tuple[Expression, ...]) -> str:
-        token = self.token(terms[0])
-        for term in terms[1:]:
-            if isinstance(term, Negative):
-                token = self._temporary(token, "-", self.token(term.operand))
-            else:
-                token = self._temporary(token, "+", self.token(term))
+    # --- the arithmetic ---
+
+    def number(self, node: Number) -> str:
+        return repr(node.value) if node.value >= 0 else f"({node.value!r})"
+
+    def name(self, node: Name) -> str:
+        return self._names[node.name]
+
+    def negative(self, node: Negative) -> str:
+        return self.source.temporary(f"- {self.of(node.operand)}")
+
+    def sum(self, node: Sum) -> str:
+        token = self.of(node.terms[0])
+        for term in node.terms[1:]:
+            sign, part = ("-", term.operand) if isinstance(term, Negative) else ("+", term)
+            token = self.source.temporary(f"{token} {sign} {self.of(part)}")
         return token
 
-    def _call(self, name: str, function: Callable[..., Any], arguments: tuple[Expression, ...]) -> str:
-        self.globals[f"f_{name}"] = function
-        tokens = ", ".join(self.token(argument) for argument in arguments)
-        return self._temporary(f"f_{name}(", tokens, ")")
+    def product(self, node: Product) -> str:
+        return self.source.temporary(f"{self.of(node.left)} * {self.of(node.right)}")
 
-    def _temporary(self, *parts: str) -> str:
-        token = self._tokens.get(parts)
-        if token is None:
-            token = f"t{self._count}"
-            self._count += 1
-            self._tokens[parts] = token
-            self.lines.append(f"{token} = {' '.join(parts)}")
-        return token
+    def divided(self, node: Quotient, above: str, below: str) -> str:
+        return self.source.temporary(f"{above} / {below}")
 
-    def function(self, results: str) -> Callable[..., Any]:
-        """A function of the arguments, in their order, that returns ``results`` (Python source)."""
-        body = "\n    ".join([*self.lines, f"return {results}"])
-        namespace = dict(self.globals)
-        exec(compile(f"def kernel({self._header}):\n    {body}\n", "<kernel>", "exec"), namespace)
-        return namespace["kernel"]  # type: ignore[no-any-return]
+    def power(self, node: Power) -> str:
+        if node.exponent == Number(2.0):
+            token = self.of(node.base)
+            return self.source.temporary(f"{token} * {token}")
+        return self._applied("power", self._power, [self.of(node.base), self.of(node.exponent)])
+
+    def applied(self, node: Call, arguments: list[str]) -> str:
+        return self._applied(node.function, self._functions[node.function], arguments)
+
+    def _applied(self, name: str, function: Callable[..., Any], arguments: list[str]) -> str:
+        self.source.globals[f"f_{name}"] = function
+        return self.source.temporary(f"f_{name}({', '.join(arguments)})")
 
 
 def compile_expressions(
@@ -141,5 +143,4 @@ def compile_expressions(
     Raises what Python arithmetic raises outside the domain (ArithmeticError, ValueError).
     """
     emitter = Emitter(arguments)
-    tokens = [emitter.token(expression) for expression in expressions]
-    return emitter.function("(" + "".join(f"{token}, " for token in tokens) + ")")
+    return emitter.function([emitter.of(expression) for expression in expressions])

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.construct import map_leaves
 from rulesheets.evaluate import differentiate
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.nodes import Expression, Name, Number, Power, operands, rebuilt
 from solver.kernel.code.block_arrays import compile_arrays
 from solver.numerics.batch_newton import Array
 from solver.numerics.sparse_newton import Triplets
@@ -98,18 +97,8 @@ class _Shape:
 
 def _mapped(form: Expression, place: Callable[[Any], Expression]) -> Expression:
     """The form with its leaves changed, but for exponents, which belong to its shape."""
-    match form:
-        case Power(base, Number() as exponent):
-            return Power(_mapped(base, place), exponent)
-        case Sum(terms):
-            return Sum(tuple(_mapped(term, place) for term in terms))
-        case Product(left, right):
-            return Product(_mapped(left, place), _mapped(right, place))
-        case Quotient(left, right):
-            return Quotient(_mapped(left, place), _mapped(right, place))
-        case Negative(operand):
-            return Negative(_mapped(operand, place))
-        case Call(function, arguments):
-            return Call(function, tuple(_mapped(item, place) for item in arguments))
-        case _:
-            return map_leaves(form, place)
+    if isinstance(form, Power) and isinstance(form.exponent, Number):
+        return Power(_mapped(form.base, place), form.exponent)
+    if isinstance(form, Name | Number):
+        return place(form)
+    return rebuilt(form, tuple(_mapped(part, place) for part in operands(form)))

@@ -41,7 +41,7 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
 def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> BoxFunction:
     """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
     emitter = IntervalEmitter(question.unknowns, question.kernel.known, ARRAYS)
-    ends = [end for form in forms for end in emitter.pair(form)]
+    ends = [end for form in forms for end in emitter.of(form)]
     compiled = emitter.function(", ".join(ends))
     known = [np.float64(number) for number in question.known]
 

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from rulesheets.construct import call
 from rulesheets.evaluate import Undefined, enclose, value
 from rulesheets.functions.intervals import arithmetic
+from rulesheets.functions.intervals.arrays import scaled, square
 from rulesheets.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.kernel.code.interval_arrays import ARRAYS, scaled, square
-from solver.kernel.code.interval_code import IntervalEmitter
-from solver.kernel.code.interval_floats import FLOATS
+from solver.kernel.code.interval_arrays import ARRAYS
+from solver.kernel.code.interval_code import FLOATS, IntervalEmitter
 
 X, Y, K = Name("x"), Name("y"), Name("k")
 LEAVES = st.sampled_from([X, Y, K, Number(2.0), Number(-0.5), Number(0.0)])
@@ -45,7 +45,7 @@ Ends = tuple[float, float]
 
 def on_arrays(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
     emitter = IntervalEmitter(["x", "y"], ["k"], ARRAYS)
-    low, high = emitter.pair(tree)
+    low, high = emitter.of(tree)
     function = emitter.function(f"{low}, {high}")
     with np.errstate(all="ignore"):
         ends = function(*(np.array([end]) for end in (*x, *y)), np.float64(k))
@@ -54,7 +54,7 @@ def on_arrays(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
 
 def on_floats(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
     emitter = IntervalEmitter(["x", "y"], ["k"], FLOATS)
-    low, high = emitter.pair(tree)
+    low, high = emitter.of(tree)
     ends: Ends = emitter.function(f"{low}, {high}")(*x, *y, k)
     assert all(type(end) is float for end in ends)
     return ends
