@@ -151,7 +151,7 @@ def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved
     try:
         yield from map(follow, pieces)
     except Interrupted as reached:
-        raise Interrupted(reached.rows, follow(reached.kept)) from None
+        raise Interrupted(reached.rows, tuple(map(follow, reached.kept))) from None
 
 
 def _numbering(work: Work, line: int) -> Callable[[Solved], Solved]:

@@ -58,7 +58,7 @@ def run(
     counts, several = [0] * len(_STATUSES), 0
     with Interrupts() as interrupts:
         try:
-            while (piece := _next(pieces, interrupts)) is not None:
+            for piece in _each(pieces, interrupts):
                 for sink in sinks:
                     sink.add(piece)
                 counts = [done + more for done, more in zip(counts, piece.counts, strict=True)]
@@ -74,14 +74,17 @@ def run(
         return Outcome(tuple(counts), interrupts.asked, several)
 
 
-def _next(pieces: Iterator[Solved], interrupts: Interrupts) -> Solved | None:
-    """The next piece, or what an interrupt leaves of it; None where no more are there, or wanted."""
-    if interrupts.asked:
-        return None
-    try:
-        with interrupts.open():
-            return next(pieces, None)
-    except Interrupted as reached:
-        return reached.kept  # type: ignore[no-any-return]
-    except KeyboardInterrupt:
-        return None
+def _each(pieces: Iterator[Solved], interrupts: Interrupts) -> Iterator[Solved]:
+    """The pieces, and what an interrupt leaves of those that are under way."""
+    while not interrupts.asked:
+        try:
+            with interrupts.open():
+                piece = next(pieces, None)
+        except Interrupted as reached:
+            yield from reached.kept
+            return
+        except KeyboardInterrupt:
+            return
+        if piece is None:
+            return
+        yield piece

@@ -141,7 +141,8 @@ class Solver:
         except Interrupted as reached:
             count, (codes, answers) = reached.rows, reached.kept
             inputs = [column[:count] for column in columns]
-            raise Interrupted(count, self._solved(inputs, codes[:count], answers.first(count))) from None
+            kept = (self._solved(inputs, codes[:count], answers.first(count)),)
+            raise Interrupted(count, kept) from None
         return self._solved(columns, *found)
 
     def _solved(self, columns: Sequence[Array], codes: Array, answers: Answers) -> Solved:

@@ -10,23 +10,32 @@ import os
 import pickle
 import sys
 
+from solver.interruption import Interrupted
+from solver.sweeps.interrupts import Interrupts
+from solver.sweeps.work import Solver, unpacked
+
 
 def serve() -> None:
-    """Solve pieces until there are no more."""
-    from solver.sweeps.work import Solver, unpacked
-
+    """Solve pieces until there are no more. An interrupt ends the piece at hand: what there is of it is sent
+    as a tuple."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
-    solve = Solver(unpacked(pickle.load(questions)))
-    while True:
-        try:
-            columns = pickle.load(questions)
-        except EOFError:
-            return
-        try:
-            answer: object = solve(columns)
-        except Exception as failure:
-            answer = failure
-        pickle.dump(answer, answers, protocol=5)
-        answers.flush()
+    with Interrupts() as interrupts:
+        solve = Solver(unpacked(pickle.load(questions)))
+        while True:
+            try:
+                columns = pickle.load(questions)
+            except EOFError:
+                return
+            try:
+                with interrupts.open():
+                    answer: object = solve(columns)
+            except Interrupted as reached:
+                answer = reached.kept
+            except KeyboardInterrupt:
+                answer = ()
+            except Exception as failure:
+                answer = failure
+            pickle.dump(answer, answers, protocol=5)
+            answers.flush()

@@ -10,19 +10,23 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import closing, suppress
 from queue import SimpleQueue
 from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, error
+from solver.interruption import Interrupted
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.work import Solved, Work
 
+PATIENCE = 5.0
+"""Seconds that a worker has to end after an interrupt."""
 TRIES = 3
 """Workers that may end over one piece before the sweep is given up."""
 
@@ -37,20 +41,54 @@ def solved_by_workers(work: Work, chunks: Iterable[Chunk], jobs: int) -> Iterato
     Raises RuleSheetError (E446) where workers keep ending over one piece.
     """
     with closing(_Workers(work.packed(), jobs)) as workers:
-        yield from in_order(workers.submit, chunks, lambda: 2 * jobs)
+        yield from in_order(workers.submit, chunks, lambda: 2 * jobs, workers.interrupt)
 
 
 def in_order(
-    submit: Callable[[Chunk], Any], chunks: Iterable[Chunk], window: Callable[[], int]
+    submit: Callable[[Chunk], Any],
+    chunks: Iterable[Chunk],
+    window: Callable[[], int],
+    interrupt: Callable[[], None] | None = None,
 ) -> Iterator[Solved]:
-    """Results of futures in the order of the pieces, never more than ``window()`` of them under way."""
+    """Results of futures in the order of the pieces, never more than ``window()`` of them under way.
+
+    At an interrupt the pieces under way are cut short by ``interrupt``, and Interrupted is raised with what
+    there is of them up to the first row that is not solved.
+    """
     under_way: deque[Any] = deque()
-    for chunk in chunks:
-        under_way.append(submit(chunk))
-        while len(under_way) >= window():
-            yield under_way.popleft().result()
-    while under_way:
-        yield under_way.popleft().result()
+    try:
+        for chunk in chunks:
+            under_way.append(submit(chunk))
+            while len(under_way) >= window():
+                yield _whole(under_way[0].result())
+                under_way.popleft()
+        while under_way:
+            yield _whole(under_way[0].result())
+            under_way.popleft()
+    except KeyboardInterrupt:
+        if interrupt is None:
+            raise
+        interrupt()
+        kept = tuple(_left(under_way))
+        raise Interrupted(sum(sum(piece.counts) for piece in kept), kept) from None
+
+
+def _whole(answer: Any) -> Solved:
+    assert isinstance(answer, Solved)
+    return answer
+
+
+def _left(under_way: Iterable[Any]) -> Iterator[Solved]:
+    """What is solved of pieces under way, up to the first gap."""
+    for future in under_way:
+        try:
+            answer = future.result(PATIENCE)
+        except (TimeoutError, CancelledError, RuleSheetError):
+            return
+        if not isinstance(answer, Solved):
+            yield from answer
+            return
+        yield answer
 
 
 class _Workers:
@@ -59,11 +97,17 @@ class _Workers:
         self._threads = ThreadPoolExecutor(jobs, thread_name_prefix="worker")
         self._idle: SimpleQueue[_Worker] = SimpleQueue()
         self._all: list[_Worker] = []
-        self._closed = False
+        self._closed = self._ending = False
         for _ in range(jobs):
             self._idle.put(self._started())
 
-    def submit(self, chunk: Chunk) -> Future[Solved]:
+    def interrupt(self) -> None:
+        """Ask the workers for what they have, and start no other piece."""
+        self._ending = True
+        for worker in self._all:
+            worker.interrupt()
+
+    def submit(self, chunk: Chunk) -> Future[Solved | tuple[Solved, ...]]:
         return self._threads.submit(self._solve, chunk)
 
     def close(self) -> None:
@@ -75,12 +119,13 @@ class _Workers:
         for worker in self._all:
             worker.end()
 
-    def _solve(self, chunk: Chunk) -> Solved:
+    def _solve(self, chunk: Chunk) -> Solved | tuple[Solved, ...]:
+        """A piece, or as a tuple what an interrupt has left of it."""
         for _ in range(TRIES):
             worker = self._idle.get()
-            if self._closed:
+            if self._closed or self._ending:
                 self._idle.put(worker)
-                break
+                return ()
             try:
                 answer = worker.ask(chunk)
             except (OSError, EOFError, pickle.UnpicklingError):
@@ -90,7 +135,7 @@ class _Workers:
                 self._idle.put(worker)
                 if isinstance(answer, Exception):
                     raise answer
-                assert isinstance(answer, Solved)
+                assert isinstance(answer, Solved | tuple)
                 return answer
         raise RuleSheetError(error("E446", notes=("free some memory, or give --jobs 1",)))
 
@@ -121,6 +166,9 @@ class _Worker:
         pickle.dump(chunk, self._process.stdin, protocol=5)
         self._process.stdin.flush()
         return pickle.load(self._process.stdout)
+
+    def interrupt(self) -> None:
+        self._process.send_signal(signal.SIGINT)
 
     def kill(self) -> None:
         self._process.kill()

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -31,6 +32,7 @@ from solver.files.csv_table import csv_head, csv_rows
 from solver.files.replacing import Replacement
 from solver.files.rows import heading, pieces
 from solver.files.tables import write_table
+from solver.interruption import Interrupted
 from solver.plan import Plan
 from solver.report import progress
 from solver.report.progress import clock, progress_line
@@ -42,6 +44,7 @@ from solver.sweeps.grid import Grid, Zipped, listed
 from solver.sweeps.running import solved_pieces
 from solver.sweeps.stream import Outcome, run
 from solver.sweeps.work import Solved, Solver, Work, unpacked
+from solver.sweeps.workers import in_order
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -464,6 +467,47 @@ def test_an_interrupt_keeps_the_rows_of_a_piece(
     assert len(read) == 5
     assert read == set(sorted(whole)[:5])
     assert sorted(item.name for item in tmp_path.iterdir()) == [f"out.{ending}", "slow.tk", f"whole.{ending}"]
+
+
+class Piece:
+    """A piece under way: what it comes to once workers are interrupted."""
+
+    def __init__(self, answer: object, interrupted: bool = False) -> None:
+        self.answer, self.interrupted = answer, interrupted
+
+    def result(self, timeout: float | None = None) -> object:
+        if self.interrupted and timeout is None:
+            raise KeyboardInterrupt
+        return self.answer
+
+
+def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers() -> None:
+    """The first piece comes to its end, the second is cut short; what comes after it is no use."""
+    solved = [Solved((rows,)) for rows in (256, 100, 256)]
+    pieces = iter([Piece(solved[0], True), Piece((solved[1],)), Piece(solved[2])])
+    told: list[str] = []
+    found = in_order(lambda chunk: next(pieces), [(), (), ()], lambda: 4, lambda: told.append("stop"))
+    with pytest.raises(Interrupted) as reached:
+        next(found)
+    assert told == ["stop"]
+    assert reached.value.kept == (solved[0], solved[1])
+    assert reached.value.rows == 356
+
+
+def test_a_worker_sends_what_it_has_of_a_piece() -> None:
+    """Rows of a block that no record is good for take milliseconds: an interrupt comes among them."""
+    model = rulesheets.loads(
+        "variables\n  c\n  x in [0, 9]\nrules\n  x + 0.1*sgn(sin(9*x)) + mod(x, 0.3) = c\n"
+    )
+    work = work_of(solver.prepare(model, ["c"], ["x"]))
+    with closing(workers._Workers(work.packed(), 1)) as some:
+        future = some.submit((np.linspace(1.0, 8.0, 60_000),))
+        time.sleep(6.0)
+        assert not future.done()
+        some.interrupt()
+        (piece,) = future.result(20.0)
+    assert 0 < sum(piece.counts) < 60_000
+    assert len(piece.table) == sum(piece.counts)
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
