@@ -93,8 +93,7 @@ def work(csv: bool, count: int, jit: bool):
 
 def by_hand(work, count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
-    from solver.files.columns import Columns
-    from solver.files.csv_table import csv_rows
+    from solver.files.columns import Columns, csv_rows
     from solver.result import Status
     from solver.sweeps.chunks import grid_chunks
     from solver.sweeps.work import Solved

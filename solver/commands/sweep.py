@@ -21,8 +21,7 @@ from solver.commands.over import read_axes
 from solver.commands.rows import Swept, read_swept
 from solver.curves.following import follow_sweep
 from solver.curves.table import Branch, CurveTable
-from solver.files.columns import Columns
-from solver.files.csv_table import csv_head, csv_rows
+from solver.files.columns import Columns, csv_head, csv_rows
 from solver.files.tables import is_csv, write_table
 from solver.interruption import WATCH
 from solver.pictures.drawing import require_matplotlib

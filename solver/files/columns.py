@@ -1,11 +1,14 @@
-"""Columns by name, with a status for each row: what a table file holds."""
+"""Columns by name, with a status for each row: what a table file holds; and the same as CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import csv
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from typing import Any, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[Any]
@@ -43,8 +46,6 @@ def joined(parts: Sequence[Columns]) -> Columns:
 
 def stacked(pieces: Sequence[Array]) -> Array:
     """One column of several pieces. NaN beside symbols is None, as it is within a piece."""
-    import numpy as np
-
     if any(piece.dtype == object for piece in pieces):
         pieces = [piece if piece.dtype == object else objects(piece) for piece in pieces]
     return np.concatenate(pieces)
@@ -52,8 +53,6 @@ def stacked(pieces: Sequence[Array]) -> Array:
 
 def objects(column: Array) -> Array:
     """A column of floats as one that may hold symbols, None for NaN."""
-    import numpy as np
-
     return np.array([None if value != value else value for value in column.tolist()], dtype=object)
 
 
@@ -63,3 +62,29 @@ def free_name(name: str, taken: Iterable[str]) -> str:
     while name in names:
         name += "_"
     return name
+
+
+def csv_head(names: Sequence[str]) -> bytes:
+    """The first line: the names, and ``status``."""
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerow((*names, free_name("status", names)))
+    return text.getvalue().encode("utf-8")
+
+
+def csv_rows(table: Columns) -> bytes:
+    """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe."""
+    return "".join(_lines(table)).encode("utf-8")
+
+
+def _lines(table: Columns) -> Iterator[str]:
+    cells = [map(_cell, column.tolist()) for column in table.values.values()]
+    words = [f"{table.words[code]}\n" for code in table.status.tolist()]
+    return map(",".join, zip(*cells, words, strict=True))
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, str):
+        return f"'{value}"
+    if value is None or value != value:
+        return ""
+    return repr(float(value) + 0.0).removesuffix(".0")

@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
 from rulesheets.reading import expect_regular
@@ -104,14 +106,10 @@ class ParquetTable:
 
     def _doubles(self, column: Array, whole: bool) -> Any:
         """Without gaps the column need not be copied."""
-        import numpy as np
-
         gaps = not whole and bool(np.isnan(column).any())
         return self._arrow.array(column, self._arrow.float64(), from_pandas=gaps)
 
     def _empty(self) -> Columns:
-        import numpy as np
-
         none = np.zeros(0)
         return Columns(dict.fromkeys(self._names, none), np.zeros(0, dtype=np.int8), ("solved",))
 

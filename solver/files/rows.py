@@ -7,6 +7,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
+import numpy as np
+
 from rulesheets.cells import decimal_point, delimiter
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_value
@@ -84,8 +86,6 @@ def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | None, number: bool) -> Array:
-    import numpy as np
-
     if isinstance(cells, np.ndarray):
         return cells
     try:

@@ -6,8 +6,7 @@ import os
 from collections.abc import Collection, Sequence
 
 from rulesheets.diagnosis import RuleSheetError
-from solver.files.columns import Columns
-from solver.files.csv_table import csv_head, csv_rows
+from solver.files.columns import Columns, csv_head, csv_rows
 from solver.files.messages import unknown_form
 from solver.files.parquet import ParquetTable
 from solver.files.replacing import Replacement

@@ -7,7 +7,7 @@ from queue import Queue
 from threading import Thread
 from typing import Protocol, TextIO
 
-from solver.files.csv_table import csv_head, csv_rows
+from solver.files.columns import csv_head, csv_rows
 from solver.files.tables import CsvFile, table_file
 from solver.sweeps.work import Solved
 

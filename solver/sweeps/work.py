@@ -13,8 +13,7 @@ import numpy as np
 from rulesheets.deadline import time_limit
 from rulesheets.functions.registered import run_python
 from rulesheets.model import Model, Value
-from solver.files.columns import Array, Columns, free_name
-from solver.files.csv_table import csv_rows
+from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted
 from solver.result import Status
 from solver.sweep_rows import one_answer

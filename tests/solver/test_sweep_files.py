@@ -27,8 +27,7 @@ from rulesheets.kinds import symbolic
 from solver import sweeping
 from solver.cli import INTERRUPTED, main
 from solver.files import parquet
-from solver.files.columns import Columns, stacked
-from solver.files.csv_table import csv_head, csv_rows
+from solver.files.columns import Columns, csv_head, csv_rows, stacked
 from solver.files.replacing import Replacement
 from solver.files.rows import heading, pieces
 from solver.files.tables import write_table

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.files.columns import Columns
-from solver.files.csv_table import csv_head
+from solver.files.columns import Columns, csv_head
 from solver.sweeps.chunks import LARGEST, file_chunks, grid_chunks, size
 from solver.sweeps.following import Follower
 from solver.sweeps.grid import Grid, Stretch, Zipped, listed
