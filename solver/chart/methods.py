@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TypeAlias
 
 from rulesheets.model import Model, Value
 from solver.chart.plain_newton import plain_newton
-from solver.chart.reference import ActiveRules, State, solve_extended
+from solver.chart.reference import ActiveRules, State
 from solver.kernel.code.block import BlockKernel
 from solver.numerics.scipy_roots import METHODS, ScipyRoot, scipy_root
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
+from solver.plan import Plan, Unsolved
 from solver.proof import can_prove
 from solver.result import Status
 from solver.solving import solve
 
-if TYPE_CHECKING:
-    from solver.plan import Plan
-
 TOLERANCES = tuple(10.0**-k for k in range(2, 16))
 SOLVE, PREPARED, PROVED = "backsolve", "backsolve, prepared", "backsolve, proved"
-EXTENDED_DIGITS = 34
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +77,7 @@ def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[f
     yield Method(SOLVE, SOLVE, lambda: _solved(case, plan))
     yield Method(PREPARED, PREPARED, lambda: _prepared(plan, numbers))
     if can_prove():
-        yield Method(PROVED, PROVED, lambda: _proved(case, plan))
+        yield Method(PROVED, PROVED, lambda: _solved(case, plan, prove=True))
     block = SolveBlock(case.rules.flat_equations, case.rules.flat_unknowns, ())
     kernel = BlockKernel(planner(case.model).graph, block)
     known = [v for name in kernel.known if isinstance(v := case.inputs[name], float)]
@@ -99,51 +96,25 @@ def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[f
 
     for tolerance in tolerances:
         yield Method(f"Newton to {tolerance:.0e}", "Newton", newton_to(tolerance), tolerance)
-    yield Method(f"Newton, {EXTENDED_DIGITS} digits", "extended precision", lambda: _extended(case))
     for method in METHODS:
         yield Method(f"scipy {method}", f"scipy {method}", scipy_by(method))
 
 
-def _solved(case: Case, plan: Plan) -> End:
-    """``solver.solve``, from the model on: in extended precision where floats leave an answer vague."""
+def _solved(case: Case, plan: Plan, prove: bool = False) -> End:
+    """``solver.solve``, from the model on; with ``prove`` an answer is one that is proved."""
     given: dict[str, Value | None] = {name: case.inputs.get(name) for name in case.model.variables}
-    result = solve(case.model, given, want=plan.want, guesses=plan.guesses)
+    result = solve(case.model, given, want=plan.want, guesses=plan.guesses, prove=prove)
     if result.status is not Status.SOLVED:
         return End((), said=str(result.status))
-    return End(result.solutions)
-
-
-def _proved(case: Case, plan: Plan) -> End:
-    """``solver.solve`` with proof: an answer is one that is proved, with the radius of every number."""
-    given: dict[str, Value | None] = {name: case.inputs.get(name) for name in case.model.variables}
-    result = solve(case.model, given, want=plan.want, guesses=plan.guesses, prove=True)
-    if result.status is not Status.SOLVED:
-        return End((), said=str(result.status))
+    if not prove:
+        return End(result.solutions)
     proved = [s for s in result.solutions if s.proof is not None and s.proof.proved]
-    if not proved:
-        return End((), said="not proved")
-    return End(tuple(proved), radii=tuple(solution.radius for solution in proved))
+    return End(tuple(proved), said="not proved", radii=tuple(solution.radius for solution in proved))
 
 
 def _prepared(plan: Plan, numbers: tuple[Value, ...]) -> End:
-    from solver.plan import Unsolved
-
     try:
         rows = plan.all(*numbers)
     except Unsolved as unsolved:
         return End((), said=str(unsolved.status))
     return End(tuple(dict(zip(plan.want, row, strict=True)) for row in rows))
-
-
-def _extended(case: Case) -> End:
-    """All blocks one after another, as the reference is, with fewer digits and from the common start."""
-    state: dict[str, Any] = dict(case.inputs)
-    steps = 0
-    for equations, unknowns in zip(case.rules.equations, case.rules.unknowns, strict=True):
-        at = {**case.start, **state}
-        solved = solve_extended(equations, unknowns, at, EXTENDED_DIGITS, EXTENDED_DIGITS - 8)
-        if solved is None:
-            return End((), said="no convergence")
-        steps = max(steps, solved[1])
-        state.update(zip(unknowns, solved[0], strict=True))
-    return End((state,), steps)

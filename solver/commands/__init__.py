@@ -1,4 +1,5 @@
 """The commands of ``backsolve``, one a file: ``add_arguments(parser)`` and ``run(arguments) -> exit code``.
 
-Their modules import nothing heavy at the top, so that ``--help`` answers at once.
+What several of them need stands in ``inputs``, ``over``, ``rows`` and ``progress``. Neither sympy nor
+matplotlib is imported before a command asks for it.
 """

@@ -18,6 +18,7 @@ from rulesheets.spelling import plural
 from rulesheets.units.quantity import displays, shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import read_axes
+from solver.commands.progress import Progress, Quietly
 from solver.commands.rows import Swept, read_swept
 from solver.curves.following import follow_sweep
 from solver.curves.table import Branch, CurveTable
@@ -26,7 +27,6 @@ from solver.files.tables import is_csv, write_table
 from solver.interruption import WATCH
 from solver.pictures.drawing import require_matplotlib
 from solver.plan import prepare
-from solver.report.progress import Progress, Quietly
 from solver.sweeping import followed, work_of
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.resuming import earlier

@@ -151,23 +151,6 @@ def broken(abscissa: Array, heights: Array, turn: float | None) -> tuple[Array, 
     return np.insert(abscissa, jumps, abscissa[jumps]), np.insert(heights, jumps, np.nan)
 
 
-def thinned(abscissa: Array, heights: Array, most: int) -> tuple[Array, Array]:
-    """At most about ``most`` points: of each bundle the lowest, the highest, and a gap if it has one."""
-    bundle = 3 * len(heights) // most
-    if bundle < 2:
-        return abscissa, heights
-    count = -(-len(heights) // bundle)
-    whole = np.minimum(np.arange(count * bundle), len(heights) - 1)  # the last point fills the last bundle
-    block, places = heights[whole].reshape(count, bundle), whole.reshape(count, bundle)
-    rows, kept = np.arange(count), []
-    gap = np.isnan(block)
-    for extreme in (np.where(gap, np.inf, block).argmin(1), np.where(gap, -np.inf, block).argmax(1)):
-        kept.append(places[rows, extreme])
-    kept.append(places[rows, gap.argmax(1)][gap.any(1)])
-    chosen = np.unique(np.concatenate(kept))
-    return abscissa[chosen], heights[chosen]
-
-
 def _nothing(reason: str) -> Diagnosis:
     return error(
         "E445",

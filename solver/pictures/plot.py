@@ -18,7 +18,7 @@ from rulesheets.units.quantity import shown
 from solver.files.columns import Columns, joined
 from solver.files.replacing import write_file
 from solver.path.planner import planner
-from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken, thinned
+from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken
 from solver.pictures.page import encode
 from solver.sweeps.shown import shown_columns
 from solver.sweeps.work import Solved
@@ -29,8 +29,6 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5b
 STROKES = ("solid", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
 WIDTH, PANEL = 7.0, 2.1
 """Inches of a page and of a panel."""
-POINTS = 8_000
-"""Points of a curve that a page of this size can show."""
 
 
 def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None], form: str) -> bytes:
@@ -89,7 +87,7 @@ def _curve(axes: Axes, curves: Curves, name: str, row: int, turn: float | None, 
     if not ((steps >= 0).all() or (steps <= 0).all()):
         axes.plot(x, y, ".", ms=3, color=color, label=label)
         return
-    axes.plot(*thinned(*broken(x, y, turn), POINTS), color=color, ls=stroke, lw=1.3, label=label)
+    axes.plot(*broken(x, y, turn), color=color, ls=stroke, lw=1.3, label=label)
     lone = _lone(y)
     axes.plot(x[lone], y[lone], ".", ms=4, color=color)
 

@@ -6,14 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.cli import main
 from solver.files.columns import Columns
-from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken, thinned
+from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken
 from solver.pictures.plot import colored, panels, titled
 
 WORDS = ("solved", "infeasible")
@@ -78,20 +76,6 @@ def test_an_angle_does_not_run_back_through_the_picture() -> None:
     x, y = broken(np.arange(4.0), np.array([170.0, 179.0, -179.0, -170.0]), 360.0)
     assert x.tolist() == [0, 1, 2, 2, 3]
     assert np.array_equal(y, [170, 179, np.nan, -179, -170], equal_nan=True)
-
-
-@given(
-    st.lists(st.one_of(st.just(np.nan), st.floats(-1e3, 1e3)), min_size=1, max_size=500), st.integers(4, 200)
-)
-def test_thinning_keeps_extremes_and_gaps(values: list[float], most: int) -> None:
-    heights = np.array(values)
-    x, y = thinned(np.arange(len(heights)), heights, most)
-    assert (np.diff(x) > 0).all()
-    assert np.array_equal(heights[x], y, equal_nan=True)
-    assert len(y) <= max(2 * most, most + 3)
-    if np.isfinite(heights).any():
-        assert (np.nanmin(y), np.nanmax(y)) == (np.nanmin(heights), np.nanmax(heights))
-    assert np.isnan(y).any() == np.isnan(heights).any()
 
 
 def test_a_pole_leaves_colours_for_the_rest() -> None:
