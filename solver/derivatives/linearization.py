@@ -68,13 +68,9 @@ def active_equations(
     model: Model,
     values: Mapping[str, Value],
     inputs: Collection[str],
-    decided: Mapping[int, bool] | None = None,
 ) -> tuple[Equation, ...]:
-    """Equations of numbers whose guards hold at ``values`` and all of whose variables have one.
-
-    ``decided`` says how conditions come out where that is not to be read off the values.
-    """
-    known = {**outcomes(model, values, inputs), **(decided or {})}
+    """Equations of numbers whose guards hold at ``values`` and all of whose variables have one."""
+    known = outcomes(model, values, inputs)
     return tuple(
         equation
         for equation in model.equations
@@ -97,7 +93,6 @@ def linearize(
     values: Mapping[str, Value],
     inputs: Collection[str],
     prefer: Iterable[int] = (),
-    decided: Mapping[int, bool] | None = None,
 ) -> Linearization:
     """Linearize the active rules at ``values``, an answer for ``inputs`` (names).
 
@@ -106,7 +101,7 @@ def linearize(
     """
     rows: dict[int, dict[str, float]] = {}
     rough: list[int] = []
-    for equation in active_equations(model, values, inputs, decided):
+    for equation in active_equations(model, values, inputs):
         row = slopes(equation, values)
         if row is None:
             rough.append(equation.index)

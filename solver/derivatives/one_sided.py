@@ -51,9 +51,9 @@ def one_sided(
     for k in range(NODES):
         moved = {**inputs, given: middle + way * reach * 2.0**-k}
         answer = near(moved, guesses)
-        total = None if answer is None else totals(model, answer, moved, (given,))
-        if total is None:
+        if answer is None:
             return {}
+        total = totals(model, answer, moved, (given,))
         nodes.append(number(moved[given]) - number(middle))  # type: ignore[arg-type]
         for output in [*slopes]:
             if output in total.loose or output not in total.by or given in total.tied:

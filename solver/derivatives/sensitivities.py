@@ -9,11 +9,10 @@ from importlib import import_module
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.inputs import variables_named
 from rulesheets.model import Model, Value
-from solver.derivatives.edges import MOST, edges, sides
+from solver.derivatives.kinks import active_comparisons
 from solver.derivatives.missing_slopes import Reason, diagnosis
 from solver.derivatives.one_sided import Near, one_sided
 from solver.derivatives.total_derivatives import Total, totals
-from solver.path.cases import Pair
 
 _APPROACHABLE = ("rough", "edges", "free")
 """Reasons that hold at a point, and perhaps not beside it."""
@@ -115,7 +114,7 @@ def no_number_input(name: str) -> Diagnosis:
 
 
 class _Study:
-    """One answer looked at from every side of the edges that it stands on."""
+    """Derivatives at one answer; where its rules change, the limits of those beside it."""
 
     def __init__(
         self,
@@ -133,51 +132,28 @@ class _Study:
         self.reasons: dict[tuple[str, str], Reason] = {}
 
     def run(self) -> Sensitivities:
-        pairs = edges(self.model, self.values)
-        if len(pairs) > MOST:
-            self._unknown(Reason("edges", pairs=pairs), self.by)
-        elif pairs:
-            self._on_edges(pairs)
-        else:
-            whole = totals(self.model, self.values, self.inputs, self.by, self.prefer)
-            assert whole is not None
-            for given in self.by:
-                self._take(given, whole, whole, ())
+        pairs = active_comparisons(self.model, self.values)
+        total = totals(self.model, self.values, self.inputs, self.by, self.prefer)
+        for given in self.by:
+            if all(total.of(pair, given) == 0 for pair in pairs):
+                self._take(given, total)
+            else:
+                reason = Reason("edges", pairs=pairs)
+                self.reasons.update(((output, given), reason) for output in self.outputs)
         for given in self.by:
             self._approach(given)
         diagnoses = tuple(self._diagnoses())
         return Sensitivities(self.model, tuple(self.outputs), tuple(self.by), self.slopes, diagnoses)
 
-    def _unknown(self, reason: Reason, by: Iterable[str]) -> None:
-        self.reasons.update(((output, given), reason) for output in self.outputs for given in by)
-
-    def _on_edges(self, pairs: tuple[Pair, ...]) -> None:
-        """Each input moves the pairs apart in its own way, and the other way when it moves back."""
-        found: list[tuple[dict[Pair, int], Total]] = []
-        for signs in sides(pairs):
-            total = totals(self.model, self.values, self.inputs, self.by, self.prefer, signs)
-            if total is not None:
-                found.append((signs, total))
-        for given in self.by:
-            ahead = next((t for signs, t in found if _apart(t, signs, given, 1)), None)
-            behind = next((t for signs, t in found if _apart(t, signs, given, -1)), None)
-            if ahead is None or behind is None:
-                self._unknown(Reason("edges", pairs=pairs), (given,))
-            else:
-                self._take(given, ahead, behind, pairs)
-
-    def _take(self, given: str, ahead: Total, behind: Total, pairs: tuple[Pair, ...]) -> None:
+    def _take(self, given: str, total: Total) -> None:
         for output in self.outputs:
-            if not isinstance(self.values.get(output), float):
-                self.reasons[output, given] = Reason("blank")
-                continue
-            after, before = _one(ahead, output, given), _one(behind, output, given)
-            if isinstance(after, Reason):
-                self.reasons[output, given] = after
-            elif isinstance(before, Reason):
-                self.reasons[output, given] = before
+            slope: float | Reason = Reason("blank")
+            if isinstance(self.values.get(output), float):
+                slope = _one(total, output, given)
+            if isinstance(slope, Reason):
+                self.reasons[output, given] = slope
             else:
-                self._settle(output, given, after, before, Reason("kink", pairs=pairs))
+                self.slopes[output, given] = slope
 
     def _approach(self, given: str) -> None:
         """Limits of the derivatives from both sides, where the rules at the point itself tell nothing."""
@@ -206,15 +182,6 @@ class _Study:
             groups.setdefault(reason, []).append(pair)
         for reason, group in groups.items():
             yield diagnosis(self.model, reason, group)
-
-
-def _apart(total: Total, signs: Mapping[Pair, int], given: str, way: int) -> bool:
-    """Whether the pairs come apart as ``signs`` say where ``given`` moves up (``way`` 1) or down (-1)."""
-    for pair, sign in signs.items():
-        rate = total.of(pair, given)
-        if rate is None or (rate > 0) - (rate < 0) != sign * way:
-            return False
-    return True
 
 
 def _one(total: Total, output: str, given: str) -> float | Reason:

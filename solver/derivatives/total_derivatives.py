@@ -12,10 +12,8 @@ from dataclasses import dataclass, field, replace
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Model, Value
-from solver.accuracy.rule_check import check_rule
-from solver.derivatives.corners import corners
-from solver.derivatives.edges import outcomes
-from solver.derivatives.linearization import Linearization, active_equations, linearize
+from solver.derivatives.kinks import kinks
+from solver.derivatives.linearization import Linearization, linearize
 from solver.derivatives.sharpening import Extended, Sharp, sharpened, slopes
 from solver.numerics.refinement import solve_exactly
 from solver.path.cases import Pair
@@ -57,15 +55,9 @@ def totals(
     inputs: Collection[str],
     parameters: Sequence[str],
     prefer: Iterable[int] = (),
-    signs: Mapping[Pair, int] | None = None,
-) -> Total | None:
-    """Total derivatives by ``parameters`` at an answer; None where ``signs`` ask for what does not hold."""
-    decided = outcomes(model, values, inputs, signs) if signs else None
-    if decided and not all(
-        check_rule(equation, values).holds for equation in active_equations(model, values, inputs, decided)
-    ):
-        return None
-    linear = linearize(model, values, inputs, prefer, decided)
+) -> Total:
+    """Total derivatives by ``parameters`` at an answer."""
+    linear = linearize(model, values, inputs, prefer)
     sharp = sharpened(model, linear, values, inputs)
     by = _solved(sharp, parameters)
     rough = {e: frozenset(model.equations[e].names) for e in linear.rough}
@@ -78,7 +70,7 @@ def _cornered(
 ) -> dict[str, dict[str, int]]:
     """The unknowns of every rule at a corner that comes apart with a parameter, and all that follows."""
     sharp = found.sharp
-    corner_of = {e: pairs for e in sharp.rows if (pairs := [*corners(model.equations[e], values)])}
+    corner_of = {e: pairs for e in sharp.rows if (pairs := [*kinks(model.equations[e], values)])}
     if not corner_of:
         return {}
     lost: dict[str, dict[str, int]] = {}

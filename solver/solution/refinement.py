@@ -13,15 +13,16 @@ from contextlib import suppress
 from dataclasses import replace
 
 from rulesheets.deadline import TimeIsUp, grace
-from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.evaluate import Undefined, holds
 from rulesheets.evaluate.conditions import equal
-from rulesheets.model import Model, Requirement, Value
+from rulesheets.model import Model, Value
 from rulesheets.nodes import Comparison, Condition, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
 from solver.path.cases import comparisons
 from solver.solution.explore import explore
 from solver.solution.leaves import CutOff, Exploration, Leaf, leaf_errors
+from solver.solution.precise_search import explore_precisely
 
 VAGUE = 1e-13
 """Relative error from which on an answer is solved again."""
@@ -58,8 +59,6 @@ def explore_refined(
     try:
         if not always and not _delicate(model, found, judged):
             return found
-        from solver.solution.precise_search import explore_precisely
-
         return explore_precisely(model, inputs, want, guesses, judged, found) or found
     except TimeIsUp:
         raise CutOff(certain(model, found, judged), inputs) from None
@@ -93,7 +92,6 @@ def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
         or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
         or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
         or any(_undecided(condition, values, errors) for condition in model.conditions)
-        or any(_at_the_edge(requirement, values, errors) for requirement in model.requirements)
     )
 
 
@@ -109,18 +107,6 @@ def _within_errors(
         if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
             return True
     return False
-
-
-def _at_the_edge(requirement: Requirement, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:
-    """Whether errors of the values decide on which side of a requirement they lie."""
-    sides = requirement.comparison.left, requirement.comparison.right
-    try:
-        (left, slopes_left), (right, slopes_right) = (derivatives(side, values) for side in sides)
-    except (KeyError, TypeError, Undefined):
-        return False
-    slopes = [*slopes_left.items(), *slopes_right.items()]
-    reach = sum(abs(slope) * errors.get(name, 0.0) for name, slope in slopes)
-    return 0.0 < abs(left - right) <= SAFETY * reach
 
 
 def _undecided(condition: Condition, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:

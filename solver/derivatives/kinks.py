@@ -1,22 +1,36 @@
-"""Corners and jumps of functions at an answer: ``abs`` at 0, ``max`` of equals, ``int`` at a whole number."""
+"""Kinks at an answer: functions at a corner or a jump, and comparisons of guards with equal sides."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
+from rulesheets import nodes
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.conditions import equal
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Call, Expression, Number, Quotient
 from rulesheets.program import walk
-from solver.path.cases import Pair
+from solver.path.cases import Pair, comparisons
 
 ZERO = Number(0.0)
 
 
-def corners(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
-    """Pairs that are equal at a corner of some function in the equation: where they come apart, it is met."""
+def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair, ...]:
+    """The pairs of numbers that guards compare, that are equal at ``values`` and can move."""
+    guards = {premise.condition for equation in model.equations for premise in equation.guard}
+    found: dict[Pair, None] = {}
+    for index in sorted(guards):
+        for atom in comparisons(model.conditions[index]):
+            pair = atom.left, atom.right
+            varies = any(True for side in pair for _ in nodes.names(side))
+            if varies and pair[::-1] not in found and _even(pair, values):
+                found[pair] = None
+    return tuple(found)
+
+
+def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
+    """Pairs that are equal at a kink or a jump of some function in the equation, and come apart beside it."""
     for side in (equation.left, equation.right):
         for node in walk(side):
             if isinstance(node, Call) and node.arguments:
@@ -57,5 +71,5 @@ def _even(pair: Pair, values: Mapping[str, Value]) -> bool:
 def _number(expression: Expression, values: Mapping[str, Value]) -> float | None:
     try:
         return value(expression, values)
-    except (Undefined, KeyError):
+    except (Undefined, KeyError, TypeError):
         return None
