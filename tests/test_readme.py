@@ -12,9 +12,11 @@ import re
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
+from rulesheets.functions import TABLE
 from solver.cli import main
 
 ROOT = Path(__file__).parent.parent
@@ -35,14 +37,15 @@ def test_a_page_says_what_happens(
         pytest.importorskip(extra)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for language, name, text in blocks(page):
-        if language == "tk" and name:
-            provide(name, text)
-        elif language == "console":
-            for command, expected in commands(text):
-                assert_alike(output(command, capsys), expected)
-        elif language == "python":
-            run_python(text, names, page.name)
+    with patch.dict(TABLE):  # functions that a page registers go with it
+        for language, name, text in blocks(page):
+            if language == "tk" and name:
+                provide(name, text)
+            elif language == "console":
+                for command, expected in commands(text):
+                    assert_alike(output(command, capsys), expected)
+            elif language == "python":
+                run_python(text, names, page.name)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -45,6 +45,7 @@ from rulesheets.units.display import SYSTEMS
 from rulesheets.units.library import library
 from rulesheets.units.weights import Weights
 
+NUMBER = "1 (a number)"
 DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
 
 
@@ -82,7 +83,8 @@ def inferred(model: Model) -> dict[str, str]:
 def _inferred(known: Exponents) -> str:
     """Numbers in a rule may be factors between units: then only the kind is known."""
     blurred = math.isnan(known.get(SIZE, 0.0)) and len(known) > 1
-    return f"{unit_text(known)}{' or a multiple' if blurred else ''}"
+    text = unit_text(known)
+    return "-" if text == NUMBER else f"{text}{' or a multiple' if blurred else ''}"
 
 
 def inference(model: Model) -> Dimensions | None:
@@ -298,7 +300,7 @@ def unit_text(known: Exponents) -> str:
     size = float(known.get(SIZE, 0.0))
     dimension = {base: e for base, e in known.items() if base not in (SIZE, "dB")}
     if not dimension:
-        return "1 (a number)" if math.isnan(size) or abs(size) < 1e-9 else f"{math.exp(size):.6g}"
+        return NUMBER if math.isnan(size) or abs(size) < 1e-9 else f"{math.exp(size):.6g}"
     names = (*DERIVED, "deg", "rpm", "h", "min", *SYSTEMS["si"].split())
     for name in names:
         unit = exponents(library().unit(name))

@@ -77,7 +77,7 @@ export function Text() {
   );
 }
 
-const WORDS = /^(\s*)(variables|rules|function|parameters|figure|use|if|then|else|call)\b/;
+const WORDS = /^(\s*)(units|variables|rules|function|parameters|figure|use|if|then|else|call)\b/;
 
 function Coloured({ line }: { line: string }) {
   const use = /^\s*use\b/.test(line);
