@@ -5,21 +5,21 @@ from __future__ import annotations
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.parse.layout import Word
 from rulesheets.parse.mistakes.operand import misspelt_keyword
-from rulesheets.parse.mistakes.stop import Stop
+from rulesheets.parse.mistakes.stop import Mistake, Stop, first_of
 
 
 def explain_condition(stop: Stop) -> Diagnosis | None:
     """A diagnosis if reading stops in a condition, or at a ``then`` or ``else`` without one."""
     condition = stop.condition
     if condition is None:
-        return _without_if(stop)
+        return first_of(_WITHOUT_IF, stop)
     if stop.lacks_operand:
         return None
     if stop.word is None or stop.word in (",", ":", "{") or (stop.begins_operand and stop.follows_operand):
         return _end_of_condition(stop, condition)
     if stop.word.type in ("_THEN", "_AND", "_OR") or stop.word == ")":
         return _no_condition(stop, condition)
-    if _relates(stop.word):
+    if stop.relates:
         return _chain(stop, condition)
     if stop.word.type == "_ELSE":
         return _then_missing(stop)
@@ -52,19 +52,20 @@ def _next_piece(stop: Stop) -> str:
     return stop.text(following[0], following[last]) if last >= 0 else "…"
 
 
-def _without_if(stop: Stop) -> Diagnosis | None:
-    word = stop.word
-    if word is None or word.type not in ("_THEN", "_ELSE") or stop.after == "=":
-        return None
-    if word.type == "_ELSE" and stop.count("IF") > stop.count("_ELSE"):
-        return None
-    if stop.count("IF"):
-        return stop.error(
-            "E112", f"there is one `{word}` too many", stop.here, "", "use else if for a chain of conditions"
-        )
-    return stop.error(
-        "E112", f"`{word}` has no `if`", stop.here, "", "write if condition then rule else rule"
-    )
+def _stray(stop: Stop) -> bool:
+    """A ``then`` or ``else`` that no ``if`` waits for."""
+    if stop.kind not in ("_THEN", "_ELSE") or stop.after == "=":
+        return False
+    return stop.kind == "_THEN" or stop.count("IF") <= stop.count("_ELSE")
+
+
+_WITHOUT_IF = (
+    Mistake(
+        lambda stop: _stray(stop) and stop.count("IF"),
+        *("E112", "there is one `{word}` too many", "use else if for a chain of conditions"),
+    ),
+    Mistake(_stray, "E112", "`{word}` has no `if`", "write if condition then rule else rule"),
+)
 
 
 def _end_of_condition(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:

@@ -6,8 +6,8 @@ from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.marks import KINDS, Kind, Shape
 from rulesheets.nodes import Mark, Name
 from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
-from rulesheets.parse.mistakes.operand import bad_number, broken_line, missing_operand, two_operands
-from rulesheets.parse.mistakes.stop import Stop
+from rulesheets.parse.mistakes.operand import MISSING, bad_number, broken_line, two_operands
+from rulesheets.parse.mistakes.stop import Stop, first_of
 from rulesheets.source import Span
 from rulesheets.spelling import closest, plural
 
@@ -19,11 +19,8 @@ def explain_mark(stop: Stop) -> Diagnosis:
     before_parenthesis = "(" not in stop.words[: stop.index]
     if before_parenthesis and stop.index < 4:
         return _misshapen(stop)
-    for explain in (broken_line, foreign_form, bad_number, two_operands, missing_operand):
-        found = explain(stop)
-        if found is not None:
-            return found
-    return unreadable(stop)
+    explanations = (broken_line, foreign_form, bad_number, two_operands, *MISSING)
+    return first_of(explanations, stop) or unreadable(stop)
 
 
 def _misshapen(stop: Stop) -> Diagnosis:

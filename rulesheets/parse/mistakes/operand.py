@@ -7,7 +7,7 @@ import re
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import Word
-from rulesheets.parse.mistakes.stop import Stop
+from rulesheets.parse.mistakes.stop import Mistake, Stop
 from rulesheets.source import Span
 from rulesheets.spelling import closest
 
@@ -108,49 +108,50 @@ def _product(stop: Stop) -> Diagnosis:
     )
 
 
-def missing_operand(stop: Stop) -> Diagnosis | None:
-    """Nothing where a value, a condition or a rule should stand."""
-    before, word = stop.before, stop.word
-    if before is not None and before.type in ("_THEN", "_ELSE"):
-        return stop.error("E104", f"a rule is missing after `{before}`", stop.span(before), "", "write … = …")
-    if before is not None and before.type == "IF":
-        return stop.error(
-            "E104", "a condition is missing after `if`", stop.span(before), "", "write if x > 0 then …"
-        )
-    if before is not None and before.type in ("_AND", "_OR", "NOT"):
-        note = f"write another comparison, or remove the `{before}`"
-        return stop.error("E104", f"a condition is missing after `{before}`", stop.span(before), "", note)
-    if not stop.lacks_operand:
-        return None
-    if word is None:
-        return _missing_at_end(stop)
-    if before is None:
-        return stop.error(
-            "E104", f"something is missing before `{word}`", stop.here, "", "write what belongs there"
-        )
-    if before == "(" and word == ")":
-        span = stop.span(before, word)
-        return stop.error(
-            "E104", "there is nothing between these parentheses", span, "", "write a value there"
-        )
-    return stop.error(
-        "E104",
-        f"something is missing between `{before}` and `{word}`",
-        stop.span(before, word),
-        "",
-        f"write a value there, or remove the `{before if word == ')' else word}`",
-    )
+_ON_THIS_LINE = "write the value that belongs there, on this line or the next"
+_SYMBOL = "\" begins a comment; a symbolic value has an apostrophe: 'open"
+_BETWEEN = "something is missing between `{before}` and `{word}`"
 
-
-def _missing_at_end(stop: Stop) -> Diagnosis:
-    before = stop.before
-    assert before is not None
-    notes = ["write the value that belongs there, on this line or the next"]
-    if before == "=" and stop.line.comment:
-        notes = ["\" begins a comment; a symbolic value has an apostrophe: 'open"]
-    return stop.error(
-        "E104", f"something is missing after `{before}`", stop.span(before), "the line ends here", *notes
-    )
+MISSING = (
+    Mistake(
+        lambda stop: stop.kind_before in ("_THEN", "_ELSE"),
+        *("E104", "a rule is missing after `{before}`", "write … = …", "before"),
+    ),
+    Mistake(
+        lambda stop: stop.kind_before == "IF",
+        *("E104", "a condition is missing after `if`", "write if x > 0 then …", "before"),
+    ),
+    Mistake(
+        lambda stop: stop.kind_before in ("_AND", "_OR", "NOT"),
+        *("E104", "a condition is missing after `{before}`"),
+        *("write another comparison, or remove the `{before}`", "before"),
+    ),
+    Mistake(
+        lambda stop: stop.word is None and stop.before == "=" and stop.line.comment,
+        *("E104", "something is missing after `{before}`", _SYMBOL, "before", "the line ends here"),
+    ),
+    Mistake(
+        lambda stop: stop.word is None and stop.lacks_operand,
+        *("E104", "something is missing after `{before}`", _ON_THIS_LINE, "before", "the line ends here"),
+    ),
+    Mistake(
+        lambda stop: stop.before is None,
+        *("E104", "something is missing before `{word}`", "write what belongs there"),
+    ),
+    Mistake(
+        lambda stop: stop.before == "(" and stop.word == ")",
+        *("E104", "there is nothing between these parentheses", "write a value there", "both"),
+    ),
+    Mistake(
+        lambda stop: stop.lacks_operand and stop.word == ")",
+        *("E104", _BETWEEN, "write a value there, or remove the `{before}`", "both"),
+    ),
+    Mistake(
+        lambda stop: stop.lacks_operand,
+        *("E104", _BETWEEN, "write a value there, or remove the `{word}`", "both"),
+    ),
+)
+"""Nothing where a value, a condition or a rule should stand."""
 
 
 def broken_line(stop: Stop, first: int = 0) -> Diagnosis | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from rulesheets.diagnosis import Diagnosis, Label, error
@@ -40,6 +41,20 @@ class Stop:
         return self.words[index] if 0 <= index < len(self.words) else None
 
     # --- what kinds of words stand here ---
+
+    @property
+    def kind(self) -> str:
+        """The kind of the word that does not fit; empty at the end of the line."""
+        return self.word.type if self.word is not None else ""
+
+    @property
+    def kind_before(self) -> str:
+        return self.before.type if self.before is not None else ""
+
+    @property
+    def relates(self) -> bool:
+        """Whether the word is ``=`` or a sign of order."""
+        return self.kind == "RELATION" or self.word == "="
 
     @property
     def begins_operand(self) -> bool:
@@ -104,3 +119,37 @@ class Stop:
 
     def error(self, code: str, message: str | None, span: Span, label: str, *notes: str) -> Diagnosis:
         return error(code, message, Label(span, label), notes=notes)
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """One row of a table of mistakes: ``when`` it is this one, and what is said where.
+
+    ``at`` is ``here``, ``before``, ``both`` (the word before and the one here) or ``whole``. Texts may name
+    ``{word}``, ``{before}`` and ``{after}``, the words around the stop.
+    """
+
+    when: Callable[[Stop], object]
+    code: str
+    message: str
+    note: str
+    at: str = "here"
+    label: str = ""
+
+    def __call__(self, stop: Stop) -> Diagnosis | None:
+        if not self.when(stop):
+            return None
+        words = {"word": stop.word, "before": stop.before, "after": stop.after}
+        before, word = stop.before or stop.word, stop.word
+        places = {"here": (word,), "before": (before,), "both": (before, word)}
+        span = stop.whole if self.at == "whole" else stop.span(*places[self.at])
+        label, note = self.label.format(**words), self.note.format(**words)
+        return stop.error(self.code, self.message.format(**words), span, label, note)
+
+
+Explanation = Callable[[Stop], Diagnosis | None]
+
+
+def first_of(explanations: Iterable[Explanation], stop: Stop) -> Diagnosis | None:
+    """What the first of the explanations says that applies."""
+    return next((found for explain in explanations if (found := explain(stop)) is not None), None)
