@@ -36,7 +36,7 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.plan import Plan
 from solver.result import Solution
 from solver.table import CODES

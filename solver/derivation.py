@@ -12,7 +12,7 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Condition, Expression, names
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.path.explicit import explicit_form
 from solver.path.isolate import isolate
 from solver.path.steps import Evaluate, Select, SolveBlock, Step

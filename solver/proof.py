@@ -18,7 +18,7 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
 from solver.facts import DoubleRoot
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
 from solver.solution.leaves import Leaf
 

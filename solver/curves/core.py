@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from rulesheets.construct import subtract
 from rulesheets.model import Model
 from rulesheets.nodes import names as names_in
-from solver.path.linearity import is_linear
+from solver.path.isolate import is_linear
 from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
 
 

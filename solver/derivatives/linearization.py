@@ -16,7 +16,7 @@ from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Name, Symbol
 from solver.numerics.linear_algebra import factorise
-from solver.path.activity import activity, outcomes
+from solver.path.cases import activity, outcomes
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
 from solver.structure.incidence import Incidence
 from solver.structure.matching import maximum_matching

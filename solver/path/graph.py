@@ -11,8 +11,7 @@ from rulesheets import nodes
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
 from rulesheets.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
-from solver.path.isolate import Isolation, isolate
-from solver.path.linearity import plainly_resolvable
+from solver.path.isolate import Isolation, isolate, plainly_resolvable
 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias

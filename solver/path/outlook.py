@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from rulesheets import nodes
 from rulesheets.model import Premise, Value
-from solver.path.activity import outcomes
-from solver.path.consistency import compatible
+from solver.path.cases import compatible, outcomes
 from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
 

@@ -1,14 +1,272 @@
-"""The paths of one model: those found before, and how to find a new one."""
+"""Paths: which step follows which, with no more steps than are needed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
+from rulesheets.deadline import expect_time
 from rulesheets.model import Model
-from solver.path.build import build_path
+from rulesheets.nodes import Comparison, Name, Number, Symbol
+from solver.path.cases import activity
 from solver.path.graph import ModelGraph
-from solver.path.steps import Path
+from solver.path.isolate import Isolation
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.structure.frontier import Frontier
+
+
+def needed_steps(
+    graph: ModelGraph, steps: Sequence[Step], want: Iterable[str], undetermined: Collection[str]
+) -> list[Step]:
+    """The steps that the wanted variables need; no decision, where these are all reached."""
+    needed = set(want)
+    reached = needed.isdisjoint(undetermined)
+    kept: list[Step] = []
+    for step in reversed(steps):
+        wanted = not reached if isinstance(step, Decide | Assume) else needed.intersection(given_by(step))
+        if wanted:
+            needed.update(_read_by(graph, step))
+            kept.append(step)
+    return kept[::-1]
+
+
+def given_by(step: Step) -> tuple[str, ...]:
+    """The variables that a step finds."""
+    match step:
+        case Evaluate(unknown=unknown) | Select(unknown=unknown):
+            return (unknown,)
+        case SolveBlock(unknowns=unknowns):
+            return unknowns
+        case Check() | Decide() | Assume():
+            return ()
+
+
+def _read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
+    conditions: tuple[int, ...] = ()
+    if isinstance(step, Decide):
+        conditions = step.conditions
+    elif isinstance(step, Assume):
+        conditions = (step.condition,)
+    for equation in equations_of(step):
+        yield from graph.model.equations[equation].names
+        conditions = (*conditions, *(p.condition for p in graph.model.equations[equation].guard))
+    for condition in conditions:
+        yield from (graph.names[v] for v in graph.condition_occurs[condition])
+
+
+ANY_COST = 1 << 30
+
+
+def build_path(
+    graph: ModelGraph,
+    known: Collection[str],
+    decided: Mapping[int, bool],
+    void: frozenset[int] = frozenset(),
+    want: frozenset[str] | None = None,
+) -> Path:
+    """The path from the ``known`` variables, given how conditions came out.
+
+    ``void`` equations are not solved for anything (they asked nothing, or nothing could
+    satisfy them, at the values at hand); ``want`` prunes to what these names need.
+    """
+    return _Building(graph, known, decided, void, want).run()
+
+
+class _Building:
+    """One run of the planner."""
+
+    def __init__(
+        self,
+        graph: ModelGraph,
+        known: Collection[str],
+        decided: Mapping[int, bool],
+        void: frozenset[int],
+        want: frozenset[str] | None,
+    ) -> None:
+        self.graph = graph
+        self.want = want
+        self.steps: list[Step] = []
+        equations = graph.model.equations
+        verdicts = [False if e.index in void else activity(e, decided) for e in equations]
+        self.active = [verdict is True for verdict in verdicts]
+        self.pending = [e.index for e, verdict in zip(equations, verdicts, strict=True) if verdict is None]
+        self.guards = {
+            i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
+            for i in self.pending
+        }
+        self.frontier = self._frontier(known)
+        self.parked: list[int] = []
+        self.forking: list[int] = []
+        self.selectable: set[int] = set()
+
+    def _frontier(self, known: Collection[str]) -> Frontier:
+        graph = self.graph
+        frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
+        for name in known:
+            frontier.learn(graph.number[name])
+        frontier.activate(i for i, active in enumerate(self.active) if active)
+        frontier.activate(self.pending)
+        first = len(graph.occurs)
+        waiting = dict.fromkeys(c for guard in self.guards.values() for c in guard)
+        frontier.activate(first + condition for condition in waiting)
+        return frontier
+
+    def run(self) -> Path:
+        while self._advance():
+            expect_time()
+        if not (self.steps and isinstance(self.steps[-1], Decide)):
+            self._assume()
+        names = self.graph.names
+        undetermined = tuple(n for n, known in zip(names, self.frontier.known, strict=True) if not known)
+        steps = self.steps
+        if self.want is not None:
+            steps = needed_steps(self.graph, steps, self.want, undetermined)
+        return Path(tuple(steps), undetermined)
+
+    def _advance(self) -> bool:
+        """One way forward, the cheapest first; False at the end."""
+        return (
+            self._direct(cost=1)
+            or self._select(cost=1)
+            or self._fork()
+            or self._select(cost=ANY_COST)
+            or (not self._decide() and self._blocks())
+        )
+
+    # --- direct steps ---
+
+    def _direct(self, cost: int) -> bool:
+        """A round of ripe equations; those that fork are put by."""
+        ripe, self.frontier.ripe = self.frontier.ripe, []
+        best: dict[int, tuple[int, int]] = {}
+        for equation in ripe:
+            unknown = self.frontier.unknown_of(equation)
+            if unknown is None or equation >= len(self.active):
+                continue
+            if not self.active[equation]:
+                self.parked.append(equation)
+                continue
+            isolation = self.graph.isolation(equation, unknown)
+            if isolation is None:
+                continue
+            if isolation.cost > cost:
+                self.forking.append(equation)
+            else:
+                best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (isolation.cost, equation))
+        for unknown, (_, equation) in best.items():
+            self._evaluate(equation, unknown)
+        self._checks()
+        return bool(best) or bool(self.frontier.ripe)
+
+    def _evaluate(self, equation: int, unknown: int) -> None:
+        isolation = self.graph.isolation(equation, unknown)
+        assert isolation is not None
+        self.steps.append(Evaluate(equation, self.graph.names[unknown], isolation.branches))
+        self._learn(unknown, equation)
+
+    def _learn(self, unknown: int, *through: int) -> None:
+        self.frontier.learn(unknown)
+        used = set(through)
+        self.frontier.spent = [e for e in self.frontier.spent if e not in used]
+
+    def _checks(self) -> None:
+        for equation in self.frontier.spent:
+            if equation < len(self.graph.occurs) and self.active[equation]:
+                self.steps.append(Check(equation))
+        self.frontier.spent = []
+
+    def _fork(self) -> bool:
+        """The ripe equation with the fewest preimages, once nothing cheaper goes on."""
+        candidates: list[tuple[int, int, int]] = []
+        for equation in dict.fromkeys(self.forking):
+            unknown = self.frontier.unknown_of(equation)
+            isolation = None if unknown is None else self.graph.isolation(equation, unknown)
+            if isolation is not None and unknown is not None:
+                candidates.append((isolation.cost, equation, unknown))
+        if not candidates:
+            return False
+        _, equation, unknown = min(candidates)
+        self.forking = [e for _, e, _ in sorted(candidates) if e != equation]
+        self._evaluate(equation, unknown)
+        self._checks()
+        return True
+
+    # --- guards ---
+
+    def _ready(self, equation: int) -> bool:
+        """Whether every condition of a pending equation can be evaluated."""
+        first = len(self.graph.occurs)
+        return all(self.frontier.missing(first + c) == 0 for c in self.guards[equation])
+
+    def _select(self, cost: int) -> bool:
+        groups: dict[int, list[tuple[int, Isolation]]] = {}
+        still: list[int] = []
+        for equation in dict.fromkeys(self.parked):
+            unknown = self.frontier.unknown_of(equation)
+            if unknown is None:
+                continue
+            still.append(equation)
+            isolation = self.graph.isolation(equation, unknown)
+            if isolation is not None and isolation.cost <= cost and self._ready(equation):
+                groups.setdefault(unknown, []).append((equation, isolation))
+        self.parked = still
+        for unknown, members in groups.items():
+            equations = tuple(sorted(equation for equation, _ in members))
+            branches = max(isolation.branches for _, isolation in members)
+            self.steps.append(Select(equations, self.graph.names[unknown], branches))
+            self.selectable.update(equations)
+            self._learn(unknown, *equations)
+            self._checks()
+        return bool(groups)
+
+    def _decide(self) -> bool:
+        """Ask for the outcome of conditions that can be evaluated and guard what is still open."""
+        waiting = [
+            condition
+            for equation in self.pending
+            if self.frontier.missing(equation) and self._ready(equation)
+            for condition in self.guards[equation]
+        ]
+        if waiting:
+            self.steps.append(Decide(tuple(dict.fromkeys(waiting))))
+        return bool(waiting)
+
+    def _assume(self) -> None:
+        """Case by case, where a guarded rule could still say something about an unknown."""
+        first = len(self.graph.occurs)
+        for equation in self.pending:
+            waiting = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
+            useful = (
+                waiting if self.frontier.missing(equation) else list(filter(self._names_a_value, waiting))
+            )
+            if useful:
+                self.steps.append(Assume(useful[0]))
+                return
+
+    def _names_a_value(self, condition: int) -> bool:
+        """Whether a condition, where it is true, says what its unknown is: ``branch = 'open``."""
+        match self.graph.model.conditions[condition]:
+            case Comparison("=", Name(), Symbol() | Number()):
+                return True
+            case _:
+                return False
+
+    # --- simultaneous blocks ---
+
+    def _blocks(self) -> bool:
+        remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
+        if not remaining:
+            return False
+        from solver.path.simultaneous import simultaneous_steps
+
+        steps = simultaneous_steps(self.graph, self.frontier, remaining)
+        for step in steps:
+            self.steps.append(step)
+            for name in given_by(step):
+                self._learn(self.graph.number[name], *equations_of(step))
+            self._checks()
+        return bool(steps)
+
 
 Key: TypeAlias = tuple[frozenset[str], frozenset[tuple[int, bool]], frozenset[int], frozenset[str] | None]
 """What a path answers to: known variables, outcomes of conditions, void equations, wanted variables."""

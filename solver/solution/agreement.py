@@ -12,7 +12,7 @@ from functools import partial
 from rulesheets.model import Value
 from solver.accuracy.rule_check import check_rule
 from solver.kernel.steps.step import solve_step
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.path.graph import ModelGraph
 
 

@@ -7,8 +7,7 @@ from collections.abc import Collection, Mapping
 from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
-from solver.path.cases import MEANING, Pair, assumed_outcome, cases_of, comparisons, outcome
-from solver.path.consistency import possible
+from solver.path.cases import MEANING, Pair, assumed_outcome, cases_of, comparisons, outcome, possible
 from solver.solution.leaves import Branch
 
 

@@ -13,8 +13,7 @@ from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss
 from solver.kernel.budget import PLAN, STEP, Budget
 from solver.kernel.steps.step import solve_step
-from solver.path.activity import activity
-from solver.path.cases import EQUAL, Pair, value_of_equality
+from solver.path.cases import EQUAL, Pair, activity, value_of_equality
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rulesheets.model import Model, Value
 from solver.accuracy.rule_check import check_rule
 from solver.facts import Conflict, Fact, Gap, Truncated
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.solution.indeterminacy import indeterminacy
 from solver.solution.leaves import Branch, Exploration, Leaf, blocked, excluded, infinite
 from solver.solution.requirements import unmet

@@ -11,8 +11,7 @@ from rulesheets import nodes
 from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
 from solver.facts import Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
-from solver.path.activity import activity
-from solver.path.cases import EQUAL
+from solver.path.cases import EQUAL, activity
 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias

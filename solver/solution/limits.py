@@ -20,7 +20,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Number, Quotient, children, operands, rebuilt
 from solver.accuracy.rule_check import BACKWARD, check_rule
 from solver.facts import Filled
-from solver.path.activity import activity, outcomes
+from solver.path.cases import activity, outcomes
 from solver.solution.explore import explore
 from solver.solution.leaves import Exploration, Leaf
 from solver.solution.narrowing import explore_required

@@ -35,7 +35,7 @@ from solver.kernel.question import Question
 from solver.kernel.steps.precise_step import PreciseStep, exact_turn
 from solver.kernel.steps.step import StepOutcome
 from solver.numerics.elimination import eliminate
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.path.isolate import Isolation
 from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution.casework import Casework

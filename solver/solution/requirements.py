@@ -9,7 +9,7 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.conditions import meets
 from rulesheets.model import Model, Requirement, Value
 from solver.facts import Unmet
-from solver.path.activity import activity
+from solver.path.cases import activity
 
 
 def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]) -> Iterator[Unmet]:

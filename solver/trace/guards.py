@@ -16,8 +16,7 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, hol
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
 from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
-from solver.path.activity import activity
-from solver.path.cases import comparisons
+from solver.path.cases import activity, comparisons
 from solver.path.planner import Planner
 from solver.trace.coverage import HARMLESS, covered, steep
 from solver.trace.flow import Flow, NotCompilable

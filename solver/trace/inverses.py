@@ -9,7 +9,7 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Variable
 from rulesheets.nodes import Expression
 from solver.accuracy.rule_check import BACKWARD
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.path.steps import Select
 from solver.trace.coverage import HARMLESS, covered, inverted

@@ -14,7 +14,7 @@ from functools import reduce
 from rulesheets.model import Model
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.code.block import kernel_of
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.path.closed_form import Circle, Let, Parabola
 from solver.path.planner import Planner
 from solver.path.steps import SolveBlock

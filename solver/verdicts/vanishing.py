@@ -18,7 +18,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, DoubleRoot, RankLoss
-from solver.path.activity import activity
+from solver.path.cases import activity
 from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf
 from solver.solution.refinement import explore_refined

@@ -16,7 +16,7 @@ from solver.kernel.code.chain import Chain, chains, compile_chain, directions, e
 from solver.kernel.code.scalar import compile_expressions
 from solver.kernel.code.sparse_system import SparseSystem
 from solver.path.graph import ModelGraph
-from solver.path.linearity import is_linear
+from solver.path.isolate import is_linear
 from solver.path.steps import SolveBlock
 
 if TYPE_CHECKING:

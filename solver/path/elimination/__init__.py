@@ -20,10 +20,8 @@ from typing import TypeAlias
 from rulesheets.model import Equation
 from solver.path.closed_form import ClosedForm
 from solver.path.elimination.curves import close, line_and_circle, subtract
-from solver.path.elimination.letters import Letters, NoForm
-from solver.path.elimination.lines import cross, substitute
-from solver.path.elimination.system import System
-from solver.path.elimination.turns import direction, rotate
+from solver.path.elimination.lines import cross, direction, rotate, substitute
+from solver.path.elimination.system import Letters, NoForm, System
 from solver.path.polynomial import TooLarge
 
 MAX_EQUATIONS = 16

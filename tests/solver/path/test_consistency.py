@@ -13,8 +13,7 @@ import solver
 from rulesheets.evaluate import holds
 from rulesheets.model import Model
 from rulesheets.nodes import Number
-from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, Pair
-from solver.path.consistency import compatible, possible
+from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, Pair, compatible, possible
 from solver.path.outlook import outlook
 from solver.path.planner import planner
 from solver.path.steps import equations_of
