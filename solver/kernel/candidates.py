@@ -63,6 +63,7 @@ class Candidates:
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
+        self.remote = False
 
     def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
         """Note what a method has added to the answers."""
@@ -75,6 +76,11 @@ class Candidates:
         return not (self.answers or self.blurred or self.outside)
 
     @property
+    def withheld(self) -> bool:
+        """Whether there are roots that are none of the answers."""
+        return bool(self.refused) or self.remote
+
+    @property
     def endless(self) -> bool:
         """Whether more starts would find but more of a curve of answers, or of a valley that holds none."""
         singular = sum(answer.double is not None for answer in self.answers)
@@ -84,6 +90,7 @@ class Candidates:
         """Take over what a method has found that had to find all."""
         self.answers += trial.answers
         self.refused += trial.refused
+        self.remote = self.remote or trial.remote
         self.outside = self.outside or trial.outside
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
@@ -164,7 +171,10 @@ class Candidates:
         return self._open(point, finite, MEANINGLESS)
 
     def _refuse(self, root: dict[str, float]) -> None:
-        """Remember a root that floats do not see."""
+        """Remember a root that floats do not see, unless it is of a size that nobody asks about."""
+        if any(abs(v) > REMOTE for v in root.values()) and not self.question.remote:
+            self.remote = True
+            return
         if not any(_near(root, other, COVERED, self.question.scale()) for other in self.refused):
             self.refused.append(root)
 

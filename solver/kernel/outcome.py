@@ -35,7 +35,8 @@ class BlockOutcome:
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
     answers; if they were, all would be known where ``whole`` says so. ``blurred`` are where floats converge
     and cannot tell whether the block is satisfied. ``doubtful``: rounding may have decided whether a linear
-    block determines its unknowns, or contradicts itself. ``cut``: there are more answers than are listed.
+    block determines its unknowns, or contradicts itself. ``remote``: there is a root beyond 1e60.
+    ``cut``: there are more answers than are listed.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -49,12 +50,13 @@ class BlockOutcome:
     whole: bool = False
     blurred: tuple[Mapping[str, float], ...] = ()
     doubtful: bool = False
+    remote: bool = False
     cut: bool = False
 
     @property
     def delicate(self) -> bool:
         unclear = self.suspects or self.refused or self.blurred
-        return self.doubtful or bool(unclear) or any(answer.double for answer in self.answers)
+        return self.doubtful or self.remote or bool(unclear) or any(answer.double for answer in self.answers)
 
     @classmethod
     def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:

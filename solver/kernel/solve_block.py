@@ -125,7 +125,8 @@ class _Search:
 
     def outcome(self) -> BlockOutcome:
         found = _outcome(self.question, self.candidates, self.complete)
-        return replace(found, stretches=self.stretches, whole=self.whole or found.whole)
+        whole = (self.whole or found.whole) and not self.candidates.remote
+        return replace(found, stretches=self.stretches, whole=whole)
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
@@ -186,7 +187,7 @@ class _Search:
         self.whole = any(s.run() for s in searches)
         if not self.whole and not self.budget.brief:
             self.whole = counted(question, candidates)
-        self.complete = self.whole and not candidates.refused
+        self.complete = self.whole and not candidates.withheld
         self.stretches = () if self.whole else _settleable(searches)
         candidates.tried(Method.RANGE, self.complete)
         return None if candidates.answers else search.flat_stretch()
@@ -199,7 +200,7 @@ class _Search:
         if (freedom := search.freedom()) is not None:
             return freedom
         self.whole = search.run()
-        self.complete = self.whole and not self.candidates.refused
+        self.complete = self.whole and not self.candidates.withheld
         self.candidates.tried(Method.SUBSTITUTION, self.complete)
         return None if self.candidates.answers else search.flat_stretch()
 
@@ -260,15 +261,16 @@ def _one_by_one(question: Question, candidates: Candidates) -> None:
 
 
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
-    known = complete and not candidates.refused
+    known = complete and not candidates.withheld
     found = _found(question, candidates, known)
     return replace(
         found,
-        whole=complete,
+        whole=complete and not candidates.remote,
         attempts=tuple(candidates.attempts),
         suspects=tuple(candidates.suspects),
         refused=tuple(candidates.refused),
         blurred=tuple(candidates.blurred),
+        remote=candidates.remote,
     )
 
 

@@ -29,7 +29,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
     Only for algebraic blocks, whose eliminant has no root that rounding might have parted in two, or hidden.
     """
     block = question.kernel.block
-    if len(block.tears) != 1 or question.turn(block.tears[0]) is not None or candidates.refused:
+    if len(block.tears) != 1 or question.turn(block.tears[0]) is not None or candidates.withheld:
         return False
     forms = explicit_forms(question)
     if forms is None:

@@ -37,6 +37,17 @@ def test_a_root_at_which_floats_overflow_is_not_denied(hidden: str, slope: float
 
 def test_a_flat_arc_is_found_though_its_height_is_rounded() -> None:
     """1 - cos(th/2) of a small angle has half of its digits: too few for Newton's method in floats."""
-    text = "variables\n  th in [0, 10]\nrules\n  sag = rad*(1 - cos(th/2))\n  s = rad*th"
-    result = solver.solve(rulesheets.loads(text), {"sag": 1.03541813e-07, "s": 0.00417787802122})
+    result = solver.solve(
+        rulesheets.loads("sag = rad*(1 - cos(th/2))\ns = rad*th"),
+        {"sag": 1.03541813e-07, "s": 0.00417787802122},
+    )
     assert max(s["rad"] for s in result.solutions) == pytest.approx(21.072000093694758, rel=1e-12)
+
+
+def test_a_root_at_the_end_of_floats_spoils_no_ordinary_one() -> None:
+    """Where the radius goes to 0 the angle passes 1e99, and the sine changes its sign without end."""
+    rules = "sag = rad*(1 - cos(th/2))\nchord = 2*rad*sin(th/2)\nratio = chord/s\ns = rad*th"
+    result = solver.solve(rulesheets.loads(rules), {"ratio": 0.99996505771, "chord": 0.0550201795655})
+    assert result.status is Status.SOLVED
+    assert [s["rad"] for s in result.solutions] == pytest.approx([1.8999999953, -1.8999999953], rel=1e-9)
+    assert not result.complete
