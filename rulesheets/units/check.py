@@ -26,8 +26,8 @@ from rulesheets.nodes import (
     Power,
     Product,
     Quotient,
-    children,
 )
+from rulesheets.program import walk
 from rulesheets.source import Span
 from rulesheets.units.dimensions import (
     DEGREES,
@@ -114,13 +114,10 @@ def _statements(model: Model) -> Iterator[Statement]:
 
 
 def _compared(condition: Condition, place: Span | None) -> Iterator[Statement]:
-    stack: list[Condition | Expression] = [condition]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Comparison) and (place or node.span):
-            yield Statement(place or node.span, node.left, node.right)  # type: ignore[arg-type]
-        elif not isinstance(node, Comparison):
-            stack.extend(children(node))
+    for node in walk(condition):
+        span = place or node.span
+        if isinstance(node, Comparison) and span is not None:
+            yield Statement(span, node.left, node.right)
 
 
 def _unchecked(place: Span) -> bool:
@@ -137,18 +134,11 @@ def _unchecked(place: Span) -> bool:
 
 
 def _constants(statement: Statement) -> list[float]:
-    """Written numbers that may well have a unit: 9.81, 8.314 and 3600, but not 2 or 1/2."""
-    found: dict[float, None] = {}
-    stack: list[Expression] = [statement.left, statement.right]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Number) and node.unit is None:
-            found[node.value] = None
-        if not (isinstance(node, Power) and isinstance(node.exponent, Number)):
-            stack.extend(children(node))  # type: ignore[arg-type]
-        else:
-            stack.append(node.base)
-    return [n for n in found if not (n.is_integer() and abs(n) <= 10) and n not in (0.5, 0.25)]
+    """Written numbers that may well have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
+    nodes = [*walk(statement.left), *walk(statement.right)]
+    exponents = {id(node.exponent) for node in nodes if isinstance(node, Power)}
+    found = (n.value for n in nodes if isinstance(n, Number) and n.unit is None and id(n) not in exponents)
+    return [n for n in dict.fromkeys(found) if not (n.is_integer() and abs(n) <= 10) and n not in (0.5, 0.25)]
 
 
 def _curable(found: Mismatch, statement: Statement) -> bool:
@@ -156,17 +146,9 @@ def _curable(found: Mismatch, statement: Statement) -> bool:
     if _constants(statement):
         return True
     return found.right is None and any(
-        call.function in ("log", "log10") and call.arguments == (found.left,) for call in _calls(statement)
+        isinstance(node, Call) and node.function in ("log", "log10") and node.arguments == (found.left,)
+        for node in (*walk(statement.left), *walk(statement.right))
     )
-
-
-def _calls(statement: Statement) -> Iterator[Call]:
-    stack: list[Expression] = [statement.left, statement.right]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Call):
-            yield node
-        stack.extend(children(node))  # type: ignore[arg-type]
 
 
 # --- messages ---------------------------------------------------------------------------

@@ -30,10 +30,10 @@ from rulesheets.nodes import (
     Quotient,
     Sum,
     bare,
-    children,
     names,
     numbers,
 )
+from rulesheets.program import walk
 from rulesheets.source import Span
 from rulesheets.units.library import Library
 from rulesheets.units.unit import ANGLE, Unit
@@ -339,28 +339,18 @@ class Dimensions:
     def _explained(self, factor: float, index: int) -> bool:
         """Whether a factor is that of numbers in the rule; turns and degrees may be counted as such."""
         written = {abs(n.value) for n in self._numbers(index)}
-        functions = self._functions(index)
-        if "pi" in functions:
+        statement = self.statements[index]
+        nodes = (*walk(statement.left), *walk(statement.right))
+        if any(isinstance(node, Call) and node.function == "pi" for node in nodes):
             written |= {math.pi, 2 * math.pi}
         if explained(factor, written):
             return True
-        if not any(ANGLE in self.forms[n].known for n in self._names(index) if n in self.forms):
+        variables = (self.forms[node.name] for node in nodes if isinstance(node, Name))
+        if not any(ANGLE in form.known for form in variables):
             return False
         turns = [2 * math.pi] if written else []
         degrees = [math.pi / 180] if written & {90.0, 180.0, 360.0} else []
         return any(explained(factor * one**sign, written) for one in turns + degrees for sign in (1, -1))
-
-    def _names(self, index: int) -> Iterable[str]:
-        return (*names(self.statements[index].left), *names(self.statements[index].right))
-
-    def _functions(self, index: int) -> set[str]:
-        stack: list[Expression] = [self.statements[index].left, self.statements[index].right]
-        found: set[str] = set()
-        while stack:
-            node = stack.pop()
-            found.update({node.function} if isinstance(node, Call) else ())
-            stack.extend(children(node))  # type: ignore[arg-type]
-        return found
 
 
 def _rational(number: float) -> Fraction | int:

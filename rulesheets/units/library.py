@@ -16,34 +16,13 @@ from rulesheets import store
 from rulesheets.units.text import UnitError, read
 from rulesheets.units.unit import Unit
 
-PREFIXES = {
-    "q": -30,
-    "r": -27,
-    "y": -24,
-    "z": -21,
-    "a": -18,
-    "f": -15,
-    "p": -12,
-    "n": -9,
-    "u": -6,
-    "µ": -6,
-    "μ": -6,
-    "m": -3,
-    "c": -2,
-    "d": -1,
-    "da": 1,
-    "h": 2,
-    "k": 3,
-    "M": 6,
-    "G": 9,
-    "T": 12,
-    "P": 15,
-    "E": 18,
-    "Z": 21,
-    "Y": 24,
-    "R": 27,
-    "Q": 30,
+_SMALL, _LARGE = "m u n p f a z y r q", "k M G T P E Z Y R Q"
+PREFIXES = {"c": -2, "d": -1, "da": 1, "h": 2, "µ": -6, "μ": -6} | {
+    prefix: sign * 3 * (place + 1)
+    for sign, prefixes in ((-1, _SMALL), (1, _LARGE))
+    for place, prefix in enumerate(prefixes.split())
 }
+"""Powers of ten by the names of SI prefixes."""
 SHORTEST = 4
 """Letters of the shortest name that pint is asked for."""
 MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.evaluate import Undefined, derivatives
@@ -25,9 +26,9 @@ from rulesheets.nodes import (
     Product,
     Quotient,
     Sum,
-    children,
     names,
 )
+from rulesheets.program import walk
 from rulesheets.units.unit import Unit
 
 _DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")
@@ -65,8 +66,9 @@ class Weights:
         self.rules = [rule for equation in model.equations if (rule := self._rule(equation)) is not None]
         named = (name for name, unit in self.units.items() if _named_so(name, model.variables[name].unit))
         self.differences = set(named)
+        self.differences -= {name for rule in self.rules for name in self._denied(rule)}
         for settle in (self._only_one, self._alone_on_a_side, self._of_differences, self._only_one):
-            while any(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
+            while sum(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
                 pass
 
     def _rule(self, equation: Equation) -> Rule | None:
@@ -91,6 +93,13 @@ class Weights:
         return Rule(equation, tuple(found)) if len(found) > 1 else None
 
     # --- what must be a difference ---
+
+    def _denied(self, rule: Rule) -> list[str]:
+        """Differences by their names that a rule calls points: ``dTm = (T1 + T2)/2``."""
+        if rule.holds(self.differences):
+            return []
+        named = self.differences & rule.slopes[0].keys()
+        return [name for name in named if rule.holds(self.differences - {name})]
 
     def _candidates(self, rule: Rule) -> list[str]:
         """The points one of which is a difference, if the others are points indeed."""
@@ -213,8 +222,4 @@ def _named_so(name: str, unit: str | None) -> bool:
 
 
 def _parts(equation: Equation) -> Iterator[Condition | Expression]:
-    stack: list[Condition | Expression] = [equation.left, equation.right]
-    while stack:
-        node = stack.pop()
-        yield node
-        stack.extend(children(node))
+    return chain(walk(equation.left), walk(equation.right))

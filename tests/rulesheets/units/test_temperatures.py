@@ -28,6 +28,7 @@ rules
         ("T1 [degC],T2 [degC],x [degC]", "x = T1 - T2", {"x"}),
         ("T1 [degC],T2 [degC],dT [degF]", "T1 = T2 + 1.8*dT", {"dT"}),
         ("T1 [degC],T2 [degC],x [degC]", "T1 = T2 + x", set()),
+        ("T1 [degC],T2 [degC],dTm [degC]", "dTm = (T1 + T2)/2", set()),
         ("T1 [degC],T2 [degC],T [degC]", "T = (T1 + T2)/2\nm1*T1 + m2*T2 = (m1 + m2)*T", set()),
         (
             "a [K],b [K],t [K],u [K],v [K],w [K],L [K]",
