@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.input_messages import not_finite_number, outside_range
@@ -16,20 +19,16 @@ from solver.facts import OutOfTime
 from solver.path.planner import planner
 from solver.result import Status
 from solver.solution.leaves import Exploration
+from solver.sweep_rows import sweep_answers, sweep_rows
+from solver.table import Column, Table
+from solver.trace.answer_rows import Answers, AnswerSweeper
+from solver.trace.program import Program
 from solver.trace.python import with_resort
 from solver.trace.records import Records
 from solver.trace.state import Pattern
 from solver.verdicts.conclusion import conclude
 from solver.verdicts.explain import explain
 from solver.verdicts.verdict import Verdict
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from solver.table import Column, Table
-    from solver.trace.answer_rows import Answers, AnswerSweeper
-    from solver.trace.program import Program
 
 
 class Unsolved(Exception):
@@ -132,8 +131,6 @@ class Plan:
         With ``jit`` the ways are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
         Raises ValueError for columns of different lengths, ImportError where the extra is absent.
         """
-        from solver.sweep_rows import sweep_rows
-
         return sweep_rows(self, columns, jit)
 
     def sweep_all(self, *columns: Column, jit: bool = False) -> tuple[NDArray[np.int8], Answers]:
@@ -141,14 +138,10 @@ class Plan:
 
         Raises ValueError and ImportError as ``sweep`` does.
         """
-        from solver.sweep_rows import sweep_answers
-
         return sweep_answers(self, columns, jit)
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
         """What solves rows by the records that there are."""
-        from solver.trace.answer_rows import AnswerSweeper
-
         if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
             self._sweeper = AnswerSweeper(self.records, jit)
         return self._sweeper
@@ -222,7 +215,7 @@ class Plan:
         verdict, found = self.judged(numbers)
         self.learn(numbers, verdict, found)
         if verdict.status is not Status.SOLVED:
-            raise Unsolved(verdict.status, self._explained(numbers, verdict))
+            raise Unsolved(verdict.status, lambda: self._explained(numbers, verdict))
         return self._rows(verdict)
 
     def _refused(self, numbers: tuple[Value, ...]) -> bool:

@@ -9,18 +9,14 @@ Stability of Numerical Algorithms, 2002, section 1.5.)
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING
 
 from rulesheets import nodes
+from rulesheets.model import Equation
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from rulesheets.model import Equation
-    from solver.path.isolate import Isolation
+from solver.path.isolate import Isolation
 
 HARMLESS = 32.0
 """Units in the last place of its variables that a rule may be missed by for rounding, with no look at it."""

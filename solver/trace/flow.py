@@ -9,22 +9,19 @@ closed form its cosine and sine are there already.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.trace.folding import folded_error
 from solver.trace.simplify import SIMPLIFY
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from typing import TypeAlias
+Operand: TypeAlias = int | float | str
+Node: TypeAlias = tuple[Operand, ...]
 
-    Operand: TypeAlias = int | float | str
-    Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
 far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` is its
 second operand, which may be dear to compute: true where the first is true."""

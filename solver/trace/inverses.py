@@ -16,11 +16,13 @@ from solver.trace.coverage import HARMLESS, covered, inverted
 from solver.trace.flow import NotCompilable
 from solver.trace.guards import Guards
 from solver.trace.rounding import known_angles, quiet
-from solver.trace.state import CLEAR, State, symbol_of
+from solver.trace.state import State, symbol_of
 
 MAX_TURNS = 8
 TINY = 1e-280
 """Squares smaller than this may have lost digits to underflow."""
+LEFT = 1e-4
+"""Share of the terms of a discriminant that must be left of them: its root is right to 1e-12 then."""
 HIDDEN = 1e-12
 """Share of a number below which what was added to it is lost with its last places."""
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
@@ -222,7 +224,7 @@ class Inverses(Guards):
         flow = self.flow
         difference = flow.add("sub", one, other)
         size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
-        limit = flow.add("mul", flow.constant(CLEAR), size)
+        limit = flow.add("mul", flow.constant(LEFT), size)
         flow.require(flow.add("lt", flow.add("add", limit, flow.constant(TINY)), difference))
         return flow.add("sqrt", difference)
 

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from rulesheets.functions import TABLE
-from solver.trace.flow import FOLD, Flow
+from solver.trace.flow import FOLD, Flow, Operand
 from solver.trace.schedule import LEAVES, operands
-
-if TYPE_CHECKING:
-    from solver.trace.flow import Operand
 
 
 class Numbers:

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from types import FunctionType
-from typing import TYPE_CHECKING
+from typing import Any, TypeAlias
 
 from rulesheets.functions import TABLE
+from rulesheets.model import Value
 from solver.trace.angles import NAMES, direction_lines, sine_and_cosine_lines
-from solver.trace.flow import TOLERANCE
+from solver.trace.flow import TOLERANCE, Flow
+from solver.trace.program import Ending, Program
 from solver.trace.schedule import SELECTORS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-    from typing import Any, TypeAlias
-
-    from rulesheets.model import Value
-    from solver.trace.flow import Flow
-    from solver.trace.program import Ending, Program
-
-    Row: TypeAlias = tuple[Value, ...]
+Row: TypeAlias = tuple[Value, ...]
 
 _BINARY = {
     "add": "+",

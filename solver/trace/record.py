@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+from rulesheets.construct import subtract
 from rulesheets.model import Model, Value, Variable
 from solver.facts import Conflict, Unmet
 from solver.kernel.code.block import kernel_of
@@ -135,7 +136,10 @@ class Recording(ClosedForms):
         self._on(state)
         self._decide(state, self.branch.conditions)
         for step in self.branch.steps:
+            before = frozenset(state.values)
             state = self._step(state, step)
+            if self.branch.precise:
+                self._correct(state, frozenset(state.values) - before)
         self._on(state)
         for index in (*self.branch.assumed, *sorted(state.used - state.decided.keys())):
             outcome = self.branch.conditions[index]
@@ -174,10 +178,30 @@ class Recording(ClosedForms):
                 case SolveBlock():
                     return self._solved(fork, step)
                 case Decide(conditions=conditions):
-                    self._decide(state, conditions)
+                    self._decide(self._on(state), conditions)
         except NotCompilable:
             return self._otherwise(state, step)
         return state
+
+    def _correct(self, state: State, new: frozenset[str]) -> None:
+        """Where the solve took more digits than floats have, another rule may tell the last places of a
+        new unknown better than the one that it was solved for by."""
+        flow, values = self.flow, state.values
+        for rule in self.model.equations:
+            known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
+            if not known or rule.index in state.settled or not activity(rule, self.branch.conditions):
+                continue
+            holds = self._numbers(self._check_rule(self._on(state.fork()), rule))
+            self._on(state)
+            if holds is not False:
+                continue
+            (name, *_) = (n for n in rule.names if n in new)
+            form = subtract(rule.left, rule.right)
+            step = flow.add("div", self._expression(state, form), self._slope(state, form, name))
+            limit = flow.add("mul", flow.constant(MATCHES), flow.add("abs", values[name]))
+            flow.require(flow.add("le", flow.add("abs", step), limit))
+            values[name] = flow.add("sub", values[name], step)
+            state.settled -= {e.index for e in self.model.equations if name in e.names}
 
     def _otherwise(self, state: State, step: Step) -> State:
         """A selection as the rule that was active, and Newton's method for what has no form of its own."""

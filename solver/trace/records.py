@@ -42,12 +42,7 @@ class Records:
         self.every: list[Callable[..., Any]] = []
         self.refusals: list[Program] = []
         self.refused: list[Callable[..., Any]] = []
-        self.failures = 0
-
-    @property
-    def full(self) -> bool:
-        """Whether no more is learned."""
-        return max(len(self.programs), len(self.refusals)) >= MAX_RECORDS or self.failures >= MAX_FAILURES
+        self.failures = self.vain = 0
 
     def primary(self) -> Callable[..., Any]:
         """The first record, for its first answer alone."""
@@ -55,7 +50,7 @@ class Records:
 
     def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], dead: Sequence[Leaf]) -> bool:
         """A new record from the answers of a row that was solved step by step, where it says the same."""
-        if self.full:
+        if len(self.programs) >= MAX_RECORDS or self.failures >= MAX_FAILURES:
             return False
         for plain in (False, True):
             with suppress(NotCompilable):
@@ -77,7 +72,7 @@ class Records:
 
     def refuse(self, numbers: Sequence[Value], found: Exploration) -> None:
         """Learn to tell the rows that are refused as this one."""
-        if self.full:
+        if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
             return
         with suppress(NotCompilable):
             program = refusal(self.model, self.planner, self.pattern, found)
@@ -86,15 +81,15 @@ class Records:
                 self.refusals.append(program)
                 self.refused.append(refused)
                 return
-        self.failures += 1
+        self.vain += 1
 
-    def mark(self) -> tuple[int, int, int]:
+    def mark(self) -> tuple[int, int, int, int]:
         """What has been learned so far, for ``forget``."""
-        return len(self.programs), len(self.refusals), self.failures
+        return len(self.programs), len(self.refusals), self.failures, self.vain
 
-    def forget(self, mark: tuple[int, int, int]) -> None:
+    def forget(self, mark: tuple[int, int, int, int]) -> None:
         """Go back to what was known at a mark."""
-        programs, refusals, self.failures = mark
+        programs, refusals, self.failures, self.vain = mark
         del self.programs[programs:]
         del self.every[programs:]
         del self.refusals[refusals:]

@@ -8,19 +8,14 @@ roots of exact numbers are off by is known beforehand, as a share of the result:
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import Call, Name
-from solver.trace.flow import NotCompilable
+from solver.trace.flow import Flow, NotCompilable
 from solver.trace.schedule import LEAVES, LOGICAL, operands, schedule
 from solver.trace.simplify import not_negative
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from solver.trace.flow import Flow
 
 UNIT = 2.0**-52
 CANCELLED = 1e-12

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from solver.trace.flow import Flow
+from solver.trace.program import Ending
 from solver.trace.schedule import operands
 from solver.trace.simplify import not_negative
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from solver.trace.flow import Flow
-    from solver.trace.program import Ending
 
 
 def trimmed(flow: Flow, ending: Ending) -> Ending:

@@ -128,3 +128,15 @@ def test_a_block_of_constants_is_followed_on_rows() -> None:
     assert table["z"] == pytest.approx(0.7390851332151607 * np.linspace(1.0, 2.0, 40), rel=1e-14)
     newton = BlockNewton(kernel_of(planner(model).graph, SolveBlock((0,), ("x",), ("x",))), [0.74], [])
     assert newton.array() == pytest.approx(np.array([[0.7390851332151607]]), rel=1e-15)
+
+
+def test_a_redundant_rule_that_tells_more_digits_is_followed() -> None:
+    """Next to the perihelion the distance tells little of the eccentric anomaly, the direction much."""
+    model = rulesheets.load(MODELS / "kepler" / "model.tk")
+    state = solver.solve(model)
+    plan = solver.prepare(model, ["nu"], ["M"], {"M": None})
+    plan(state["nu"])
+    assert plan.records.programs
+    for nu in (6.0, 6.1, 6.2):
+        E = 2 * math.atan(math.sqrt(0.9 / 1.1) * math.tan(math.radians(nu) / 2))
+        assert plan(nu)[0] == pytest.approx(math.degrees(E - 0.1 * math.sin(E)), rel=1e-13)
