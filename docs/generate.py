@@ -74,15 +74,22 @@ def validation() -> Iterator[str]:
         "in 50 digits."
     )
     yield ""
-    yield "| model | inputs | quantity | published | Backsolve | difference | source |"
-    yield "| --- | --- | --- | ---: | ---: | ---: | --- |"
-    for row in rows:
-        difference = row.ours - float(row.published)
-        given = " ".join(pair for pair in row.given.split() if not pair.endswith("=")) or "as shipped"
-        model = f"[{row.model}](../models/{row.model}/README.md)"
-        told = f"{difference:.1e}" if abs(difference) > 1e-14 * abs(row.ours) else "0"
-        numbers = f"{row.published} | {row.ours:.10g} | {told}"
-        yield f"| {model} | {given} | {row.quantity} | {numbers} | {row.source} |"
+    for model in dict.fromkeys(row.model for row in rows):
+        yield f"## [{model}](../models/{model}/README.md)"
+        yield ""
+        yield "| quantity | published | Backsolve | difference | source |"
+        yield "| --- | ---: | ---: | ---: | --- |"
+        yield from (_line(row) for row in rows if row.model == model)
+        yield ""
+
+
+def _line(row: Row) -> str:
+    ours = row.ours
+    difference = ours - float(row.published)
+    told = f"{difference:.1e}" if abs(difference) > 1e-14 * abs(ours) else "0"
+    given = " ".join(pair for pair in row.given.split() if not pair.endswith("="))
+    quantity = f"{row.quantity} at {given}" if given else row.quantity
+    return f"| {quantity} | {row.published} | {ours:.10g} | {told} | {row.source} |"
 
 
 def functions() -> Iterator[str]:
@@ -106,7 +113,7 @@ PAGES = {"validation.md": validation, "functions.md": functions}
 
 def text(name: str) -> str:
     """A page as it should be."""
-    return "\n".join(PAGES[name]()) + "\n"
+    return "\n".join(PAGES[name]()).rstrip("\n") + "\n"
 
 
 def main() -> int:
