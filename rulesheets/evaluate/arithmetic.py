@@ -9,7 +9,7 @@ signs ``+ - *``. (As in ``core/calculus.hpp`` of CasADi: J. Andersson et al., Ma
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Generic, NoReturn, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from rulesheets.evaluate.undefined import Undefined
 from rulesheets.nodes import (
@@ -73,7 +73,7 @@ class Arithmetic(Generic[T]):
 
     # --- the walk ---
 
-    def symbol(self, node: Symbol) -> NoReturn:
+    def symbol(self, node: Symbol) -> T:
         raise Undefined("symbol", (), node)
 
     def negative(self, node: Negative) -> T:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isqrt
-from typing import NoReturn
 
 from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
@@ -44,7 +43,7 @@ class Rationals(Arithmetic[Fraction]):
             raise Inexact(node.name)
         return self.numbers[node.name]
 
-    def symbol(self, node: Symbol) -> NoReturn:
+    def symbol(self, node: Symbol) -> Fraction:
         raise Inexact(node.name)
 
     def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, isnan
+from math import inf, isfinite, isnan, nan
 from typing import Any, TypeAlias
 
 from rulesheets.evaluate.arithmetic import Arithmetic
@@ -19,7 +19,7 @@ from rulesheets.functions.intervals.bounds import least as smaller
 from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
 from rulesheets.functions.intervals.forms import cut
 from rulesheets.functions.slopes import ROUNDED as ROUNDED_SLOPES
-from rulesheets.nodes import Call, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.nodes import Call, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
 from solver.kernel.code.scalar import Source
 
 Pair: TypeAlias = tuple[str, str]
@@ -77,6 +77,9 @@ class IntervalEmitter(Arithmetic[Pair]):
 
     def name(self, node: Name) -> Pair:
         return self._names[node.name]
+
+    def symbol(self, node: Symbol) -> Pair:
+        return self.number(Number(nan))
 
     def negative(self, node: Negative) -> Pair:
         low, high = self.of(node.operand)

@@ -6,13 +6,13 @@ For floats by default; with the functions of ``rulesheets.functions.arrays`` for
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import inf
+from math import inf, nan
 from typing import Any
 
 from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
 
 VALUES = Forms(TABLE, lambda row: row.value)
 """The functions of the language on floats."""
@@ -65,7 +65,7 @@ class Emitter(Arithmetic[str]):
     ) -> None:
         self._functions, self._power = functions, power
         header = ", ".join(f"a{i}" for i in range(len(arguments)))
-        self.source = Source(header, __builtins__={"ValueError": ValueError})
+        self.source = Source(header, __builtins__={"ValueError": ValueError}, nan=nan)
         self._names = {name: f"a{i}" for i, name in enumerate(arguments)}
 
     def argument(self, name: str) -> str:
@@ -104,6 +104,10 @@ class Emitter(Arithmetic[str]):
 
     def name(self, node: Name) -> str:
         return self._names[node.name]
+
+    def symbol(self, node: Symbol) -> str:
+        """No number: what is computed with it is none either."""
+        return "nan"
 
     def negative(self, node: Negative) -> str:
         return self.source.temporary(f"- {self.of(node.operand)}")
