@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import solver
+from rulesheets.functions import TABLE
 from rulesheets.inputs import parse_value
 from rulesheets.loading import shipped_models
-from solver.editor.functions import ENTRIES
 
 DOCS = Path(__file__).parent
 PUBLISHED = DOCS.parent / "models" / "published.csv"
@@ -103,7 +103,7 @@ def functions() -> Iterator[str]:
     yield ""
     yield "| function | is | example |"
     yield "| --- | --- | --- |"
-    for entry in ENTRIES.values():
+    for entry in TABLE.values():
         meaning = entry.meaning.replace("|", r"\|").replace("*", r"\*")
         yield f"| `{entry.usage}` | {meaning} | `{entry.example}` |"
 

@@ -131,6 +131,7 @@ def _row(
         name=name,
         value=_in_floats(name, value),
         arguments=", ".join(parameters),
+        meaning=(inspect.getdoc(value) or "a function in Python").partition("\n")[0],
         slopes=slopes if partials else None,
         inverse=Inverse(branches, *image) if backward else None,
         array=array,

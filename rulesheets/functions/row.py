@@ -47,6 +47,7 @@ class Function:
     """What the language knows about a function.
 
     ``arguments`` is how messages call them: ``"y, x"``, ``""`` for a constant, ``"a, b, …"`` for any number.
+    ``meaning`` says what it is, ``example`` is a rule that holds.
 
     Forms, each of the same arguments in another kind of number:
 
@@ -74,6 +75,8 @@ class Function:
     name: str
     value: Callable[..., float]
     arguments: str = "x"
+    meaning: str = ""
+    example: str = ""
     slopes: Slopes | None = None
     inverse: Inverse | None = None
     array: Facet = None
@@ -100,6 +103,11 @@ class Function:
             return 1, None
         count = len(self.arguments.split(",")) if self.arguments else 0
         return count, count
+
+    @property
+    def usage(self) -> str:
+        """How it is written."""
+        return self.name if self.name == "pi" else f"{self.name}({self.arguments})"
 
     @property
     def direction(self) -> bool:

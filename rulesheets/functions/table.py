@@ -85,6 +85,8 @@ def _greatest(*numbers: float) -> float:
 _CONSTANTS = (
     _row(
         name="pi",
+        meaning="ratio of a circle's circumference to its diameter",
+        example="pi = 3.141592653589793",
         arguments="",
         array=None,
         value=lambda: math.pi,
@@ -95,6 +97,8 @@ _CONSTANTS = (
     ),
     _row(
         name="e",
+        meaning="base of natural logarithms; without parentheses e is a variable",
+        example="ln(e()) = 1",
         arguments="",
         array=None,
         value=lambda: math.e,
@@ -109,6 +113,8 @@ _CONSTANTS = (
 _PARTS = (
     _row(
         name="abs",
+        meaning="absolute value",
+        example="abs(-3) = 3",
         value=abs,
         slopes=slopes.of("sgn"),
         inverse=Inverse(lambda t: (t, negative(t)), low=0.0),
@@ -120,6 +126,8 @@ _PARTS = (
     ),
     _row(
         name="sgn",
+        meaning="sign: -1, 0 or 1",
+        example="sgn(-0.2) = -1",
         value=special.sgn,
         array="sign",
         slopes=slopes.flat,
@@ -132,6 +140,8 @@ _PARTS = (
     ),
     _row(
         name="int",
+        meaning="integer part, rounded towards 0",
+        example="int(-2.7) = -2",
         value=special.int_,
         array="trunc",
         slopes=slopes.flat,
@@ -145,6 +155,8 @@ _PARTS = (
     ),
     _row(
         name="frac",
+        meaning="fractional part, x - int(x)",
+        example="frac(2.25) = 0.25",
         value=special.frac,
         slopes=slopes.one(lambda _: Number(1.0)),
         interval=forms.frac,
@@ -157,6 +169,8 @@ _PARTS = (
     ),
     _row(
         name="round",
+        meaning="nearest integer, halves away from 0",
+        example="round(2.5) = 3",
         value=special.round_,
         array="round_",
         slopes=slopes.flat,
@@ -170,6 +184,8 @@ _PARTS = (
     ),
     _row(
         name="mod",
+        meaning="remainder of x/y, with the sign of x",
+        example="mod(-30, 360) = -30",
         arguments="x, y",
         value=special.mod,
         array="fmod",
@@ -184,6 +200,8 @@ _PARTS = (
     ),
     _row(
         name="step",
+        meaning="1 if x >= a, else 0",
+        example="step(2, 1) = 1",
         arguments="x, a",
         value=special.step,
         slopes=slopes.flat,
@@ -197,6 +215,8 @@ _PARTS = (
     ),
     _row(
         name="min",
+        meaning="least of its arguments",
+        example="min(3, 1, 2) = 1",
         arguments="a, b, …",
         value=_least,
         array="smallest",
@@ -209,6 +229,8 @@ _PARTS = (
     ),
     _row(
         name="max",
+        meaning="greatest of its arguments",
+        example="max(3, 1, 2) = 3",
         arguments="a, b, …",
         value=_greatest,
         array="largest",
@@ -224,6 +246,8 @@ _PARTS = (
 _EXPONENTIAL = (
     _row(
         name="sqrt",
+        meaning="square root",
+        example="sqrt(16) = 4",
         value=math.sqrt,
         slopes=slopes.one(slopes.sqrt),
         inverse=Inverse(lambda t: (power(t, Number(2.0)),), low=0.0),
@@ -232,6 +256,8 @@ _EXPONENTIAL = (
     ),
     _row(
         name="exp",
+        meaning="exponential function",
+        example="exp(0) = 1",
         value=math.exp,
         slopes=slopes.of("exp"),
         inverse=Inverse(_by("ln"), low=0.0, low_open=True),
@@ -241,6 +267,8 @@ _EXPONENTIAL = (
     ),
     _row(
         name="ln",
+        meaning="natural logarithm",
+        example="ln(e()^2) = 2",
         value=math.log,
         array="log",
         slopes=slopes.one(slopes.over(1.0)),
@@ -253,6 +281,8 @@ _EXPONENTIAL = (
     *(
         _row(
             name=name,
+            meaning="logarithm to base 10",
+            example=example,
             value=math.log10,
             array="log10",
             slopes=slopes.one(slopes.over(slopes.LOG10_E)),
@@ -263,13 +293,15 @@ _EXPONENTIAL = (
             sympy=lambda s, x: s.log(x) / s.log(10),
             domain=POSITIVE,
         )
-        for name in ("log", "log10")
+        for name, example in (("log", "log(1000) = 3"), ("log10", "log10(0.01) = -2"))
     ),
 )
 
 _RADIANS = (
     _row(
         name="sin",
+        meaning="sine of x radians",
+        example="sin(pi/6) = 0.5",
         value=math.sin,
         slopes=slopes.of("cos"),
         inverse=Inverse(_supplement("asin", _PI), -1.0, 1.0, period=tau),
@@ -278,6 +310,8 @@ _RADIANS = (
     ),
     _row(
         name="cos",
+        meaning="cosine of x radians",
+        example="cos(pi/3) = 0.5",
         value=math.cos,
         slopes=slopes.minus("sin"),
         inverse=Inverse(_both_signs("acos"), -1.0, 1.0, period=tau),
@@ -286,6 +320,8 @@ _RADIANS = (
     ),
     _row(
         name="tan",
+        meaning="tangent of x radians",
+        example="tan(pi/4) = 1",
         value=math.tan,
         slopes=slopes.one(slopes.secant_squared("tan")),
         inverse=Inverse(_opposite("atan", _PI), period=tau),
@@ -295,6 +331,8 @@ _RADIANS = (
     ),
     _row(
         name="asin",
+        meaning="inverse sine, in radians from -pi/2 to pi/2",
+        example="asin(1) = pi/2",
         value=math.asin,
         array="arcsin",
         slopes=slopes.one(slopes.arc_sine),
@@ -305,6 +343,8 @@ _RADIANS = (
     ),
     _row(
         name="acos",
+        meaning="inverse cosine, in radians from 0 to pi",
+        example="acos(-1) = pi",
         value=math.acos,
         array="arccos",
         slopes=slopes.one(lambda x: negative(slopes.arc_sine(x))),
@@ -315,6 +355,8 @@ _RADIANS = (
     ),
     _row(
         name="atan",
+        meaning="inverse tangent, in radians from -pi/2 to pi/2",
+        example="atan(1) = pi/4",
         value=math.atan,
         array="arctan",
         slopes=slopes.one(slopes.arc_tangent),
@@ -324,6 +366,8 @@ _RADIANS = (
     ),
     _row(
         name="atan2",
+        meaning="angle of the point (x, y) in radians, to pi",
+        example="atan2(1, -1) = 3*pi/4",
         arguments="y, x",
         value=special.atan2,
         slopes=slopes.radians,
@@ -337,6 +381,8 @@ _RADIANS = (
 _DEGREES = (
     _row(
         name="sind",
+        meaning="sine of x degrees",
+        example="sind(30) = 0.5",
         value=degrees.sind,
         slopes=slopes.per_degree(lambda x: call("cosd", x)),
         inverse=Inverse(_supplement("asind", _HALF_TURN), -1.0, 1.0, period=_TURN),
@@ -348,6 +394,8 @@ _DEGREES = (
     ),
     _row(
         name="cosd",
+        meaning="cosine of x degrees",
+        example="cosd(90) = 0",
         value=degrees.cosd,
         slopes=slopes.per_degree(lambda x: negative(call("sind", x))),
         inverse=Inverse(_both_signs("acosd"), -1.0, 1.0, period=_TURN),
@@ -359,6 +407,8 @@ _DEGREES = (
     ),
     _row(
         name="tand",
+        meaning="tangent of x degrees",
+        example="tand(45) = 1",
         value=degrees.tand,
         slopes=slopes.per_degree(slopes.secant_squared("tand")),
         inverse=Inverse(_opposite("atand", _HALF_TURN), period=_TURN),
@@ -371,6 +421,8 @@ _DEGREES = (
     ),
     _row(
         name="asind",
+        meaning="inverse sine, in degrees from -90 to 90",
+        example="asind(0.5) = 30",
         value=degrees.asind,
         slopes=slopes.to_degrees(slopes.arc_sine),
         inverse=Inverse(_by("sind"), -90.0, 90.0),
@@ -383,6 +435,8 @@ _DEGREES = (
     ),
     _row(
         name="acosd",
+        meaning="inverse cosine, in degrees from 0 to 180",
+        example="acosd(0.5) = 60",
         value=degrees.acosd,
         slopes=slopes.to_degrees(lambda x: negative(slopes.arc_sine(x))),
         inverse=Inverse(_by("cosd"), 0.0, _HALF),
@@ -395,6 +449,8 @@ _DEGREES = (
     ),
     _row(
         name="atand",
+        meaning="inverse tangent, in degrees from -90 to 90",
+        example="atand(1) = 45",
         value=degrees.atand,
         slopes=slopes.to_degrees(slopes.arc_tangent),
         inverse=Inverse(_by("tand"), -90.0, 90.0, True, True),
@@ -406,6 +462,8 @@ _DEGREES = (
     ),
     _row(
         name="atan2d",
+        meaning="angle of the point (x, y) in degrees, to 180",
+        example="atan2d(1, -1) = 135",
         arguments="y, x",
         value=degrees.atan2d,
         slopes=slopes.degrees,
@@ -421,6 +479,8 @@ _DEGREES = (
 _HYPERBOLIC = (
     _row(
         name="sinh",
+        meaning="hyperbolic sine",
+        example="sinh(ln(2)) = 0.75",
         value=math.sinh,
         slopes=slopes.of("cosh"),
         inverse=Inverse(_by("asinh")),
@@ -429,6 +489,8 @@ _HYPERBOLIC = (
     ),
     _row(
         name="cosh",
+        meaning="hyperbolic cosine",
+        example="cosh(ln(2)) = 1.25",
         value=math.cosh,
         slopes=slopes.of("sinh"),
         inverse=Inverse(_both_signs("acosh"), low=1.0),
@@ -437,6 +499,8 @@ _HYPERBOLIC = (
     ),
     _row(
         name="tanh",
+        meaning="hyperbolic tangent",
+        example="tanh(ln(2)) = 0.6",
         value=math.tanh,
         slopes=slopes.one(lambda x: subtract(Number(1.0), slopes.square(call("tanh", x)))),
         inverse=Inverse(_by("atanh"), -1.0, 1.0, True, True),
@@ -444,6 +508,8 @@ _HYPERBOLIC = (
     ),
     _row(
         name="asinh",
+        meaning="inverse hyperbolic sine",
+        example="asinh(0.75) = ln(2)",
         value=math.asinh,
         array="arcsinh",
         slopes=slopes.one(slopes.area_sine),
@@ -452,6 +518,8 @@ _HYPERBOLIC = (
     ),
     _row(
         name="acosh",
+        meaning="inverse hyperbolic cosine, 0 or positive",
+        example="acosh(1.25) = ln(2)",
         value=math.acosh,
         array="arccosh",
         slopes=slopes.one(slopes.area_cosine),
@@ -461,6 +529,8 @@ _HYPERBOLIC = (
     ),
     _row(
         name="atanh",
+        meaning="inverse hyperbolic tangent",
+        example="atanh(0.6) = ln(2)",
         value=math.atanh,
         array="arctanh",
         slopes=slopes.one(slopes.area_tangent),
@@ -473,6 +543,8 @@ _HYPERBOLIC = (
 _SPECIAL = (
     _special(
         name="gamma",
+        meaning="gamma function",
+        example="gamma(5) = 24",
         value=math.gamma,
         array="special.gamma",
         slopes=slopes.one(slopes.gamma),
@@ -481,6 +553,8 @@ _SPECIAL = (
     ),
     _special(
         name="lgamma",
+        meaning="logarithm of |gamma(x)|",
+        example="lgamma(5) = ln(24)",
         value=math.lgamma,
         array="special.gammaln",
         slopes=slopes.of("digamma"),
@@ -491,12 +565,16 @@ _SPECIAL = (
     ),
     _special(
         name="digamma",
+        meaning="derivative of ln(gamma(x))",
+        example="digamma(2) - digamma(1) = 1",
         value=special.digamma,
         array="special.digamma",
         interval=forms.digamma,
     ),
     _bessel(
         name="beta",
+        meaning="gamma(a)*gamma(b)/gamma(a + b)",
+        example="beta(2, 3) = 1/12",
         arguments="a, b",
         value=special.beta,
         array="special.beta",
@@ -507,6 +585,8 @@ _SPECIAL = (
     ),
     _special(
         name="erf",
+        meaning="error function",
+        example="erf(0.5) = 0.5204998778130465",
         value=math.erf,
         array="special.erf",
         slopes=slopes.one(slopes.error_function(1.0)),
@@ -515,6 +595,8 @@ _SPECIAL = (
     ),
     _special(
         name="erfc",
+        meaning="complementary error function, 1 - erf(x)",
+        example="erfc(0.5) + erf(0.5) = 1",
         value=math.erfc,
         array="special.erfc",
         slopes=slopes.one(slopes.error_function(-1.0)),
@@ -527,6 +609,8 @@ _SPECIAL = (
 _BESSEL = (
     _bessel(
         name="j0",
+        meaning="Bessel function of the first kind, order 0",
+        example="j0(0) = 1",
         value=special.j0,
         array="special.j0",
         slopes=slopes.minus("j1"),
@@ -537,6 +621,8 @@ _BESSEL = (
     ),
     _bessel(
         name="j1",
+        meaning="Bessel function of the first kind, order 1",
+        example="j1(1) = 0.4400505857449335",
         value=special.j1,
         array="special.j1",
         slopes=slopes.one(slopes.bessel_first("j1")),
@@ -547,6 +633,8 @@ _BESSEL = (
     ),
     _bessel(
         name="jn",
+        meaning="Bessel function of the first kind, order n",
+        example="jn(2, 1) = 2*j1(1) - j0(1)",
         arguments="n, x",
         value=special.jn,
         slopes=slopes.bessel_order("jn"),
@@ -557,6 +645,8 @@ _BESSEL = (
     ),
     _bessel(
         name="y0",
+        meaning="Bessel function of the second kind, order 0",
+        example="y0(1) = 0.08825696421567696",
         value=special.y0,
         array="special.y0",
         slopes=slopes.minus("y1"),
@@ -568,6 +658,8 @@ _BESSEL = (
     ),
     _bessel(
         name="y1",
+        meaning="Bessel function of the second kind, order 1",
+        example="y1(1) = -0.7812128213002887",
         value=special.y1,
         array="special.y1",
         slopes=slopes.one(slopes.bessel_first("y1")),
@@ -579,6 +671,8 @@ _BESSEL = (
     ),
     _bessel(
         name="yn",
+        meaning="Bessel function of the second kind, order n",
+        example="yn(2, 1) = 2*y1(1) - y0(1)",
         arguments="n, x",
         value=special.yn,
         slopes=slopes.bessel_order("yn"),
@@ -588,6 +682,8 @@ _BESSEL = (
     ),
     _bessel(
         name="i0",
+        meaning="modified Bessel function of the first kind, order 0",
+        example="i0(0) = 1",
         value=special.i0,
         array="special.i0",
         slopes=slopes.of("bessel_i1"),
@@ -598,6 +694,8 @@ _BESSEL = (
     ),
     _row(
         name="bessel_i1",
+        meaning="modified Bessel function, 1st kind, order 1",
+        example="bessel_i1(1) = 0.565159103992485",
         value=special.i1,
         array="special.i1",
         slopes=slopes.one(slopes.bessel_i1),
@@ -608,6 +706,8 @@ _BESSEL = (
     ),
     _bessel(
         name="k0",
+        meaning="modified Bessel function of the second kind, order 0",
+        example="k0(1) = 0.4210244382407083",
         value=special.k0,
         array="special.k0",
         slopes=slopes.minus("bessel_k1"),
@@ -620,6 +720,8 @@ _BESSEL = (
     ),
     _row(
         name="bessel_k1",
+        meaning="modified Bessel function, 2nd kind, order 1",
+        example="bessel_k1(2) = 0.1398658818165224",
         value=special.k1,
         array="special.k1",
         slopes=slopes.one(slopes.bessel_k1),

@@ -20,10 +20,10 @@ from pygls.workspace import TextDocument
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
+from rulesheets.functions import TABLE
 from rulesheets.reading import read_source
 from rulesheets.source import Source
 from rulesheets.uses import parsed
-from solver.editor.functions import ENTRIES
 from solver.editor.symbols import Names, Symbol, symbol
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Word
 from solver.page.lane import Lane, Workers
@@ -171,8 +171,9 @@ def _other(path: Path) -> TextDocument:
 async def explained(server: Server, document: TextDocument, names: Names, word: Word) -> str:
     """What a hover says of a word, as Markdown."""
     if word.kind in ("builtin", "constant"):
-        entry = ENTRIES[word.text.lower()]
-        return f"`{entry.usage}`: {entry.meaning}\n\nExample: `{entry.example}`"
+        entry = TABLE[word.text.lower()]
+        example = f"\n\nExample: `{entry.example}`" if entry.example else ""
+        return f"`{entry.usage}`: {entry.meaning}{example}"
     named = symbol(word)
     if named is None or named.function or named.scope:
         return ""
@@ -206,7 +207,7 @@ def completions(document: TextDocument, names: Names, offset: int) -> Iterator[l
     for name in names.known(scope) + (names.known("") if scope else []):
         if name != typed:
             yield lsp.CompletionItem(name, kind=kinds.Variable)
-    for name, entry in ENTRIES.items():
+    for name, entry in TABLE.items():
         yield lsp.CompletionItem(name, kind=kinds.Function, detail=entry.usage, documentation=entry.meaning)
     others = (Names(read_source(path).text).functions() for path in used_files(document, names))
     for name in dict.fromkeys((*names.functions(), *(name for some in others for name in some))):
