@@ -1,25 +1,23 @@
-"""An answer to many digits, and the slopes of the rules there.
+"""An answer in many digits, and the slopes of the rules there.
 
-The inputs are exact numbers, so the answer exists to all digits, however ill-conditioned its rounding
-to floats is. It is reached from the float answer by Newton steps on the square part of the active
-rules, block by block: the misses to many digits, the slopes in floats as long as that brings the digits
-of a float with every step.
+The inputs are exact numbers, so the answer exists to any number of digits, however ill-conditioned its
+rounding to floats is. It is reached from the float answer by Newton's method on the square part of the
+active rules, block by block.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
 from typing import Any, TypeAlias
 
-from rulesheets.evaluate import Undefined, extended, extended_derivatives
+from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.evaluate.precise import in_many_digits
+from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
 from rulesheets.nodes import Expression
 from solver.derivatives.linearization import Linearization, SquareBlock
-from solver.numerics.elimination import Singular
-from solver.numerics.refinement import solve_exactly
+from solver.digits.system import ManyDigits, Work
 
 Extended: TypeAlias = Any
 """A number of mpmath."""
@@ -27,13 +25,7 @@ Extended: TypeAlias = Any
 DIGITS = 100
 """Digits that are computed with."""
 
-ROUNDS = 24
-SETTLED = 1e-60
-"""Share of its size by which a Newton step moves an unknown at the end."""
-
-SLOW = 1e-3
-"""A step that is this share of the last one asks for slopes of its own."""
-
+MAX_WORK = 10**12
 FAR, ASTRAY = 1e-2, 1e-6
 """Share of its size, and of the terms that it is made of, by which an unknown may move and still be the
 same answer."""
@@ -82,7 +74,7 @@ def sharpened(
             else:
                 rows.update((e.index, _numbers(linear.rows[e.index])) for e in equations)
             blocks.append(block)
-        except (Undefined, Singular, _Blunt):
+        except (Undefined, _Blunt):
             lost.update(block.unknowns)
             exact.update((name, number(v)) for name in block.unknowns if isinstance(v := values[name], float))
     for index in linear.redundant:
@@ -100,14 +92,7 @@ def _numbers(row: Mapping[str, float]) -> dict[str, Extended]:
 
 def number(value: float) -> Extended:
     """A float as the exact number that it is."""
-    from rulesheets.functions.extended import context
-
     return context(DIGITS).mpf(value)
-
-
-def miss(left: Expression, right: Expression, values: Mapping[str, Any]) -> Extended:
-    """left − right. Raises Undefined."""
-    return extended(left, values, DIGITS) - extended(right, values, DIGITS)
 
 
 def slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
@@ -124,33 +109,18 @@ def _settle(
     block: SquareBlock,
     exact: dict[str, Any],
 ) -> None:
-    """Newton steps with the ``rows`` of slopes in floats; with sharp slopes where these contract slowly."""
-    start = {name: exact[name] for name in block.unknowns}
-    flat = [rows[e.index] for e in equations]
-    matrix, sizes = _matrix(flat, block), _sizes(flat, block, exact)
-    reach = {name: FAR * abs(float(x)) + ASTRAY * sizes[name] for name, x in start.items()}
-    scale = {name: max(abs(float(x)), sizes[name]) or 1.0 for name, x in start.items()}
-    before = inf
-    for _ in range(ROUNDS):
-        misses = [miss(e.left, e.right, exact) for e in equations]
-        if not any(misses):
-            return
-        (step,) = solve_exactly(matrix, [misses])
-        exact.update((name, exact[name] - d) for name, d in zip(block.unknowns, step, strict=True))
-        if any(abs(float(exact[name] - x)) > reach[name] for name, x in start.items()):
-            raise _Blunt
-        moved = max(abs(float(d)) / scale[name] for name, d in zip(block.unknowns, step, strict=True))
-        if moved <= SETTLED:
-            return
-        if moved > SLOW * before:
-            matrix = _matrix([slopes(e.left, e.right, exact) for e in equations], block)
-        before = moved
-    raise _Blunt
+    """The root of a block near its float values. Raises _Blunt if there is none."""
+    start = [float(exact[name]) for name in block.unknowns]
+    sizes = _sizes([rows[e.index] for e in equations], block, exact)
+    root = ManyDigits(equations, block.unknowns, exact, DIGITS, Work(MAX_WORK)).newton(start, sizes)
+    if root is None or any(
+        abs(v - x) > FAR * abs(x) + ASTRAY * size for v, x, size in zip(root, start, sizes, strict=True)
+    ):
+        raise _Blunt
+    exact.update(zip(block.unknowns, root, strict=True))
 
 
-def _sizes(
-    rows: Sequence[Mapping[str, float]], block: SquareBlock, values: Mapping[str, Any]
-) -> dict[str, float]:
+def _sizes(rows: Sequence[Mapping[str, float]], block: SquareBlock, values: Mapping[str, Any]) -> list[float]:
     """How large the terms are that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules."""
     found = dict.fromkeys(block.unknowns, 0.0)
     for row in rows:
@@ -158,8 +128,4 @@ def _sizes(
         for name in found.keys() & row.keys():
             if row[name]:
                 found[name] = max(found[name], total / abs(row[name]))
-    return found
-
-
-def _matrix(rows: Sequence[Mapping[str, Any]], block: SquareBlock) -> list[dict[int, Any]]:
-    return [{j: row[name] for j, name in enumerate(block.unknowns) if name in row} for row in rows]
+    return list(found.values())

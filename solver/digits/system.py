@@ -13,7 +13,8 @@ from rulesheets.functions.extended import context
 from rulesheets.model import Equation
 from rulesheets.nodes import Expression
 from rulesheets.program import walk
-from solver.numerics.elimination import eliminate
+from solver.numerics.elimination import Singular, eliminate_rows
+from solver.numerics.refinement import ELIMINATED, solve_exactly
 
 SPARE = 8
 """Decimal digits of the working precision that rounding may take."""
@@ -86,23 +87,31 @@ class ManyDigits:
         except NotDifferentiable:
             raise Undefined("derivative", (), self.forms[0]) from None
 
-    def newton(self, start: Sequence[Any]) -> list[Any] | None:
-        """The root that Newton's method reaches from ``start``; None if it reaches none."""
+    def newton(self, start: Sequence[Any], sizes: Sequence[float] = ()) -> list[Any] | None:
+        """The root that Newton's method reaches from ``start``; None if it reaches none.
+
+        ``sizes`` (n,) of the terms that the unknowns are made of: one that is 0 comes out as their rounding.
+        """
         x = [self.mp.mpf(v) for v in start]
         try:
             for _ in range(MAX_ITERATIONS):
                 expect_time()
-                step = eliminate(*self.linearised(x), self.tiny)
-                if step is None:
-                    return None
+                step = self._step(*self.linearised(x))
                 x = [v - d for v, d in zip(x, step, strict=True)]
-                if self._settled(x, step):
+                if self._settled(x, step, sizes or [float(max(map(abs, x)))] * len(x)):
                     return x
-        except (Undefined, OverflowError):
+        except (Undefined, Singular, OverflowError):
             return None
         return None
 
-    def _settled(self, x: Sequence[Any], step: Sequence[Any]) -> bool:
+    def _step(self, jacobian: Sequence[Sequence[Any]], misses: Sequence[Any]) -> list[Any]:
+        """Raises Singular."""
+        rows = [{j: slope for j, slope in enumerate(row) if slope} for row in jacobian]
+        if len(rows) > ELIMINATED:
+            return solve_exactly(rows, [misses])[0]
+        return eliminate_rows(rows, [misses], self.tiny)[0]
+
+    def _settled(self, x: Sequence[Any], step: Sequence[Any], sizes: Sequence[float]) -> bool:
         """Whether the next step, which is quadratically smaller, would be lost in rounding."""
-        size = max(abs(v) for v in x)
-        return all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d in zip(x, step, strict=True))
+        triples = zip(x, step, sizes, strict=True)
+        return all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d, size in triples)
