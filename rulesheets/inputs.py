@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, SupportsFloat
 
+from rulesheets.declarations import constant
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.input_messages import (
     no_tolerance,
@@ -22,6 +23,9 @@ from rulesheets.input_messages import (
 )
 from rulesheets.kinds import quantities
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
+from rulesheets.nodes import Equality
+from rulesheets.parse import parse
+from rulesheets.program import rules_of
 from rulesheets.source import Source, Span
 from rulesheets.units.quantity import converted, parted
 
@@ -123,11 +127,6 @@ def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:
 
 def _evaluated(text: str, place: Span) -> Value:
     """The value of an expression of numbers, read by the parser as the right side of a rule."""
-    from rulesheets.declarations import constant
-    from rulesheets.nodes import Equality
-    from rulesheets.parse import parse
-    from rulesheets.program import rules_of
-
     if not text or any(mark in text for mark in '"=;\n'):
         raise RuleSheetError(not_a_value(text, place))
     try:

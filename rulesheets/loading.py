@@ -6,11 +6,12 @@ import gc
 import os
 
 from rulesheets.build import build
-from rulesheets.diagnosis import RuleSheetError
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
 from rulesheets.reading import confined, files_read, read_source
 from rulesheets.source import Source, escaped
-from rulesheets.uses import gather
+from rulesheets.spelling import suggestion
+from rulesheets.uses import gather, outside
 
 MAIN_SHEET = "model.tk"
 
@@ -31,8 +32,6 @@ def load(
     file = find_sheet(os.fsdecode(path))
     folder = None if within is None else os.fsdecode(within)
     if not confined(file, folder):
-        from rulesheets.uses import outside
-
         raise RuleSheetError(outside(file))
     return _model(read_source(file), os.path.dirname(file), file, _model_name(file), folder, allow_python)
 
@@ -95,9 +94,6 @@ def find_sheet(path: str) -> str:
         return shipped_model(bare)
     if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
         return path
-    from rulesheets.diagnosis import RuleSheetError, error
-    from rulesheets.spelling import suggestion
-
     here = sorted(name for name in os.listdir() if name.endswith(".tk"))
     raise RuleSheetError(
         error(
@@ -119,9 +115,6 @@ def find_variable_sheet(path: str, sheet: str) -> str:
     found = next((file for file in (path, beside) if os.path.exists(file)), None)
     if found is not None:
         return found
-    from rulesheets.diagnosis import RuleSheetError, error
-    from rulesheets.spelling import suggestion
-
     there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
     notes = suggestion(path, there) or ((f"beside {sheet} there are {', '.join(there)}",) if there else ())
     raise RuleSheetError(

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.source import Span
+from rulesheets.spelling import plural
 from rulesheets.units.library import Library, library
 from rulesheets.units.unit import Unit
 
@@ -153,8 +154,6 @@ class Model:
     units: Library = field(default=library(), compare=False, repr=False)
 
     def __repr__(self) -> str:
-        from rulesheets.spelling import plural
-
         size = plural(len(self.variables), "variable"), plural(len(self.equations), "equation")
         return f"<Model {self.name}: {', '.join(size)}>"
 

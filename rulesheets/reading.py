@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.source import Source, Span
+from rulesheets.spelling import suggestion
 
 ENDING = ".tk"
 """What the name of a rule sheet ends in."""
@@ -57,8 +58,6 @@ def files_read(file: str | None, used: Iterable[Source]) -> tuple[str, ...]:
 
 def near_files(path: str) -> tuple[str, ...]:
     """The note on a file that is not there: its folder is not either, or holds one that is spelt alike."""
-    from rulesheets.spelling import suggestion
-
     folder, name = os.path.split(path)
     if not os.path.isdir(folder or "."):
         return (f"there is no folder {folder} either",)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
@@ -11,8 +12,6 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     The same letters in another case come first, then Ratcliff and Obershelp's
     similarity; among equals the first in the order given.
     """
-    from difflib import get_close_matches
-
     candidates = list(dict.fromkeys(known))
     for candidate in candidates:
         if candidate.lower() == word.lower() and candidate != word:

@@ -1,9 +1,8 @@
 """What was found out once and need not be found out again: entries on disk, by the content they follow from.
 
-An entry is read only if it is this user's own, whole, and written under the same key by the same
-program: sources, Python and key are part of what names it. Whatever else is there (half an entry, another
-version's, somebody else's) is taken for nothing, and so is a folder that cannot be written. The
-store therefore changes how fast an answer comes, never the answer.
+An entry is read only if it is this user's own, whole, and written under the same key, which tells all that it
+follows from. Whatever else is there (half an entry, somebody else's) is taken for nothing, and so is a folder
+that cannot be written. The store therefore changes how fast an answer comes, never the answer.
 
 ``BACKSOLVE_CACHE`` names the folder; where it is set and empty, nothing is kept.
 """
@@ -13,13 +12,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from functools import cache
-
-try:
-    from _blake2 import blake2b  # what hashlib hands out, without its loading of OpenSSL
-except ImportError:
-    from hashlib import blake2b
-
+from hashlib import blake2b
 
 MAX_BYTES = 128 * 2**20
 """Size of all entries, beyond which the ones not used for longest go."""
@@ -122,14 +115,14 @@ def clear() -> int:
 def _path(kind: str, key: bytes) -> str | None:
     """Where an entry is kept; None where no folder is to be trusted with it."""
     base = folder()
-    if base is None or program() is None or not trusted(base):
+    if base is None or not trusted(base):
         return None
     return os.path.join(base, f"{kind}-{_name(kind, key).hex()}{_SUFFIX}")
 
 
 def _name(kind: str, key: bytes) -> bytes:
-    """What an entry is called: its key, and all else that it depends on."""
-    return digest(program() or b"", kind.encode(), key)
+    """What an entry is called."""
+    return digest(kind.encode(), key)
 
 
 def _opened(data: bytes, name: bytes) -> bytes | None:
@@ -162,36 +155,6 @@ def _make_folder(base: str) -> None:
     if not os.path.isdir(base):
         os.makedirs(os.path.dirname(base), exist_ok=True)
         os.makedirs(base, mode=0o700, exist_ok=True)
-
-
-# --- the program ------------------------------------------------------------------------
-
-
-@cache
-def program() -> bytes | None:
-    """What tells this program from any other version of it: its source files, and the Python it runs in.
-
-    Files go by size and times, which change with any change of content. None where they are in no folder.
-    """
-    here = os.path.dirname(os.path.abspath(__file__))
-    try:
-        said = [_sources(place) for place in (here, os.path.join(os.path.dirname(here), "solver"))]
-    except OSError:
-        return None
-    return digest(repr(said).encode(), sys.version.encode(), sys.byteorder.encode())
-
-
-def _sources(place: str) -> list[tuple[str, int, int, int]]:
-    """Name, size and times of every source file below a folder."""
-    found: list[tuple[str, int, int, int]] = []
-    with os.scandir(place) as items:
-        for item in sorted(items, key=lambda item: item.name):
-            if item.name.endswith((".py", ".lark")):
-                status = item.stat()
-                found.append((item.path, status.st_size, status.st_mtime_ns, status.st_ctime_ns))
-            elif item.name not in ("__pycache__", "models") and item.is_dir():
-                found.extend(_sources(item.path))
-    return found
 
 
 # --- all entries --------------------------------------------------------------------------

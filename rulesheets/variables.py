@@ -15,6 +15,8 @@ C       anything    a comment row
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -134,9 +136,6 @@ def _guess(value: Value, place: Span) -> float:
 
 def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
     """The rows that speak of a variable, each with the place of its lines."""
-    import csv
-    import io
-
     separator = delimiter(source.text.lstrip("\r\n").partition("\n")[0])
     reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=separator)
     columns: list[str] | None = None

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.files.columns import Columns, free_name
+from solver.files.replacing import expect_no_input
+from solver.files.tables import write_table
 from solver.result import Status, UnknownName
 
 Column: TypeAlias = ArrayLike
@@ -90,8 +92,5 @@ class Table(Mapping[str, NDArray[Any]]):
         text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442,
         and E418 for a file that the model was read from.
         """
-        from solver.files.replacing import expect_no_input
-        from solver.files.tables import write_table
-
         expect_no_input(path, self._files)
         write_table(path, Columns(self._columns, self.status, tuple(map(str, self.STATUSES))))

@@ -118,7 +118,7 @@ def _from_pint(name: str) -> Unit | None:
     """
     if len(name) < SHORTEST or find_spec("pint") is None:
         return None
-    key = store.digest(version("pint").encode(), name.encode())
+    key = store.digest(b"factor and powers", version("pint").encode(), name.encode())
     kept = store.load("unit", key)
     text = _asked(name) if kept is None else kept.decode()
     if kept is None:

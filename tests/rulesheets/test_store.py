@@ -95,24 +95,6 @@ def test_an_entry_under_another_name_is_not_taken_for_it(folder: Path) -> None:
     assert store.load("thing", OTHER) is None
 
 
-def test_another_version_never_reads_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    store.save("thing", KEY, b"said")
-    monkeypatch.setattr(store, "program", lambda: b"another")
-    assert store.load("thing", KEY) is None
-
-
-def test_a_program_is_told_by_its_sources(tmp_path: Path) -> None:
-    (tmp_path / "room").mkdir()
-    (tmp_path / "room" / "a.py").write_text("1")
-    (tmp_path / "notes.txt").write_text("1")
-    before = store._sources(str(tmp_path))
-    assert [Path(source[0]).name for source in before] == ["a.py"]
-    (tmp_path / "notes.txt").write_text("22")
-    assert store._sources(str(tmp_path)) == before
-    (tmp_path / "room" / "a.py").write_text("22")
-    assert store._sources(str(tmp_path)) != before
-
-
 def test_without_a_folder_nothing_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BACKSOLVE_CACHE", "")
     store.save("thing", KEY, b"said")
