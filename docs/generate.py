@@ -70,8 +70,7 @@ def validation() -> Iterator[str]:
     yield ""
     yield (
         f"The other models ({others}) are exercises whose data are printed in drawings only. Tests compare "
-        "them, and every well-posed swap of inputs and outputs of all models, with independent computations "
-        "in 50 digits."
+        "them, and swaps of inputs and outputs of all models, with independent computations in 50 digits."
     )
     yield ""
     for model in dict.fromkeys(row.model for row in rows):
