@@ -88,7 +88,7 @@ class Plan:
             """Those of every answer, the primary one first. Raises as a call does."""
 
     else:
-        # Of each plan its own, so that a call goes straight into the compiled way.
+        # Of each plan its own, so that a call goes straight into the record.
         __slots__ = ("__call__", "__dict__", "__weakref__", "all")
 
     def _call(self, primary: Callable[..., Any], every: Callable[..., Any]) -> None:
@@ -104,7 +104,7 @@ class Plan:
             self._call(*(with_resort(*pair) for pair in pairs))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
-        """What the first way does not settle, or all where there is none yet."""
+        """What the first record does not settle, or all where there is none yet."""
         return self._listed(self._numbers(given, named))[0]
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
@@ -120,7 +120,7 @@ class Plan:
         return next((found for found in rows if found is not None), None)
 
     def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
-        """The numbers of a call; places that a compiled way has filled up hold None."""
+        """The numbers of a call; places that a record has filled up hold None."""
         while given and given[-1] is None:
             given = given[:-1]
         return arguments(self.model, self.inputs, given, named)
@@ -128,7 +128,7 @@ class Plan:
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
 
-        With ``jit`` the ways are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
+        With ``jit`` the records are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
         Raises ValueError for columns of different lengths, ImportError where the extra is absent.
         """
         return sweep_rows(self, columns, jit)
@@ -199,8 +199,8 @@ class Plan:
     def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> None:
         """A record of a row that was solved step by step, where it has one.
 
-        Of an infeasible row it is the way to its refusal, where nothing but that is known of it. A row that
-        lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew for it.
+        Of an infeasible row it is the refusal that is recorded, where nothing but that is known of it. A row
+        that lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew.
         """
         if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
             return

@@ -1,4 +1,4 @@
-"""The rows of a sweep: compiled ways for those that decide alike, the step-by-step way for the rest."""
+"""The rows of a sweep: records for those that decide alike, full solves for the rest."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
 
 
 def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.int8], Answers]:
-    """Rows of numbers: by compiled ways first. Raises Interrupted with the same for an interrupt at a row."""
+    """Rows of numbers: by records first. Raises Interrupted with the same for an interrupt at a row."""
     status = np.zeros(len(columns[0]), dtype=np.int8)
 
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:

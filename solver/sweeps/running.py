@@ -18,7 +18,7 @@ RECENT = 5
 ENOUGH = 0.02
 """Seconds below which they say more of their own overhead than of their rows."""
 LEARNING = 1.0
-"""Seconds of the first piece that learning ways and loading what they need can explain."""
+"""Seconds of the first piece that recording and loading what they need can explain."""
 CARRIAGE = 0.15e-6
 """Seconds that a row of six numbers is on its way to a worker and back."""
 
@@ -66,7 +66,7 @@ def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: in
     """Here, until what is left turns out to be worth starting workers for.
 
     Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches
-    the ways that the others take, and is no measure of them, unless its rows were slow by themselves; nor
+    the records that serve the others, and is no measure of them, unless its rows were slow by themselves; nor
     is a piece with a row that had to go step by step, so that the typical one of the last pieces counts.
     Measured is the time of the processor: on a machine that others keep busy workers pay no sooner.
     """

@@ -19,7 +19,7 @@ from solver.result import Status
 from solver.sweep_rows import one_answer
 from solver.sweeps.answers import every_answer, solved_answers
 from solver.sweeps.refusals import refusals
-from solver.sweeps.ways import Pattern, SteadyPlans
+from solver.sweeps.steady import Pattern, SteadyPlans
 from solver.table import Table
 from solver.trace.answer_rows import Answers
 
@@ -62,7 +62,7 @@ class Solved:
 class Work:
     """What has to be known to solve any piece of a sweep.
 
-    ``lessons`` are rows (a column an input) from which compiled ways are learned beforehand. ``every``
+    ``lessons`` are rows (a column an input) of which records are made beforehand. ``every``
     asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
     lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code. ``until``
     is the end of its time by the clock of the system: rows that are solved later fail.

@@ -1,4 +1,4 @@
-"""Sweeps for every answer: rows that a way settles at once, all their answers, the others one by one."""
+"""Sweeps for every answer: rows that a record settles at once, all their answers, the others one by one."""
 
 from __future__ import annotations
 
@@ -113,9 +113,9 @@ class AnswerSweeper:
         self._kernels: dict[int, tuple[Program, AnswerKernel | None]] = {}
 
     def run(self, columns: Sequence[Array], wanted: int, outcome: Outcome, keep: Keep) -> Answers:
-        """The answers of the rows of ``columns`` (n,): by the ways there are, by ways learned on the way.
+        """The answers of the rows of ``columns`` (n,): by the records there are and those made of its rows.
 
-        ``outcome`` has the word on a row that no way settles (and learns from it); ``keep`` is told the
+        ``outcome`` has the word on a row that no record settles (and learns from it); ``keep`` is told the
         status of rows that are not solved.
         """
         known = set(map(id, self.records.programs))
@@ -123,15 +123,15 @@ class AnswerSweeper:
         parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
         left = np.arange(count)
-        ways = refusals = 0
+        records = refusals = 0
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
-                for program in self.records.programs[ways:]:
+                for program in self.records.programs[records:]:
                     left = self._settled(program, columns, left, parts)
                 for program in self.records.refusals[refusals:]:
                     left = self._refusals.left(program, columns, left, keep)
-            ways, refusals = len(self.records.programs), len(self.records.refusals)
+            records, refusals = len(self.records.programs), len(self.records.refusals)
             for row in left.tolist():
                 try:
                     status, alone[row] = outcome(row)
@@ -141,7 +141,7 @@ class AnswerSweeper:
                 left = left[1:]
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
-                if (ways, refusals) != (len(self.records.programs), len(self.records.refusals)):
+                if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):
                     break  # what was learned may settle the others
         if alone:
             parts.append(_one_by_one(alone, wanted))
@@ -150,7 +150,7 @@ class AnswerSweeper:
     def _settled(
         self, program: Program, columns: Sequence[Array], left: Array, parts: list[tuple[Array, Answers]]
     ) -> Array:
-        """The rows that are still left after a way had its turn."""
+        """The rows that are still left after a record had its turn."""
         kernel = self._kernel(program)
         if kernel is None or not len(left):
             return left

@@ -28,7 +28,7 @@ second operand, which may be dear to compute: true where the first is true."""
 
 TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
-"""A direction nearer to the axis than this (as a quotient) is left to the step-by-step way."""
+"""A direction nearer to the axis than this (as a quotient) is left to a full solve."""
 
 
 class NotCompilable(Exception):

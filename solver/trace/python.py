@@ -99,10 +99,10 @@ def block_function(
     return namespace["solve"]  # type: ignore[no-any-return]
 
 
-def with_resort(way: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
+def with_resort(function: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
-    known = {**way.__globals__, "otherwise": otherwise}
-    return FunctionType(way.__code__, known, way.__name__, way.__defaults__)
+    known = {**function.__globals__, "otherwise": otherwise}
+    return FunctionType(function.__code__, known, function.__name__, function.__defaults__)
 
 
 def _nothing(*numbers: Value, **named: Value) -> None:

@@ -24,7 +24,7 @@ from solver.trace.refusal import refusal
 from solver.trace.state import Pattern
 
 MAX_RECORDS = 24
-"""Records of one pattern; a sheet whose rows decide in more ways than this is solved step by step beyond."""
+"""Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
 AGREEMENT = 1e-6

@@ -1,4 +1,4 @@
-"""Compiled ways on arrays: kernels, and the rows that a refusal settles at once."""
+"""Records on arrays: kernels, and the rows that a refusal settles at once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Keep: TypeAlias = Callable[[Array, Status], None]
 """Takes the status of rows."""
 
 WORTH = 16
-"""So many rows pay for the set-up of a way on arrays."""
+"""So many rows pay for the set-up of a record on arrays."""
 
 
 TOGETHER = 2**17

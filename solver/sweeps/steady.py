@@ -1,7 +1,7 @@
 """A plan that solves pieces of a sweep alike, whatever it has solved before.
 
-A plan learns compiled ways from the rows that it meets, and a row comes out of a way with other last
-bits than out of the step-by-step solve that teaches it. So ways are learned from ``lessons``, some rows
+A plan makes records of the rows that it meets, and a row comes out of a record with other last
+bits than out of the full solve that it was made from. So records are made of ``lessons``, some rows
 of the whole sweep, before the first piece, and what a piece teaches beyond is forgotten after it: its
 numbers depend on nothing but itself.
 """
@@ -25,7 +25,7 @@ from solver.trace.answer_rows import Answers
 class Pattern:
     """What is the same for all rows of a plan: its inputs and outputs, and the inputs that are fixed.
 
-    With ``jit`` its ways are compiled to machine code.
+    With ``jit`` its records are compiled to machine code.
     """
 
     model: Model
@@ -37,7 +37,7 @@ class Pattern:
 
 
 class SteadyPlan:
-    """Solves pieces of one pattern, every one from the same ways."""
+    """Solves pieces of one pattern, every one by the same records."""
 
     def __init__(self, pattern: Pattern, lessons: Sequence[Array]) -> None:
         self._plan = Plan(pattern.model, pattern.inputs, pattern.want, pattern.given, pattern.guesses)
