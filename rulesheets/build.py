@@ -25,6 +25,7 @@ from rulesheets.nodes import (
     numbers,
 )
 from rulesheets.program import Program, bodies, components, operands, rules_of, walk
+from rulesheets.source import Span
 from rulesheets.units.library import Library
 from rulesheets.units.quantity import library_of, unit_named
 from rulesheets.units.weights import differences
@@ -83,7 +84,14 @@ def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Co
 
 
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
-    """Numbers of rules whose units are unknown."""
+    """Numbers of rules, and figures, whose units are unknown."""
+    for figure in program.sheet.figures:
+        span = figure.span
+        head = span and Span(span.source, span.start, span.start + len("figure"))
+        try:
+            unit_named(figure.unit or "", head, units)
+        except RuleSheetError as wrong:
+            yield from wrong.diagnoses
     for part in _rule_parts(program, _MEASURE):
         for number in numbers(part):
             try:

@@ -10,7 +10,7 @@ from rulesheets.source import Source, Span
 
 _HEAD = re.compile(
     r"""\s*(?:
-        (?P<section>variables|rules|units)\s*\Z
+        (?P<section>variables|rules|(?<![^\S\n])units)\s*\Z
       | (?P<use>use)\b\s*(?:["\w]|\Z)
       | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
       | (?P<function>function)\b\s*(?:[\w(:]|\Z)

@@ -80,7 +80,7 @@ class _Reading:
     def _add(self, line: Line) -> None:
         if self.section == _SKIPPED:
             return
-        word = None if self.section == "units" else misspelt_head(line.code, self.section)
+        word = misspelt_head(line.code, "variables" if self.section == "units" else self.section)
         if word is not None:
             self.section = nearest_section(word, self.section)
             raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))

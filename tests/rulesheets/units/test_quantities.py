@@ -217,6 +217,11 @@ def test_a_sheet_defines_units_of_its_own() -> None:
         rulesheets.loads("variables\n L [smoot]\nrules\n A = L^2")
 
 
+def test_an_indented_name_is_a_variable_even_if_it_is_units() -> None:
+    model = rulesheets.loads("variables\n  units\n  k = 2\nrules\n  units = 3*k\n")
+    assert (list(model.variables), solver.solve(model)["units"]) == (["units", "k"], 6.0)
+
+
 def test_own_units_survive_a_process_and_the_formatter() -> None:
     model = pickle.loads(pickle.dumps(rulesheets.loads(OWN)))
     assert model.variables["L"].measure == rulesheets.loads(OWN).variables["L"].measure
