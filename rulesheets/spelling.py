@@ -1,4 +1,4 @@
-"""The nearest known word to one that is not known."""
+"""The nearest known word to one that is not known, and words that are known elsewhere."""
 
 from __future__ import annotations
 
@@ -42,3 +42,34 @@ def plural(count: int, noun: str) -> str:
     if count == 0:
         return f"no {noun}"
     return f"{count} {noun}" + ("s" if count > 1 else "")
+
+
+PROPERTIES = (
+    *(
+        "conductivity",
+        "cp",
+        "cv",
+        "density",
+        "dewpoint",
+        "enthalpy",
+        "entropy",
+        "humrat",
+        "intenergy",
+        "molarmass",
+    ),
+    *(
+        "p_sat",
+        "prandtl",
+        "pressure",
+        "quality",
+        "relhum",
+        "soundspeed",
+        "specheat",
+        "surfacetension",
+        "t_sat",
+    ),
+    *("temperature", "viscosity", "volume", "wetbulb"),
+)
+"""Functions of EES that give a property of a substance."""
+
+WRITE_IN_PYTHON = 'write the function in Python, and name its file by use python "properties.py"'

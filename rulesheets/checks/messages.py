@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.functions import TABLE
 from rulesheets.nodes import Call, CallRule, Function
-from rulesheets.parse.mistakes.foreign import PROPERTIES, WRITE_IN_PYTHON
 from rulesheets.source import Span
-from rulesheets.spelling import plural, suggestion
+from rulesheets.spelling import PROPERTIES, WRITE_IN_PYTHON, plural, suggestion
 
 _ELSEWHERE = {
     "convert": "write the factor as a number; values are converted where they are given: x = 3[in]",

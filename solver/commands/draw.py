@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 from rulesheets.diagnosis import RuleSheetError, error, render
+from rulesheets.format.text import readable
 from rulesheets.model import Model, Value
 from rulesheets.source import escaped
 from rulesheets.units.quantity import shown
@@ -19,7 +20,6 @@ from solver.pictures.diagram import variables
 from solver.pictures.drawing import chosen, left_out, views
 from solver.pictures.layout import View
 from solver.plan import Unsolved
-from solver.report.sheet import readable
 from solver.report.text import MEANINGS
 from solver.result import Result, Status
 from solver.solving import solve

@@ -20,6 +20,7 @@ from pygls.workspace import TextDocument
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
+from rulesheets.format.text import readable
 from rulesheets.functions import TABLE
 from rulesheets.reading import read_source
 from rulesheets.source import Source
@@ -27,7 +28,6 @@ from rulesheets.uses import parsed
 from solver.editor.symbols import Names, Symbol, symbol
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Word
 from solver.page.lane import Lane, Workers
-from solver.report.sheet import readable
 
 Json = dict[str, Any]
 

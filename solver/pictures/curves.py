@@ -9,8 +9,8 @@ from math import prod
 import numpy as np
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.format.text import readable
 from solver.files.columns import Array, Columns
-from solver.report.sheet import readable
 
 CURVES = 8
 """Curves that one panel may have, so that each can be told from the others."""

@@ -11,6 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rulesheets.format.text import readable
 from solver.pictures.diagram import Diagram, Place, bar
 from solver.pictures.ink import INK, Pen, style
 from solver.pictures.layout import (
@@ -29,7 +30,6 @@ from solver.pictures.layout import (
     legend_width,
 )
 from solver.pictures.panel import Panel
-from solver.report.sheet import readable
 
 _DATES: dict[str, dict[str, Any]] = {
     "png": {"Software": None},

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from rulesheets.diagnosis import render
+from rulesheets.format.text import readable
 from rulesheets.model import Model, Variable
 from rulesheets.spelling import plural
 from rulesheets.units.quantity import shown
 from solver.derivatives.sensitivities import Sensitivities
 from solver.derivatives.tolerances import Band, ToleranceBands
-from solver.report.sheet import readable
 from solver.report.table import table
 from solver.sampling import Samples
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.diagnosis import render
+from rulesheets.format.text import readable
 from rulesheets.nodes import Name
 from rulesheets.showing import ROWS, html_table, more
 from solver.derivation import Derivation, Direct, Together
@@ -17,7 +18,7 @@ from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, e
 from solver.report.derived import cells
 from solver.report.notation import Plain, Tex, equation
 from solver.report.path import told
-from solver.report.sheet import COLUMNS, displayed, output_heads, readable, sheet_rows
+from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
 from solver.report.why import ESCAPED, Page, iterated
 from solver.result import Result, Status
 

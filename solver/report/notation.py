@@ -7,6 +7,7 @@ from typing import Protocol
 
 from rulesheets.construct import substitute
 from rulesheets.format import format_condition, format_expression
+from rulesheets.format.text import DIGITS, readable
 from rulesheets.model import Equation, Value
 from rulesheets.nodes import (
     And,
@@ -25,7 +26,6 @@ from rulesheets.nodes import (
     names,
     rebuilt,
 )
-from solver.report.sheet import DIGITS, readable
 
 
 class Notation(Protocol):

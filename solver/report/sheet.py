@@ -14,18 +14,6 @@ from rulesheets.model import Tolerance, Value, Variable
 from rulesheets.units.quantity import shown
 from solver.result import Result, Solution
 
-DIGITS = 10
-"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding noise."""
-
-
-def readable(value: Value | None) -> str:
-    """A value for the variable sheet: ``'open``, ``-41.46077186``, blank where there is none."""
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return f"'{value}"
-    return f"{value + 0.0:.{DIGITS}g}"
-
 
 def exact(value: Value | None) -> str:
     """A value for a file: reading it back gives the same float."""

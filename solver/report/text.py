@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from rulesheets.diagnosis import render
+from rulesheets.format.text import readable
 from rulesheets.source import escaped
 from rulesheets.spelling import plural
 from solver.path.steps import Evaluate, Path, Select, SolveBlock
@@ -21,7 +22,6 @@ from solver.report.sheet import (
     magnitude,
     output_heads,
     pruned,
-    readable,
     sheet_rows,
     tolerated,
 )

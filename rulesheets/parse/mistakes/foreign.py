@@ -10,39 +10,11 @@ from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.parse.layout import Line
 from rulesheets.parse.mistakes.stop import Stop
 from rulesheets.source import Source, Span
+from rulesheets.spelling import PROPERTIES, WRITE_IN_PYTHON
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
 _INDEX = r"(?:\d+|[ijkn])(?:\s*[-+]\s*\d+)?"
 _CALL = r"(?P<name>(?!(?i:if|and|or|not|call|function)\b)[^\W\d]\w*)\s*\("
-PROPERTIES = (
-    *(
-        "conductivity",
-        "cp",
-        "cv",
-        "density",
-        "dewpoint",
-        "enthalpy",
-        "entropy",
-        "humrat",
-        "intenergy",
-        "molarmass",
-    ),
-    *(
-        "p_sat",
-        "prandtl",
-        "pressure",
-        "quality",
-        "relhum",
-        "soundspeed",
-        "specheat",
-        "surfacetension",
-        "t_sat",
-    ),
-    *("temperature", "viscosity", "volume", "wetbulb"),
-)
-"""Functions of EES that give a property of a substance."""
-
-WRITE_IN_PYTHON = 'write the function in Python, and name its file by use python "properties.py"'
 _NOT_BUILT_IN = "functions of substances are not built in"
 _ANGLES = "leave it out: a variable has its own unit; sind, cosd and tand take degrees"
 _COMMENT = 'a comment begins with " and reaches to the end of its line'

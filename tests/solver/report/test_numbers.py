@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.report.sheet import certain, exact, magnitude, readable
+from rulesheets.format.text import readable
+from solver.report.sheet import certain, exact, magnitude
 
 
 @pytest.mark.parametrize(
