@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+import gc
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -23,6 +24,8 @@ from solver.verdicts.verdict import Verdict, judge
 
 CUT = "S593"
 """The code of a note on a list of answers that was cut off."""
+COLLECTION = 100_000, 50, 100
+"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
 GRACE = 2.0
 """Seconds to explain a verdict whose remedies took too long."""
 
@@ -66,11 +69,22 @@ def solve(
 
         require_proof()
     try:
-        with time_limit(timeout):
+        with time_limit(timeout), _rare_collection():
             return _solved(model, given, wanted, hints, prove, limits or model.limits)
     except TimeIsUp as up:
         found = up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
         return _cut_off(model, found, given, wanted, hints)
+
+
+@contextmanager
+def _rare_collection() -> Iterator[None]:
+    """The garbage collector looks but rarely; not at all where it has been switched off."""
+    usual = gc.get_threshold()
+    gc.set_threshold(*(COLLECTION if usual[0] else usual))
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
 
 
 def _solved(

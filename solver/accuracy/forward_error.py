@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rulesheets.construct import subtract
-from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
+from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
+from solver.accuracy.rule_check import sides
 from solver.facts import DoubleRoot
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
@@ -166,10 +167,10 @@ class _Propagation:
     def _row(self, equation: Equation, unknowns: Sequence[str]) -> _Row | None:
         """None where the rule cannot be evaluated."""
         try:
-            left, slopes, noise = rounded_derivatives(equation.left, self.values)
-            right, others, more = rounded_derivatives(equation.right, self.values)
+            (left, slopes, noise), (right, others, more) = sides(equation, self.values)
         except (Undefined, KeyError):
             return None
+        slopes = dict(slopes)
         for name, slope in others.items():
             slopes[name] = slopes.get(name, 0.0) - slope
         size = noise + more + abs(left - right) if self.rounds else self._last_places(equation)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from rulesheets.construct import divide, subtract
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
@@ -31,6 +32,7 @@ ROUNDINGS = 4
 DIGITS = 50
 LEAP = 4.0
 """How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""
+Sides: TypeAlias = tuple[float, dict[str, float], float]
 _JUMPING = named(lambda row: row.jumps)
 
 
@@ -47,8 +49,41 @@ class RuleCheck:
     delicate: bool = False
 
 
+@dataclass(slots=True)
+class _Last:
+    """What is known of an equation at the values it was last asked about: several ask of one answer."""
+
+    at: tuple[Value, ...]
+    sides: tuple[Sides, Sides] | None = None
+    check: RuleCheck | None = None
+
+
+def _last(equation: Equation, values: Mapping[str, Value]) -> _Last:
+    at = tuple([values[name] for name in equation.names])
+    kept: _Last | None = equation.__dict__.get("_last")
+    if kept is None or kept.at != at or 0.0 in at:  # a zero may have another sign
+        kept = equation.__dict__["_last"] = _Last(at)
+    return kept
+
+
+def sides(equation: Equation, values: Mapping[str, Value]) -> tuple[Sides, Sides]:
+    """Value, slopes and rounding of both sides. Raises Undefined."""
+    kept = _last(equation, values)
+    if kept.sides is None:
+        left, right = equation.left, equation.right
+        kept.sides = rounded_derivatives(left, values), rounded_derivatives(right, values)
+    return kept.sides
+
+
 def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     """Evaluate an equation all of whose variables have values."""
+    kept = _last(equation, values)
+    if kept.check is None:
+        kept.check = _checked(equation, values)
+    return kept.check
+
+
+def _checked(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     found = _by_slopes(equation, values)
     if found.holds and found.miss is not None and jumps(equation) and _leaps(equation, values):
         return RuleCheck(False, found.miss, found.scaled)
@@ -62,8 +97,7 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
         same = symbols[0] == symbols[1]
         return RuleCheck(same, None, 0.0 if same else math.inf)
     try:
-        a, slopes, noise = rounded_derivatives(left, values)
-        b, others, more = rounded_derivatives(right, values)
+        (a, slopes, noise), (b, others, more) = sides(equation, values)
     except Undefined as error:
         underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
         if error.overflow or underflow:
@@ -89,10 +123,10 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
     """Σ|∂F/∂v · v| over the variables of an equation; infinite where a slope has no value."""
     try:
-        slopes = derivatives(equation.left, values)[1], derivatives(equation.right, values)[1]
+        (_, slopes, _), (_, others, _) = sides(equation, values)
     except Undefined:
         return math.inf
-    total = _size(*slopes, values)
+    total = _size(slopes, others, values)
     return total if math.isfinite(total) else math.inf
 
 

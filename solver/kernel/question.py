@@ -116,6 +116,9 @@ class Question:
 
     def size_of_residual(self, point: Mapping[str, float]) -> float:
         try:
+            if len(self.unknowns) > SPARSE and self.sparse is not None:
+                found = float(np.abs(self.sparse[0](np.array(list(point.values())))).max())
+                return found if found == found else math.inf
             return max(abs(r) for r in self.residual(list(point.values())))
         except (ArithmeticError, ValueError):
             return math.inf

@@ -9,9 +9,12 @@ divides by zero.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum, auto
 from typing import Any
+
+import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
 from rulesheets.functions.extended import context
@@ -36,6 +39,10 @@ SETTLED = 1e-30
 """Relative length of the last step: far below what floats show."""
 BESIDE = 0.25
 """The largest share of a divisor that the error bars of its variables may be."""
+
+
+ROUNDS, CONTRACTION = 5, 0.1
+"""Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
 
 
 class RootCheck(Enum):
@@ -79,13 +86,35 @@ def _check_large(
     cancel in it is none the worse; one that divides by next to nothing is."""
     start, root = list(point.values()), dict(point)
     if found.relative is None or found.relative > ORDINARY * EPSILON:
-        sharp = sharp_root(question, start, _sizes(question, start))
+        sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
         if sharp is None or not _within(start, sharp, found.errors, SAFETY):
             return RootCheck.NO_ROOT, root
         root = question.named(sharp)
     reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **root}
     beside = any(_reaches_zero(h, everything, reach) for e in question.kernel.forms for h in divisors(e))
     return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
+
+
+def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> list[float] | None:
+    """Where steps with residuals in extended precision, slopes staying as they are, shrink to nothing beside
+    the error bars; None where they do not, or a function has no such values."""
+    assert question.sparse is not None
+    bars, before = np.array(found.errors), math.inf
+    x: Any = np.array(start, dtype=np.longdouble)
+    factor = question.factor(start, _sizes(question, start))
+    for _ in range(ROUNDS):
+        try:
+            miss = question.sparse[0](x).astype(float)
+        except TypeError:
+            return None
+        step = np.array(factor.solve(miss.tolist()))
+        length = float((np.abs(step) / bars).max())
+        if not length <= min(1.0, CONTRACTION * before):
+            return None
+        x, before = x - step, length
+        if length <= CONTRACTION**ROUNDS:
+            return [float(v) for v in x]
+    return None
 
 
 def root_beside(

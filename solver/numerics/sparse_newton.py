@@ -24,6 +24,8 @@ Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 ITERATIONS = 100
 SHORTEST = 2.0**-12
 REFINEMENTS = 2
+LEAST = 1e-9
+"""Size of an unknown that the first step leaves alone, beside the largest."""
 CONVERGED = 64 * EPS
 """Weighted length of a correction that only rounding is left of."""
 BACKWARDS = 0.9
@@ -83,12 +85,13 @@ def sparse_newton(
     residual: Callable[[Array], Array],
     jacobian: Callable[[Array], Triplets],
     start: Array,
-    sizes: Array,
+    sizes: Array | None = None,
     positive: bool = False,
     iterations: int = ITERATIONS,
 ) -> SparseRoot:
     """Search a root of F: Rⁿ → Rⁿ from ``start`` (n,) with typical magnitudes ``sizes`` (n,).
 
+    Without sizes the first step, to where the linearised equations hold, gives them.
     ``positive``: unknowns that are positive stay so.
     """
     x, f = start, residual(start)
@@ -100,6 +103,8 @@ def sparse_newton(
         except ArithmeticError:
             return SparseRoot(x, False, count)
         step = -factor.solve(f)
+        if sizes is None:
+            sizes = np.maximum(np.abs(step), LEAST * (float(np.abs(step).max()) or 1.0))
         weight = np.maximum(np.abs(x), sizes)
         length = _length(step, weight)
         if not np.isfinite(length):

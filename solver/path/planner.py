@@ -166,7 +166,11 @@ class _Building:
 
     def _learn(self, unknown: int, *through: int) -> None:
         self.frontier.learn(unknown)
-        used = set(through)
+        self._spend(through)
+
+    def _spend(self, equations: Iterable[int]) -> None:
+        """These are used by a step: they check nothing."""
+        used = set(equations)
         self.frontier.spent = [e for e in self.frontier.spent if e not in used]
 
     def _checks(self) -> None:
@@ -263,7 +267,8 @@ class _Building:
         for step in steps:
             self.steps.append(step)
             for name in given_by(step):
-                self._learn(self.graph.number[name], *equations_of(step))
+                self.frontier.learn(self.graph.number[name])
+            self._spend(equations_of(step))
             self._checks()
         return bool(steps)
 

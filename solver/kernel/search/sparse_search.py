@@ -31,8 +31,7 @@ def search_sparsely(question: Question, candidates: Candidates) -> None:
     if question.sparse is None:
         return
     residual, jacobian = question.sparse
-    sizes = _sizes(question)
-    for start, positive, most in _starts(question, sizes):
+    for start, sizes, positive, most in _starts(question):
         if candidates.answers and not positive:
             continue
         root = sparse_newton(residual, jacobian, start, sizes, positive, most)
@@ -47,18 +46,21 @@ def search_sparsely(question: Question, candidates: Candidates) -> None:
             return
 
 
-def _starts(question: Question, sizes: Array) -> Iterator[tuple[Array, bool, int]]:
-    """Points, whether unknowns that are positive are kept so, and the most iterations."""
+def _starts(question: Question) -> Iterator[tuple[Array, Array | None, bool, int]]:
+    """Points, sizes, whether unknowns that are positive are kept so, and the most iterations."""
+    if not question.guesses:
+        yield defined(question, _inside(question, np.zeros(len(question.unknowns)))), None, False, MOST
+    sizes = _sizes(question)
     turning = np.array([question.turn(name) is not None for name in question.unknowns])
     inside = _inside(question, np.where(turning, 0.0, sizes))
     if question.guesses:
         guesses = question.guesses
         named = [guesses.get(n, v) for n, v in zip(question.unknowns, inside.tolist(), strict=True)]
-        yield np.array(named), False, MOST
-    yield defined(question, _inside(question, np.zeros(len(sizes)))), False, MOST
-    yield inside, True, POSITIVE_ITERATIONS
-    yield _inside(question, np.where(turning, 0.0, 1.0)), False, MOST
-    yield inside, False, MOST
+        yield np.array(named), sizes, False, MOST
+        yield defined(question, _inside(question, np.zeros(len(sizes)))), sizes, False, MOST
+    yield inside, sizes, True, POSITIVE_ITERATIONS
+    yield _inside(question, np.where(turning, 0.0, 1.0)), sizes, False, MOST
+    yield inside, sizes, False, MOST
 
 
 def defined(question: Question, x: Array) -> Array:
