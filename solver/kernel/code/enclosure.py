@@ -1,6 +1,6 @@
 """The residual of a chain with one tear, and its slope, over boxes of the tear.
 
-They are compiled when they are first asked for.
+They are compiled when they are first asked for: to floats for a few boxes, to arrays for many.
 """
 
 from __future__ import annotations
@@ -8,22 +8,28 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from math import inf, isnan, nan
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rulesheets import nodes
 from rulesheets.construct import add, is_number, multiply
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.nodes import Expression, Name, Number, Quotient
 from solver.kernel.code.chain import Assignment, Chain, directions, jumps
-from solver.kernel.code.interval_code import FLOATS, IntervalEmitter, Pair
+from solver.kernel.code.interval_code import FLOATS, IntervalEmitter, Operations, Pair
 from solver.kernel.code.quotients import by_slopes
 from solver.kernel.code.sides import sides
 from solver.path import rational
+
+if TYPE_CHECKING:
+    from rulesheets.functions.intervals.arrays import Array
+    from rulesheets.functions.intervals.arrays import Interval as Intervals
 
 Interval: TypeAlias = tuple[float, float]
 Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
 
 HORNER_DEGREE = 12
+FEW = 64
+"""Up to so many boxes one after the other take no more time than arrays of them."""
 
 
 class Enclosure:
@@ -39,8 +45,11 @@ class Enclosure:
     def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
         has no root."""
-        evaluated = self._code[0]
-        found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
+        if len(boxes) > FEW:
+            found = _in_arrays(self.range_on, boxes, known)
+        else:
+            evaluated = self._floats[0]
+            found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
         if not self._sides:
             return found
         return [
@@ -51,14 +60,16 @@ class Enclosure:
     def _jumps_across(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the residual has no root on either side of the cuts of its directions."""
         for side in self._sides:
-            below, above = _range(*side._code[0](low, high, *known))
+            below, above = _range(*side._floats[0](low, high, *known))
             if not (below > 0.0 or above < 0.0 or (isnan(below) and isnan(above))):
                 return False
         return True
 
     def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
-        found, evaluated = [], self._code[1]
+        if len(boxes) > FEW:
+            return _in_arrays(self.slope_on, boxes, known)
+        found, evaluated = [], self._floats[1]
         assert evaluated is not None
         for low, high in boxes:
             below, above, doubtful = evaluated(low, high, *known)
@@ -66,14 +77,41 @@ class Enclosure:
             found.append((-inf, inf) if unknown else (below, above))
         return found
 
+    def range_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
+        """``ranges`` of arrays of boxes; the known numbers are numpy's, or arrays."""
+        import numpy as np
+
+        with np.errstate(all="ignore"):
+            below, above, empty = self._arrays[0](low, high, *known)
+            return np.where(empty, np.nan, below), np.where(empty, np.nan, above)
+
+    def slope_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
+        """``slopes_over`` arrays of boxes."""
+        import numpy as np
+
+        assert self._arrays[1] is not None
+        with np.errstate(all="ignore"):
+            below, above, doubtful = self._arrays[1](low, high, *known)
+            unknown = doubtful | np.isnan(below) | np.isnan(above)
+            return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
+
     @cached_property
     def _sides(self) -> tuple[Enclosure, ...]:
         return tuple(Enclosure(side, self._known) for side in sides(self._chain))
 
     @cached_property
-    def _code(self) -> Code:
+    def _floats(self) -> Code:
+        return self._compiled(FLOATS)
+
+    @cached_property
+    def _arrays(self) -> Code:
+        from solver.kernel.code.interval_arrays import ARRAYS
+
+        return self._compiled(ARRAYS)
+
+    def _compiled(self, operations: Operations) -> Code:
         """Functions of the ends of the boxes and of the known numbers, for the range and for the slope."""
-        emitter = _followed(self._chain, self._known)
+        emitter = _followed(self._chain, self._known, operations)
         residual = emitter.of(Name(self._chain.residuals[0]))
         for form in self._nested:
             residual = emitter.apply("within", residual, emitter.of(form))
@@ -82,7 +120,7 @@ class Enclosure:
         ranges = emitter.function(f"{residual[0]}, {residual[1]}, empty")
         if self.slopes is None:
             return ranges, None
-        emitter = _followed(self._chain, self._known)
+        emitter = _followed(self._chain, self._known, operations)
         for name, expression in self.slopes:
             emitter.assign(name, emitter.of(expression))
         slope = emitter.of(Name(_slope_name(self._chain.residuals[0])))
@@ -91,6 +129,19 @@ class Enclosure:
 
 def _range(below: float, above: float, empty: bool) -> Interval:
     return (nan, nan) if empty else (below, above)
+
+
+def _in_arrays(
+    enclose: Callable[..., Intervals], boxes: Sequence[Interval], known: Sequence[float]
+) -> list[Interval]:
+    import numpy as np
+
+    low, high = np.array(boxes).T
+    below, above = enclose(low, high, [np.float64(number) for number in known])
+    shape = low.shape
+    return list(
+        zip(np.broadcast_to(below, shape).tolist(), np.broadcast_to(above, shape).tolist(), strict=True)
+    )
 
 
 def slope_chain(chain: Chain) -> Chain | None:
@@ -102,9 +153,9 @@ def slope_chain(chain: Chain) -> Chain | None:
     return Chain(chain.tears, (*chain.assignments, *added), (_slope_name(chain.residuals[0]),))
 
 
-def _followed(chain: Chain, known: Sequence[str]) -> IntervalEmitter:
+def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:
     """The boxes of every name of a chain, where some value may leave its domain, and where all must."""
-    emitter = IntervalEmitter(chain.tears, known, FLOATS)
+    emitter = IntervalEmitter(chain.tears, known, operations)
     emitter.line("empty = isnan(l0)")
     emitter.line("doubtful = isnan(l0)")
     for item in chain.assignments:
