@@ -16,6 +16,8 @@ from solver.trace.schedule import SELECTORS
 
 Row: TypeAlias = tuple[Value, ...]
 
+DEEP = 30
+"""Operations that are nested in one expression of the source."""
 _BINARY = {
     "add": "+",
     "sub": "-",
@@ -127,6 +129,7 @@ class _Writer:
         self.lines: list[str] = []
         self.texts: dict[int, str] = {}
         self.reads = reads(program)
+        self.heights = _heights(program.flow, self.reads)
 
     def source(self) -> str:
         arguments = [f"a{i}" for i in range(self.program.inputs)]
@@ -229,6 +232,8 @@ class _Writer:
         found = self.texts.get(node)
         if found is not None:
             return found
+        if self.heights.get(node, 0) > DEEP:
+            self._store_below(node, indent)
         operation, *parts = self.flow.nodes[node]
         if operation in ("const", "input"):
             value = parts[0]
@@ -245,6 +250,17 @@ class _Writer:
         self._line(f"t{node} = {source}", indent)
         self.texts[node] = f"t{node}"
         return self.texts[node]
+
+    def _store_below(self, node: int, indent: str) -> None:
+        """Lines for nodes below one at regular heights, so that no text nests deeper than Python reads."""
+        found, waiting = set[int](), [node]
+        while waiting:
+            operands = [o for o in _operands(self.flow, waiting.pop()) if o not in self.texts]
+            waiting += (new := set(operands) - found)
+            found |= new
+        for below in sorted(found):
+            if self.heights[below] % DEEP == 0 and self.heights[below] and below not in self.texts:
+                self.text(below, indent, store=True)
 
     def _sine_and_cosine(self, angle: int, node: int, indent: str) -> str:
         text = self.text(angle, indent, store=True)
@@ -306,8 +322,22 @@ def reads(program: Program) -> dict[int, int]:
     for node, _, _ in order.usual:
         read(node)
     while waiting:
-        operation, *operands = program.flow.nodes[waiting.pop()]
-        if operation not in ("const", "input"):
-            for operand in operands[1:] if operation in SELECTORS else operands:
-                read(int(operand))
+        for operand in _operands(program.flow, waiting.pop()):
+            read(operand)
     return count
+
+
+def _operands(flow: Flow, node: int) -> list[int]:
+    """The nodes that a node reads."""
+    operation, *operands = flow.nodes[node]
+    if operation in ("const", "input"):
+        return []
+    return [int(operand) for operand in (operands[1:] if operation in SELECTORS else operands)]
+
+
+def _heights(flow: Flow, nodes: Iterable[int]) -> dict[int, int]:
+    """How deep the operands of nodes are nested; each comes after its operands."""
+    heights: dict[int, int] = {}
+    for node in sorted(nodes):
+        heights[node] = 1 + max((heights[o] for o in _operands(flow, node)), default=-1)
+    return heights
