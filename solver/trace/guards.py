@@ -12,7 +12,7 @@ from functools import cached_property, reduce
 
 from rulesheets import nodes
 from rulesheets.construct import subtract
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds, value
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
 from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
@@ -57,24 +57,6 @@ class Guards:
         return Analysis(self.flow)
 
     # --- conditions ---
-
-    def _decide(self, state: State, conditions: Iterable[int]) -> None:
-        """Take the outcomes that the sample had where these can be told, and require them."""
-        known = {n: v for n, v in self.sample.items() if n in state.values or n in state.symbols}
-        for index in conditions:
-            if index in state.decided:
-                continue
-            try:
-                outcome = holds(self.model.conditions[index], known, self.given)
-            except KeyError:
-                continue
-            except Undefined:
-                raise NotCompilable from None
-            state.decided[index] = outcome
-            node = self._condition(state, self.model.conditions[index], outcome)
-            if node is None:
-                raise NotCompilable
-            self._require(node, outcome)
 
     def _require(self, condition: int, outcome: bool) -> None:
         self.flow.require(condition if outcome else self.flow.add("not", condition))
