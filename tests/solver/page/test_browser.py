@@ -133,7 +133,7 @@ class Tab:
 
     def pull(self, x: float, y: float, steps: int = 50) -> None:
         self.page.mouse.move(*self.place(x, y), steps=steps)
-        self.page.wait_for_timeout(150)
+        self.page.wait_for_timeout(600)
 
     def release(self) -> None:
         self.page.mouse.up()
