@@ -7,28 +7,24 @@ import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import render
 from rulesheets.units.check import check_units
 from rulesheets.variables import variable_named
 from solver.commands.inputs import Option, add_display_options, add_input_options, read_request
-from solver.derivatives.sensitivities import Sensitivities
-from solver.derivatives.tolerances import ToleranceBands
 from solver.files.replacing import write_file
-from solver.report.derived import (
-    samples_json,
-    samples_text,
-    sensitivity_json,
-    sensitivity_text,
-    tolerances_json,
-    tolerances_text,
-)
 from solver.report.json import diagnosis_json, result_json
 from solver.report.sheet import result_csv
 from solver.report.text import result_text
 from solver.result import Result
-from solver.sampling import Samples, monte_carlo
 from solver.solving import solve
+
+if TYPE_CHECKING:
+    from solver.derivatives.sensitivities import Sensitivities
+    from solver.derivatives.tolerances import ToleranceBands
+    from solver.sampling import Samples
 
 MOST_WARNINGS = 3
 """Warnings of units after a table."""
@@ -145,13 +141,13 @@ def derived_text(result: Result, arguments: Namespace, *, color: bool) -> str:
 
 def _texts(result: Result, arguments: Namespace, color: bool) -> Iterator[str]:
     if arguments.sensitivity is not None:
-        yield sensitivity_text(_sensitivities(result, arguments.sensitivity), color=color)
+        yield _report().sensitivity_text(_sensitivities(result, arguments.sensitivity), color=color)
     bands = _bands(result, arguments)
     if bands is not None:
-        yield tolerances_text(bands, color=color)
+        yield _report().tolerances_text(bands, color=color)
         samples = _drawn(result, arguments, bands)
         if samples is not None:
-            yield samples_text(samples, bands)
+            yield _report().samples_text(samples, bands)
 
 
 def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
@@ -159,16 +155,21 @@ def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
     members: dict[str, object] = {}
     if arguments.sensitivity is not None:
         found = _sensitivities(result, arguments.sensitivity)
-        members["sensitivities"] = sensitivity_json(found)
+        members["sensitivities"] = _report().sensitivity_json(found)
         members["sensitivity_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in found.diagnoses]
     bands = _bands(result, arguments)
     if bands is not None:
-        members["tolerances"] = tolerances_json(bands)
+        members["tolerances"] = _report().tolerances_json(bands)
         members["tolerance_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in bands.diagnoses]
         samples = _drawn(result, arguments, bands)
         if samples is not None:
-            members["monte_carlo"] = samples_json(samples)
+            members["monte_carlo"] = _report().samples_json(samples)
     return members
+
+
+def _report() -> Any:
+    """What prints derivatives and samples: with it come plans, which a plain solve does without."""
+    return import_module("solver.report.derived")
 
 
 def _sensitivities(result: Result, text: str) -> Sensitivities:
@@ -192,4 +193,6 @@ def _bands(result: Result, arguments: Namespace) -> ToleranceBands | None:
 def _drawn(result: Result, arguments: Namespace, bands: ToleranceBands) -> Samples | None:
     if not arguments.monte_carlo or not bands.tolerances or not result.solutions:
         return None
+    from solver.sampling import monte_carlo
+
     return monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)
