@@ -153,9 +153,10 @@ class Candidates:
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
         is too near to a division by 0 for floats is remembered for more digits."""
-        if is_ordinary(point, found):
+        from solver.kernel.root_check import RootCheck, check_root, is_beside_pole
+
+        if is_ordinary(point, found) and not is_beside_pole(self.question, point, found):
             return True
-        from solver.kernel.root_check import RootCheck, check_root
 
         verdict, root = check_root(self.question, point, found)
         if verdict is RootCheck.STANDS and self._meaningless(point, found):

@@ -10,7 +10,7 @@ divides by zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum, auto
 from typing import Any
 
@@ -19,7 +19,7 @@ import numpy as np
 from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
-from rulesheets.nodes import Call, Expression, Number, Power, Quotient, children, names
+from rulesheets.nodes import Expression
 from solver.kernel.blur import ORDINARY, Uncertainty, uncertainty
 from solver.kernel.question import Question
 from solver.kernel.sharp_root import sharp_root
@@ -73,10 +73,20 @@ def check_root(
     if not _within(start, root, bars, SAFETY):
         return RootCheck.NO_ROOT, there
     reach, everything = dict(zip(there, bars, strict=True)), {**question.here, **there}
-    beside = any(_reaches_zero(h, everything, reach) for e in question.kernel.forms for h in divisors(e))
+    beside = any(_reaches_zero(h, everything, reach) for h in question.kernel.divisors)
     if not beside:
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
+
+
+def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncertainty) -> bool:
+    """Whether a rule divides by what may be 0 within the error bars of a point, however harmless its slopes:
+    beside a removable 0/0 they are those of the limit."""
+    divisors = question.kernel.divisors
+    if not divisors:
+        return False
+    reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **point}
+    return any(_reaches_zero(divisor, everything, reach) for divisor in divisors)
 
 
 def _check_large(
@@ -91,7 +101,7 @@ def _check_large(
             return RootCheck.NO_ROOT, root
         root = question.named(sharp)
     reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **root}
-    beside = any(_reaches_zero(h, everything, reach) for e in question.kernel.forms for h in divisors(e))
+    beside = any(_reaches_zero(h, everything, reach) for h in question.kernel.divisors)
     return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
 
 
@@ -209,25 +219,6 @@ def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], fac
     return all(
         abs(v - w) <= factor * (bar + EPSILON * abs(v)) for v, w, bar in zip(start, x, bars, strict=True)
     )
-
-
-def divisors(expression: Expression) -> Iterator[Expression]:
-    """What a rule divides by, with variables in it."""
-    stack: list[Any] = [expression]
-    while stack:
-        node = stack.pop()
-        match node:
-            case Quotient(_, divisor) if names(divisor):
-                yield divisor
-            case Power(base, exponent) if names(base) and not _is_positive(exponent):
-                yield base
-            case Call("tan" | "tand" as function, arguments):
-                yield Call(function.replace("tan", "cos"), arguments)
-        stack.extend(children(node))
-
-
-def _is_positive(exponent: Expression) -> bool:
-    return isinstance(exponent, Number) and exponent.value > 0.0
 
 
 def _reaches_zero(divisor: Expression, values: Mapping[str, Value], bars: Mapping[str, float]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +70,13 @@ class BlockKernel:
     @cached_property
     def exhaustive(self) -> bool:
         return exhaustive(self.graph, self.block)
+
+    @cached_property
+    def divisors(self) -> tuple[Expression, ...]:
+        """What the equations divide by that depends on unknowns."""
+        unknowns = frozenset(self.unknowns)
+        found = (divisor for form in self.forms for divisor in divisors(form))
+        return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
     def linear(self) -> bool:
@@ -200,3 +207,22 @@ def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
     if block not in kernels:
         kernels[block] = BlockKernel(graph, block)
     return kernels[block]
+
+
+def divisors(expression: Expression) -> Iterator[Expression]:
+    """What a rule divides by, with variables in it (a power of it, or the cosine in a tangent)."""
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        match node:
+            case nodes.Quotient(_, divisor) if nodes.names(divisor):
+                yield divisor
+            case nodes.Power(base, exponent) if nodes.names(base) and not _is_positive(exponent):
+                yield base
+            case nodes.Call("tan" | "tand" as function, arguments):
+                yield nodes.Call(function.replace("tan", "cos"), arguments)
+        stack.extend(nodes.children(node))
+
+
+def _is_positive(exponent: Expression) -> bool:
+    return isinstance(exponent, nodes.Number) and exponent.value > 0.0

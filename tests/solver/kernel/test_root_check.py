@@ -142,3 +142,11 @@ def test_angle_of_which_no_digit_means_anything_is_no_answer() -> None:
     assert str(result.status) == "solved"
     assert result["rad"] == pytest.approx(0.5, rel=1e-12)
     assert max(abs(answer["th"]) for answer in result.solutions) < 1e6
+
+
+def test_answer_at_the_hole_of_a_mean_is_none_however_smooth_the_mean_is_there() -> None:
+    """The mean of equal differences is 0/0. Beside that its slopes are harmless, and its digits are noise."""
+    result = solved("m = (a - b)/ln(a/b)", {"a": 40.0, "m": 40.0})
+    assert str(result.status) != "solved"
+    result = solved("m = (a - b)/ln(a/b)", {"a": 40.0, "m": 39.0})
+    assert (40.0 - result["b"]) / math.log(40.0 / result["b"]) == pytest.approx(39.0, rel=1e-12)
