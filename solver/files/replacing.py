@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -13,8 +13,14 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.input_messages import unwritable
 from solver.files.messages import output_is_input
 
+with suppress(ImportError):  # a system without refuses to remove open files by itself
+    import fcntl
+
 UNFINISHED = ".backsolve-unfinished"
 """Ending of a file under construction."""
+
+_LONGEST = 200
+"""Bytes of its name that such a file keeps of the final one: most systems allow 255."""
 
 
 def write_file(path: str, data: bytes) -> None:
@@ -46,9 +52,8 @@ class Replacement:
 
     ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
     kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
-    is no regular file (a pipe, a terminal, ``/dev/null``) is written into.
-
-    Raises RuleSheetError (E416) for every failure of the system.
+    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
+    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
     def __init__(self, path: str) -> None:
@@ -77,6 +82,7 @@ class Replacement:
             if self._unfinished is not None:
                 os.replace(self._unfinished, self._target)
                 self._unfinished = None
+                _sync_folder(os.path.dirname(self._target))
         except OSError as failure:
             self.discard()
             raise RuleSheetError(unwritable(self._path, failure)) from None
@@ -114,9 +120,10 @@ class Replacement:
         there = os.stat(self._target) if os.path.exists(self._target) else None
         if there is not None and not stat.S_ISREG(there.st_mode):
             return open(self._target, "wb")
-        name = f".{os.urandom(8).hex()}{UNFINISHED}"
-        self._unfinished = os.path.join(os.path.dirname(self._target), name)
-        file = open(self._unfinished, "xb")  # noqa: SIM115 (closed by keep or discard)
+        folder, name = os.path.split(self._target)
+        remove_unfinished(folder)
+        self._unfinished, handle = _unfinished_file(folder, name)
+        file = open(handle, "wb")  # noqa: SIM115 (closed by keep or discard)
         if there is not None:
             try:
                 os.chmod(self._unfinished, stat.S_IMODE(there.st_mode))
@@ -124,3 +131,51 @@ class Replacement:
                 file.close()
                 raise
         return file
+
+
+def remove_unfinished(folder: str) -> None:
+    """Remove the unfinished files of processes that ended: those of living ones are locked."""
+    for path in _unfinished_in(folder):
+        with suppress(OSError):
+            handle = os.open(path, os.O_WRONLY)
+            try:
+                _lock(handle)
+                os.unlink(path)
+            finally:
+                os.close(handle)
+
+
+def _unfinished_in(folder: str) -> Iterator[str]:
+    with suppress(OSError), os.scandir(folder) as items:
+        for item in items:
+            if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
+                yield item.path
+
+
+def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
+    """A new file that no other writer has, locked while this process lives: its path, and a handle."""
+    short = os.fsdecode(os.fsencode(name)[:_LONGEST])
+    while True:
+        path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
+            _lock(handle)
+        if os.path.exists(path):
+            return path, handle
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    """Lock a file for as long as it is open. Raises OSError if another process has it."""
+    if "fcntl" in globals():
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _sync_folder(folder: str) -> None:
+    """Put the new name on the disk, too, where the system can."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
