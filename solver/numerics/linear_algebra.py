@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import scipy  # its rooms for sparse matrices load when they are first used
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import splu
 
 from solver.numerics.tolerances import EPS
 
@@ -48,7 +47,7 @@ class Factor:
 
 def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int]) -> Any:
     """The sparse matrix of entries (k,); those at one place are added."""
-    return csr_array((numbers, (rows, columns)), shape=shape)
+    return scipy.sparse.csr_array((numbers, (rows, columns)), shape=shape)
 
 
 def as_matrix(matrix: Any, columns: int) -> Any:
@@ -90,7 +89,8 @@ def _sparse(matrix: Any, weights: Any) -> Factor | None:
     if not sizes.all() or matrix.shape[0] != matrix.shape[1]:
         return None
     try:
-        lu = splu((diags_array(1 / sizes) @ matrix @ diags_array(weights)).tocsc())
+        scaled = scipy.sparse.diags_array(1 / sizes) @ matrix @ scipy.sparse.diags_array(weights)
+        lu = scipy.sparse.linalg.splu(scaled.tocsc())
     except RuntimeError:  # "Factor is exactly singular"
         return None
     if not _is_regular(lu.U.diagonal()):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import lsmr
+import scipy
 
 from solver.numerics.batch_newton import Array
 from solver.numerics.sparse_newton import Triplets
@@ -15,5 +14,5 @@ ITERATIONS = 60
 def sparse_least_squares(entries: Triplets, shape: tuple[int, int], rhs: Array) -> Array:
     """An x (n,) for which |A x - b| is nearly least, by LSMR (D. Fong & M. Saunders, 2011)."""
     data, rows, columns = entries
-    matrix = csr_array((data, (rows, columns)), shape=shape)
-    return np.asarray(lsmr(matrix, rhs, maxiter=ITERATIONS)[0])
+    matrix = scipy.sparse.csr_array((data, (rows, columns)), shape=shape)
+    return np.asarray(scipy.sparse.linalg.lsmr(matrix, rhs, maxiter=ITERATIONS)[0])

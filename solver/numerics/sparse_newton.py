@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import LinearOperator, onenormest, splu
 
 from solver.numerics.batch_newton import Array
 from solver.numerics.tolerances import EPS, STAGNATION
@@ -56,9 +55,9 @@ class SparseFactor:
         if not largest.all():
             raise ZeroDivisionError("a row is 0")
         self.rows, self.n = largest, n
-        matrix = csc_array((data / largest[rows], (rows, columns)), shape=(n, n))
+        matrix = scipy.sparse.csc_array((data / largest[rows], (rows, columns)), shape=(n, n))
         try:
-            self.lu: Any = splu(matrix)
+            self.lu: Any = scipy.sparse.linalg.splu(matrix)
         except RuntimeError as error:
             raise ZeroDivisionError("the matrix is singular") from error
 
@@ -77,8 +76,9 @@ class SparseFactor:
             return np.asarray(self.lu.solve(weight * np.ravel(v)) / sizes)
 
         shape = self.n, self.n
-        operator: Any = LinearOperator(shape, matvec=transposed, rmatvec=plain, dtype=float)
-        return float(onenormest(operator))
+        linalg = scipy.sparse.linalg
+        operator: Any = linalg.LinearOperator(shape, matvec=transposed, rmatvec=plain, dtype=float)
+        return float(linalg.onenormest(operator))
 
 
 def sparse_newton(
