@@ -149,7 +149,7 @@ variables
   y [$*$/h]
 rules
   y = x^2 + k
-figure f [$_{$] " a $caption^{$ of 5$
+figure f [$] " a $caption^{$ of 5$
   pin O = (0, 0)
   point A = (x, y)
   vector v = (O, A)
