@@ -15,7 +15,7 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.functions.registered import function
 from rulesheets.loading import load, loads, shipped_models
 from rulesheets.model import Equation, Model, Premise, Value, Variable
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 from rulesheets.units.display import in_unit
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from rulesheets.declarations import declared, valued
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.expand import Expansion, expand
 from rulesheets.model import Model, Variable
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     CallRule,
     Condition,
@@ -24,8 +24,8 @@ from rulesheets.nodes import (
     names,
     numbers,
 )
-from rulesheets.program import Program, bodies, components, operands, rules_of, walk
-from rulesheets.source import Span
+from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
+from rulesheets.syntax.source import Span
 from rulesheets.units.library import Library
 from rulesheets.units.quantity import library_of, unit_named
 from rulesheets.units.weights import differences

@@ -9,7 +9,17 @@ from __future__ import annotations
 from fractions import Fraction
 
 from rulesheets.functions.degrees import cosd, sind, tand
-from rulesheets.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum, children, rebuilt
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Negative,
+    Number,
+    Product,
+    Quotient,
+    Sum,
+    children,
+    rebuilt,
+)
 
 _DEGREES = {"sin": sind, "cos": cosd, "tan": tand}
 _ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})

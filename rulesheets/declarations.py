@@ -6,16 +6,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from rulesheets import nodes
 from rulesheets.checks.names import check_constant
 from rulesheets.circular import with_round_values
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.evaluate import Undefined, value
 from rulesheets.input_messages import names_variable, no_tolerance, not_finite, outside_range, symbol_as_guess
 from rulesheets.model import Tolerance, Value, Variable
-from rulesheets.nodes import Expression, Range, Symbol, VariableRow, measured, names, units_of
 from rulesheets.parse.ranges import empty_range
-from rulesheets.source import Span
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Expression, Range, Symbol, VariableRow, measured, names, units_of
+from rulesheets.syntax.source import Span
 from rulesheets.units.library import Library
 from rulesheets.units.quantity import cannot_show, converted, part_with_unit, unit_named
 

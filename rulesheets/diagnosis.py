@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from rulesheets.catalogue import CATALOGUE
-from rulesheets.source import Span, escaped
+from rulesheets.syntax.source import Span, escaped
 
 _WIDTH = 100
 """Characters of a source line that an excerpt shows at most."""

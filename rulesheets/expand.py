@@ -19,7 +19,8 @@ from dataclasses import dataclass, field
 
 from rulesheets.circular import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
-from rulesheets.nodes import (
+from rulesheets.parse.ranges import ends
+from rulesheets.syntax.nodes import (
     And,
     Call,
     CallRule,
@@ -40,9 +41,8 @@ from rulesheets.nodes import (
     names,
     rebuilt,
 )
-from rulesheets.parse.ranges import ends
-from rulesheets.program import Program, components, operands, rules_of
-from rulesheets.source import Source, Span
+from rulesheets.syntax.program import Program, components, operands, rules_of
+from rulesheets.syntax.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.model import Model, Variable
-from rulesheets.source import Span
 from rulesheets.spelling import meant, suggestion
+from rulesheets.syntax.source import Span
 
 
 def names_variable(name: str, place: Span | None) -> Diagnosis:

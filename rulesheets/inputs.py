@@ -23,10 +23,10 @@ from rulesheets.input_messages import (
 )
 from rulesheets.kinds import quantities
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
-from rulesheets.nodes import Equality
 from rulesheets.parse import parse
-from rulesheets.program import rules_of
-from rulesheets.source import Source, Span
+from rulesheets.syntax.nodes import Equality
+from rulesheets.syntax.program import rules_of
+from rulesheets.syntax.source import Source, Span
 from rulesheets.units.quantity import converted, parted
 
 _DIGITS = frozenset("0123456789+-.eE")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterator
 
 from rulesheets.model import Model
-from rulesheets.nodes import Comparison, Condition, Expression, Name, Symbol, children, names
+from rulesheets.syntax.nodes import Comparison, Condition, Expression, Name, Symbol, children, names
 
 
 def symbolic(model: Model) -> frozenset[str]:

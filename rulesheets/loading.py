@@ -9,8 +9,8 @@ from rulesheets.build import build
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
 from rulesheets.reading import confined, files_read, read_source
-from rulesheets.source import Source, escaped
 from rulesheets.spelling import suggestion
+from rulesheets.syntax.source import Source, escaped
 from rulesheets.uses import gather, outside
 
 MAIN_SHEET = "model.tk"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from rulesheets.nodes import Expression, Figure, Mark, Name
+from rulesheets.syntax.nodes import Expression, Figure, Mark, Name
 
 
 class Shape(Enum):

@@ -8,10 +8,10 @@ from functools import cached_property
 from importlib import import_module
 from typing import TypeAlias
 
-from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis
-from rulesheets.source import Span
 from rulesheets.spelling import plural
+from rulesheets.syntax import nodes
+from rulesheets.syntax.source import Span
 from rulesheets.units.library import Library, library
 from rulesheets.units.unit import Unit
 

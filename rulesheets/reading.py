@@ -6,8 +6,8 @@ import os
 from collections.abc import Iterable
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
-from rulesheets.source import Source, Span
 from rulesheets.spelling import suggestion
+from rulesheets.syntax.source import Source, Span
 
 ENDING = ".tk"
 """What the name of a rule sheet ends in."""

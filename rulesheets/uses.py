@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.functions.registered import run_python
-from rulesheets.nodes import Function, RuleSheet, UnitRow, Use
 from rulesheets.parse import parse
-from rulesheets.program import Program, rules_of
 from rulesheets.reading import ENDING, confined, is_sheet, near_files, read_source
-from rulesheets.source import Source, Span
+from rulesheets.syntax.nodes import Function, RuleSheet, UnitRow, Use
+from rulesheets.syntax.program import Program, rules_of
+from rulesheets.syntax.source import Source, Span
 
 
 @dataclass(frozen=True)

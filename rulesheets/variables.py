@@ -45,7 +45,7 @@ from rulesheets.inputs import (
 )
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import read_source
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 
 __all__ = [
     "COLUMNS",

@@ -14,11 +14,10 @@ if TYPE_CHECKING:
     from solver.interaction import interact
     from solver.pictures.drawing import draw
     from solver.plan import Plan, Unsolved, prepare
-    from solver.result import Result, Solution, Status
+    from solver.result import Result, Solution, Status, Table
     from solver.sampling import Samples, monte_carlo
     from solver.solving import solve
     from solver.sweeping import sweep
-    from solver.table import Table
 
 _HOMES = {
     "Derivation": "solver.derivation",
@@ -27,7 +26,7 @@ _HOMES = {
     "Samples": "solver.sampling",
     "Solution": "solver.result",
     "Status": "solver.result",
-    "Table": "solver.table",
+    "Table": "solver.result",
     "Unsolved": "solver.plan",
     "draw": "solver.pictures.drawing",
     "interact": "solver.interaction",

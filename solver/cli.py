@@ -17,8 +17,8 @@ from typing import NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, render
-from rulesheets.source import escaped
 from rulesheets.spelling import closest, suggestion
+from rulesheets.syntax.source import escaped
 from solver.report.table import screen_of, shown_on
 
 COMMANDS = {

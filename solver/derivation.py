@@ -11,7 +11,7 @@ from rulesheets.diagnosis import Diagnosis
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Condition, Expression, names
+from rulesheets.syntax.nodes import Condition, Expression, names
 from solver.path.cases import activity
 from solver.path.explicit import explicit_form
 from solver.path.isolate import isolate

@@ -17,10 +17,9 @@ from rulesheets.model import Model, Value, Variable, expect_model
 from solver.arguments import arguments
 from solver.facts import OutOfTime
 from solver.path.planner import planner
-from solver.result import Status
+from solver.result import Column, Status, Table
 from solver.solution.leaves import Exploration
 from solver.sweep_rows import sweep_answers, sweep_rows
-from solver.table import Column, Table
 from solver.trace.answer_rows import Answers, AnswerSweeper
 from solver.trace.program import Program
 from solver.trace.python import with_resort

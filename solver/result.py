@@ -1,4 +1,4 @@
-"""What a solve returns: a status, the solutions, what stays unknown, and why."""
+"""What a solve returns: status, solutions, what stays unknown, and why; and the table of a sweep."""
 
 from __future__ import annotations
 
@@ -7,9 +7,15 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.model import Value
+from solver.files.columns import Columns, free_name
+from solver.files.replacing import expect_no_input
+from solver.files.tables import write_table
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
@@ -20,7 +26,7 @@ if TYPE_CHECKING:
     from solver.derivatives.sensitivities import Sensitivities
     from solver.derivatives.tolerances import ToleranceBands
     from solver.path.steps import Path, SolveBlock, Step
-    from solver.proof import Proof
+    from solver.solution.proof import Proof
 
 
 SHOWN = 6
@@ -218,3 +224,85 @@ class Result:
 
 def _told(name: str, value: Value) -> str:
     return f"{name} = '{value}" if isinstance(value, str) else f"{name} = {value:.10g}"
+
+
+Column: TypeAlias = ArrayLike
+
+CODES = {status: code for code, status in enumerate(Status)}
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """Columns (n,) by name: the inputs that were swept, then the wanted variables.
+
+    A wanted value is NaN where its row is not solved (None in a column of symbols). ``status``
+    (n,) holds codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) tells how many
+    answers of each row are known.
+    """
+
+    STATUSES = tuple(Status)
+
+    def __init__(
+        self,
+        columns: Mapping[str, NDArray[Any]],
+        status: NDArray[np.int8],
+        files: tuple[str, ...] = (),
+        answers: NDArray[np.int64] | None = None,
+    ) -> None:
+        self._columns = dict(columns)
+        self.status = status
+        self._files = files
+        self.answers = self.solved.astype(np.int64) if answers is None else answers
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._columns:
+            raise UnknownName(name, self._columns)
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def to_pandas(self) -> Any:
+        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError where pandas is absent."""
+        return import_module("pandas").DataFrame(self._frame())
+
+    def to_polars(self) -> Any:
+        """The columns and the status as a ``polars.DataFrame``. Raises ImportError where polars is absent."""
+        return import_module("polars").DataFrame(self._frame())
+
+    def _frame(self) -> dict[str, Any]:
+        return {**self._columns, free_name("status", self._columns): self._words()}
+
+    def _words(self) -> list[str]:
+        return [str(self.STATUSES[code]) for code in self.status]
+
+    def _repr_html_(self) -> str:
+        """The first rows, as a notebook shows them."""
+        # by name: the report stands above what it shows
+        html: str = import_module("solver.report.html").table_html(self._columns, self._words())
+        return html
+
+    def _repr_latex_(self) -> str:
+        latex: str = import_module("solver.report.html").table_latex(self._columns, self._words())
+        return latex
+
+    def __repr__(self) -> str:
+        names = ", ".join(self._columns)
+        return f"<{type(self).__name__} of {len(self.status)} rows, {self.solved.sum()} solved: {names}>"
+
+    @property
+    def solved(self) -> NDArray[np.bool_]:
+        """Which rows are solved."""
+        return np.asarray(self.status == CODES[Status.SOLVED])
+
+    def write(self, path: str) -> None:
+        """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
+
+        It is written as a whole or not at all. Numbers read back as the same floats, the status is a
+        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442,
+        and E418 for a file that the model was read from.
+        """
+        expect_no_input(path, self._files)
+        write_table(path, Columns(self._columns, self.status, tuple(map(str, self.STATUSES))))

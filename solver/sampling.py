@@ -12,8 +12,7 @@ from rulesheets.inputs import variables_named
 from rulesheets.model import Tolerance
 from solver.derivatives.tolerances import tolerances_of
 from solver.plan import prepare
-from solver.result import Result, Status
-from solver.table import Table
+from solver.result import Result, Status, Table
 
 DISTRIBUTIONS: Mapping[str, tuple[float, Callable[[np.random.Generator, int], NDArray[np.float64]]]] = {
     "uniform": (3**-0.5, lambda draw, n: draw.uniform(-1.0, 1.0, n)),

@@ -65,7 +65,7 @@ def solve(
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else variables_named(want, model)
     if prove:
-        from solver.proof import require_proof
+        from solver.solution.proof import require_proof
 
         require_proof()
     try:
@@ -231,7 +231,7 @@ def _solutions(
 def _solution(model: Model, leaf: Leaf, inputs: Mapping[str, Value], proved: bool) -> Solution:
     proof = None
     if proved:
-        from solver.proof import prove
+        from solver.solution.proof import prove
 
         with suppress(TimeIsUp):
             proof = prove(model, leaf, inputs)

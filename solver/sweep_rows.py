@@ -15,8 +15,7 @@ from solver.files.columns import free_name
 from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
 from solver.ranking.branches import kept, points_of
-from solver.result import Status
-from solver.table import CODES, Column, Table
+from solver.result import CODES, Column, Status, Table
 from solver.trace.answer_rows import Answers, written
 
 if TYPE_CHECKING:

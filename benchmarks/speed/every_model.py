@@ -19,9 +19,8 @@ from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.rules_as_equations import System, system_of
 from rulesheets.model import Model
 from solver.plan import Plan
-from solver.result import Status
+from solver.result import CODES, Status
 from solver.solution.refinement import explore_refined
-from solver.table import CODES
 from solver.trace.llvm import available
 
 ROOT = Path(__file__).parents[2] / "models"

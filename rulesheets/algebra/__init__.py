@@ -14,8 +14,8 @@ import sympy
 from rulesheets.algebra.convert import AS_MATHEMATICS
 from rulesheets.algebra.printing import condition_latex, expression_latex, listing
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Expression
-from rulesheets.source import Span
+from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.source import Span
 
 __all__ = [
     "SympyEquation",

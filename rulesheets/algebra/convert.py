@@ -10,7 +10,7 @@ import sympy
 
 from rulesheets.algebra.forms import MATHEMATICS, PRINTED, Form
 from rulesheets.model import Equation, Model, Premise
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     And,
     Call,
     Comparison,

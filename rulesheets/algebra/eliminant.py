@@ -18,7 +18,7 @@ from sympy import QQ, Poly, resultant
 from sympy.polys.rings import ring
 
 from rulesheets.deadline import expect_time
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 
 MAX_RADICALS = 3
 MAX_ROOT = 4

@@ -14,7 +14,7 @@ from sympy.printing.str import StrPrinter
 from rulesheets.algebra.convert import AS_WRITTEN
 from rulesheets.algebra.names import latex_name
 from rulesheets.model import Equation, Model, Premise, Requirement
-from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Not, Or
+from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Given, Not, Or
 
 _LATEX_FUNCTIONS = {
     **{

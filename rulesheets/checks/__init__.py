@@ -18,7 +18,7 @@ from rulesheets.checks.names import (
 )
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
-from rulesheets.program import Program
+from rulesheets.syntax.program import Program
 
 __all__ = ["check", "check_figures"]
 

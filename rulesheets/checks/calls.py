@@ -10,8 +10,8 @@ from rulesheets.checks import messages
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.nodes import Call, CallRule, Condition, Expression, Function, children
 from rulesheets.spelling import plural
+from rulesheets.syntax.nodes import Call, CallRule, Condition, Expression, Function, children
 
 
 def check_calls(scope: Scope) -> Iterator[Diagnosis]:

@@ -11,10 +11,10 @@ from rulesheets.checks import messages
 from rulesheets.checks.calls import check_builtin
 from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.marks import PLACES, marks_of, parts
-from rulesheets.nodes import Call, Expression, Figure, Mark, Name, Symbol
-from rulesheets.program import Program, walk
-from rulesheets.source import Span
 from rulesheets.spelling import meant, suggestion
+from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
+from rulesheets.syntax.program import Program, walk
+from rulesheets.syntax.source import Span
 
 
 def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:

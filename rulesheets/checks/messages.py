@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from rulesheets.diagnosis import Diagnosis, error, labels
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Call, CallRule, Function
-from rulesheets.source import Span
 from rulesheets.spelling import PROPERTIES, WRITE_IN_PYTHON, plural, suggestion
+from rulesheets.syntax.nodes import Call, CallRule, Function
+from rulesheets.syntax.source import Span
 
 _ELSEWHERE = {
     "convert": "write the factor as a number; values are converted where they are given: x = 3[in]",

@@ -9,9 +9,9 @@ from rulesheets.checks.calls import check_builtin
 from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.nodes import Call, Comparison, Equality, Expression, Function, Name, Symbol, children
-from rulesheets.program import Program, walk
-from rulesheets.source import Span
+from rulesheets.syntax.nodes import Call, Comparison, Equality, Expression, Function, Name, Symbol, children
+from rulesheets.syntax.program import Program, walk
+from rulesheets.syntax.source import Span
 
 FREE = frozenset(PLANNED) | {"e", "gamma", "beta", "step", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"}
 """Functions whose names are free for variables, because sheets about angles, places and

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     CallRule,
     Comparison,
@@ -20,8 +20,8 @@ from rulesheets.nodes import (
     Symbol,
     children,
 )
-from rulesheets.program import Program, bodies, components, operands, rules_of
-from rulesheets.source import Span
+from rulesheets.syntax.program import Program, bodies, components, operands, rules_of
+from rulesheets.syntax.source import Span
 
 LONG = 300
 """Characters; a shorter expression cannot nest deeper than that."""

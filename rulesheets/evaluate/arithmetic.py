@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar, Generic, TypeVar
 
 from rulesheets.evaluate.undefined import Undefined
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,

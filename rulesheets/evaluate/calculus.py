@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from typing import assert_never
 
-from rulesheets.construct import ONE, ZERO, add, call, divide, is_number, multiply, negative, power, subtract
 from rulesheets.evaluate.number import Undefined, value
 from rulesheets.functions import TABLE
-from rulesheets.nodes import (
+from rulesheets.syntax.construct import (
+    ONE,
+    ZERO,
+    add,
+    call,
+    divide,
+    is_number,
+    multiply,
+    negative,
+    power,
+    subtract,
+)
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,

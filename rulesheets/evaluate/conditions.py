@@ -7,7 +7,7 @@ from sys import float_info
 from typing import TypeAlias
 
 from rulesheets.evaluate.number import Undefined, Values, value
-from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
+from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
 
 _TOLERANCE = 16.0 * float_info.epsilon
 

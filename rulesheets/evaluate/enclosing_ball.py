@@ -10,7 +10,7 @@ from rulesheets.evaluate.undefined import Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.balls import FUNCTIONS, Ball, ball, whole_power
 from rulesheets.functions.slopes import ROUNDED
-from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient, children, names
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, children, names
 
 
 def enclosing_ball(expression: Expression, balls: Mapping[str, Ball], derivative: bool = False) -> Ball:

@@ -9,7 +9,7 @@ from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.functions.intervals.arithmetic import add, divide, multiply, power, square
 from rulesheets.functions.intervals.bounds import Interval
 from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 
 
 def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:

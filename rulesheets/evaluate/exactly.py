@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import isqrt
 
 from rulesheets.evaluate.arithmetic import Arithmetic
-from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 
 LARGEST = 64
 """Exponents beyond which numbers are not multiplied out."""

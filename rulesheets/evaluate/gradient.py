@@ -16,7 +16,7 @@ from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.evaluate.number import Floats, Values
 from rulesheets.evaluate.undefined import Undefined
 from rulesheets.functions import TABLE, Function
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from rulesheets.evaluate.number import Undefined, value
 from rulesheets.evaluate.precise import ExtendedValues, extended
 from rulesheets.functions.extended import Extended, context
-from rulesheets.nodes import Call, Expression, Power, Product, Quotient, names, operands
+from rulesheets.syntax.nodes import Call, Expression, Power, Product, Quotient, names, operands
 
 DIGITS = 160
 DISTANCES = (1e-20, 1e-40)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.evaluate.undefined import Undefined, number_text
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Sum
 
 __all__ = ["Floats", "Undefined", "Values", "number_text", "value"]
 

@@ -13,8 +13,8 @@ from rulesheets.evaluate.undefined import Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.extended import Extended, context, functions
 from rulesheets.functions.slopes import ROUNDED
-from rulesheets.nodes import Call, Expression, Name, Number, Power, Quotient
-from rulesheets.program import walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
+from rulesheets.syntax.program import walk
 
 ExtendedValues: TypeAlias = Mapping[str, Any]
 """Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 
 
 def number_text(x: float) -> str:

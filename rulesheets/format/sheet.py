@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from rulesheets.format.text import format_expression, format_list, format_number, rule_lines
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     CommentLine,
     Expression,
     Figure,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     And,
     Call,
     CallRule,

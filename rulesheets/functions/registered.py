@@ -14,12 +14,12 @@ from contextvars import ContextVar
 from math import inf
 from typing import Any
 
-from rulesheets.construct import call
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.functions.row import Function, Inverse
 from rulesheets.functions.table import PLANNED, TABLE
-from rulesheets.nodes import Call, Expression
-from rulesheets.program import walk
+from rulesheets.syntax.construct import call
+from rulesheets.syntax.nodes import Call, Expression
+from rulesheets.syntax.program import walk
 
 PYTHON = "<python>"
 """The source of a function that no file of a sheet has registered."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, TypeAlias
 
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 
 Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
 Slopes: TypeAlias = Callable[[tuple[Expression, ...]], tuple[Expression | None, ...]]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from rulesheets.construct import ONE, ZERO, add, call, divide, multiply, negative, power, subtract
 from rulesheets.functions.row import Slopes
-from rulesheets.nodes import Expression, Number
+from rulesheets.syntax.construct import ONE, ZERO, add, call, divide, multiply, negative, power, subtract
+from rulesheets.syntax.nodes import Expression, Number
 
 _TWO = Number(2.0)
 _RADIAN = Number(math.pi / 180.0)

@@ -8,7 +8,6 @@ from functools import partial, reduce
 from math import inf, pi, tau
 from typing import Any
 
-from rulesheets.construct import add, call, negative, power, subtract
 from rulesheets.functions import degrees, digits, slopes, special
 from rulesheets.functions.intervals import forms
 from rulesheets.functions.intervals.bounds import magnitudes
@@ -26,7 +25,8 @@ from rulesheets.functions.intervals.forms import (
     each_end,
 )
 from rulesheets.functions.row import Branches, Function, Inverse
-from rulesheets.nodes import Expression, Number
+from rulesheets.syntax.construct import add, call, negative, power, subtract
+from rulesheets.syntax.nodes import Expression, Number
 
 _HALF, _TURN = 180.0, 360.0
 

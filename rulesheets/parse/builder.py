@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-from rulesheets import nodes
 from rulesheets.diagnosis import Label, RuleSheetError, error
 from rulesheets.parse.drafts import Head
 from rulesheets.parse.layout import Word
 from rulesheets.parse.ranges import Bound, bounded, limit
-from rulesheets.source import Source, Span
+from rulesheets.syntax import nodes
+from rulesheets.syntax.source import Source, Span
 
 Children: TypeAlias = Sequence[Any]
 Expressions: TypeAlias = tuple[nodes.Expression, ...]

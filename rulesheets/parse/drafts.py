@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from rulesheets import nodes
-from rulesheets.source import Source, Span
+from rulesheets.syntax import nodes
+from rulesheets.syntax.source import Source, Span
 
 _HEAD = re.compile(
     r"""\s*(?:

@@ -16,7 +16,7 @@ from lark.lexer import PatternRE, TerminalDef
 from rulesheets import store
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line, Word
-from rulesheets.source import Source
+from rulesheets.syntax.source import Source
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import Comparison, Expression, Name, Range, measured, names, units_of
-from rulesheets.source import Span
+from rulesheets.syntax.nodes import Comparison, Expression, Name, Range, measured, names, units_of
+from rulesheets.syntax.source import Span
 
 
 @dataclass(frozen=True, slots=True)

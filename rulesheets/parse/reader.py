@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
-from rulesheets.nodes import Equality, Inequality
 from rulesheets.parse import mistakes
 from rulesheets.parse.grammar import Unparsed, grammar
 from rulesheets.parse.layout import Line
-from rulesheets.source import Source
+from rulesheets.syntax.nodes import Equality, Inequality
+from rulesheets.syntax.source import Source
 
 
 def read_line(source: Source, line: Line, kind: str) -> Any:

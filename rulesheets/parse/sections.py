@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rulesheets import nodes
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.parse import mistakes
 from rulesheets.parse.drafts import (
@@ -21,7 +20,8 @@ from rulesheets.parse.drafts import (
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.parse.reader import read_line
 from rulesheets.parse.units import unit_row
-from rulesheets.source import Source, Span
+from rulesheets.syntax import nodes
+from rulesheets.syntax.source import Source, Span
 
 _ENOUGH = 50
 """Complaints after which the rest of a sheet is not read."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from rulesheets.diagnosis import Label, RuleSheetError, error
-from rulesheets.nodes import UnitRow
-from rulesheets.source import Span
+from rulesheets.syntax.nodes import UnitRow
+from rulesheets.syntax.source import Span
 
 _NAME = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
 

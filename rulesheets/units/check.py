@@ -15,7 +15,7 @@ from fractions import Fraction
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.marks import PLACES, marks_of
 from rulesheets.model import Model
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Comparison,
     Condition,
@@ -27,8 +27,8 @@ from rulesheets.nodes import (
     Product,
     Quotient,
 )
-from rulesheets.program import walk
-from rulesheets.source import Span
+from rulesheets.syntax.program import walk
+from rulesheets.syntax.source import Span
 from rulesheets.units.dimensions import (
     DEGREES,
     RADIANS,

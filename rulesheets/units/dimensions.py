@@ -19,7 +19,7 @@ from itertools import combinations
 from typing import Any
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,
@@ -33,8 +33,8 @@ from rulesheets.nodes import (
     names,
     numbers,
 )
-from rulesheets.program import walk
-from rulesheets.source import Span
+from rulesheets.syntax.program import walk
+from rulesheets.syntax.source import Span
 from rulesheets.units.library import Library
 from rulesheets.units.unit import ANGLE, Unit
 

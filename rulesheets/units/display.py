@@ -11,7 +11,7 @@ from typing import Any
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import variable_named
 from rulesheets.model import Model, Variable
-from rulesheets.source import Span
+from rulesheets.syntax.source import Span
 from rulesheets.units.library import library
 from rulesheets.units.quantity import cannot_show, displaying, unit_named
 

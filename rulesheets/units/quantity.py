@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
 from rulesheets.model import Model, Variable
-from rulesheets.nodes import UnitRow
-from rulesheets.source import Span
 from rulesheets.spelling import suggestion
+from rulesheets.syntax.nodes import UnitRow
+from rulesheets.syntax.source import Span
 from rulesheets.units.library import MONEY, Library, library
 from rulesheets.units.text import UnitError
 from rulesheets.units.unit import Unit, affine, convert

@@ -17,7 +17,7 @@ from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Condition,
     Expression,
@@ -28,7 +28,7 @@ from rulesheets.nodes import (
     Sum,
     names,
 )
-from rulesheets.program import walk
+from rulesheets.syntax.program import walk
 from rulesheets.units.unit import Unit
 
 _DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")

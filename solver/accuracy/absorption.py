@@ -12,7 +12,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
-from rulesheets.nodes import Call, Expression, Name, Power, Sum, children
+from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, children
 
 SPARE = 8
 """Digits of the working precision that rounding may take."""

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax.construct import subtract
 from solver.accuracy.rule_check import sides
 from solver.facts import DoubleRoot
 from solver.path.steps import Evaluate, Select, SolveBlock, Step

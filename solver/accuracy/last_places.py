@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from rulesheets.construct import map_leaves
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Name, Number, Symbol
+from rulesheets.syntax.construct import map_leaves
+from rulesheets.syntax.nodes import Expression, Name, Number, Symbol
 
 UNIT = 2.0**-53
 

@@ -18,7 +18,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Value
-from rulesheets.nodes import Sum, operands
+from rulesheets.syntax.nodes import Sum, operands
 from solver.accuracy.absorption import absorbs
 
 DIGITS = (50, 100, 200)

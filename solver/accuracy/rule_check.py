@@ -16,12 +16,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from rulesheets.construct import divide, subtract
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value
-from rulesheets.nodes import Call, Expression, Name, Sum, Symbol, names
-from rulesheets.program import walk
+from rulesheets.syntax.construct import divide, subtract
+from rulesheets.syntax.nodes import Call, Expression, Name, Sum, Symbol, names
+from rulesheets.syntax.program import walk
 
 EPSILON = 2.0**-52
 BACKWARD = 64 * EPSILON

@@ -14,8 +14,8 @@ from solver.numerics.scipy_roots import METHODS, ScipyRoot, scipy_root
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.plan import Plan, Unsolved
-from solver.proof import can_prove
 from solver.result import Status
+from solver.solution.proof import can_prove
 from solver.solving import solve
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 16))

@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from rulesheets.construct import subtract
 from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax.construct import subtract
 from solver.derivatives.linearization import active_equations, linearize
 from solver.numerics.elimination import eliminate
 

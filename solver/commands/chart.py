@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Label, RuleSheetError, error
-from rulesheets.source import escaped
+from rulesheets.syntax.source import escaped
 from solver.chart.measure import measure, measure_along
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes

@@ -11,7 +11,7 @@ from itertools import product
 from rulesheets.diagnosis import RuleSheetError, error, render
 from rulesheets.format.text import readable
 from rulesheets.model import Model, Value
-from rulesheets.source import escaped
+from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states

@@ -8,7 +8,7 @@ from argparse import ArgumentParser, Namespace
 from rulesheets.format import format_sheet
 from rulesheets.loading import find_sheet
 from rulesheets.reading import read_source
-from rulesheets.source import escaped
+from rulesheets.syntax.source import escaped
 from rulesheets.uses import parsed
 from solver.files.replacing import write_file
 

@@ -14,7 +14,7 @@ from rulesheets.kinds import quantities
 from rulesheets.loading import find_variable_sheet, load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.reading import decoded
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 from rulesheets.units.display import with_display_unit, with_display_units
 from rulesheets.variables import read_variable_sheet
 from solver.files.replacing import expect_no_input

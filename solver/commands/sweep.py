@@ -13,8 +13,8 @@ from rulesheets.deadline import expired
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.kinds import symbolic
 from rulesheets.model import Model, Variable
-from rulesheets.source import escaped
 from rulesheets.spelling import plural
+from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import displays, shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import read_axes

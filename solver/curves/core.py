@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from rulesheets.construct import subtract
 from rulesheets.model import Model
-from rulesheets.nodes import names as names_in
+from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import names as names_in
 from solver.path.isolate import is_linear
 from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
 

@@ -23,9 +23,8 @@ from solver.numerics.continuation import End
 from solver.numerics.curve import CurvePoint, Vector
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
-from solver.result import Status
+from solver.result import CODES, Status
 from solver.solution.leaves import Leaf
-from solver.table import CODES
 
 BREAK = "a value jumps or grows without bound"
 """Why a branch of values that are only computed ends between two rows."""

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Call, Name
+from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import Call, Name
 from solver.derivatives.linearization import active_equations
 from solver.kernel.code.scalar import compile_expressions
 from solver.numerics.curve import Problem, Vector

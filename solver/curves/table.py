@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.table import Table
+from solver.result import Table
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
-from rulesheets import nodes
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Call, Expression, Number, Quotient
-from rulesheets.program import walk
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call, Expression, Number, Quotient
+from rulesheets.syntax.program import walk
 from solver.path.cases import Pair, comparisons
 
 ZERO = Number(0.0)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Name, Symbol
+from rulesheets.syntax.nodes import Name, Symbol
 from solver.numerics.linear_algebra import factorise
 from solver.path.cases import activity, outcomes
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn

@@ -15,9 +15,9 @@ from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.evaluate.precise import in_many_digits
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
+from solver.accuracy.digits import ManyDigits, Work
 from solver.derivatives.linearization import Linearization, SquareBlock
-from solver.digits.system import ManyDigits, Work
 
 Extended: TypeAlias = Any
 """A number of mpmath."""

@@ -23,7 +23,7 @@ from rulesheets.format import format_sheet
 from rulesheets.format.text import readable
 from rulesheets.functions import TABLE
 from rulesheets.reading import read_source
-from rulesheets.source import Source
+from rulesheets.syntax.source import Source
 from rulesheets.uses import parsed
 from solver.editor.symbols import Names, Symbol, symbol
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Word

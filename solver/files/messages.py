@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 
 
 def unreadable_rows(path: str, reason: str) -> Diagnosis:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rulesheets import nodes
 from rulesheets.functions import named
-from rulesheets.nodes import Call
-from rulesheets.program import walk
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call
+from rulesheets.syntax.program import walk
 from solver.attempts import Method
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.reduction import reduced

@@ -11,8 +11,8 @@ import numpy as np
 
 from rulesheets.deadline import expect_time, limited
 from rulesheets.model import Value
-from rulesheets.nodes import Number
-from rulesheets.program import walk
+from rulesheets.syntax.nodes import Number
+from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel

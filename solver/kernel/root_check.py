@@ -19,7 +19,7 @@ import numpy as np
 from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 from solver.kernel.blur import ORDINARY, Uncertainty, uncertainty
 from solver.kernel.question import Question
 from solver.kernel.sharp_root import sharp_root

@@ -9,7 +9,7 @@ import numpy as np
 
 from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
-from rulesheets.nodes import Figure
+from rulesheets.syntax.nodes import Figure
 from solver.pictures.diagram import Diagram, Place, diagram, lacking, variables
 
 __all__ = ["Diagram", "coordinates", "diagrams", "geometry", "needed", "outline", "rectangle"]

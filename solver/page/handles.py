@@ -16,7 +16,7 @@ from math import cos, dist, radians, sin
 
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
-from rulesheets.nodes import Figure
+from rulesheets.syntax.nodes import Figure
 from solver.page.figures import Diagram, coordinates, diagrams, needed
 from solver.path.planner import planner
 from solver.path.steps import equations_of

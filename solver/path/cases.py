@@ -22,10 +22,10 @@ from itertools import chain, islice, product
 from sys import float_info
 from typing import TypeAlias
 
-from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Equation, Model, Requirement, Value
-from rulesheets.nodes import (
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import (
     And,
     Comparison,
     Condition,

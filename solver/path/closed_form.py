@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 
 
 @dataclass(frozen=True, slots=True)

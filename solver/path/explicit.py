@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from sys import float_info
 
-from rulesheets.construct import add, call, multiply, substitute, subtract
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Number, names
+from rulesheets.syntax.construct import add, call, multiply, substitute, subtract
+from rulesheets.syntax.nodes import Expression, Number, names
 from solver.path.isolate import TARGET, Isolation
 
 CLOSE = math.sqrt(float_info.epsilon)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from math import gcd, lcm
 from typing import TYPE_CHECKING
 
-from rulesheets import nodes
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
 from solver.path.isolate import Isolation, isolate, plainly_resolvable
 
 if TYPE_CHECKING:

@@ -13,8 +13,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf
 
-from rulesheets import nodes
-from rulesheets.construct import (
+from rulesheets.functions import TABLE, Function, named
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import (
     ZERO,
     add,
     call,
@@ -26,8 +27,7 @@ from rulesheets.construct import (
     substitute,
     subtract,
 )
-from rulesheets.functions import TABLE, Function, named
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.path import rational
 
 

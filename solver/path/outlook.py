@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from rulesheets import nodes
 from rulesheets.model import Premise, Value
+from rulesheets.syntax import nodes
 from solver.path.cases import compatible, outcomes
 from solver.path.planner import Planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of

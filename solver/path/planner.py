@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model
-from rulesheets.nodes import Comparison, Name, Number, Symbol
+from rulesheets.syntax.nodes import Comparison, Name, Number, Symbol
 from solver.path.cases import activity
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.construct import ONE, ZERO, add, multiply, negative, power
-from rulesheets.nodes import Expression, Number
+from rulesheets.syntax.construct import ONE, ZERO, add, multiply, negative, power
+from rulesheets.syntax.nodes import Expression, Number
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
 """Letters with their exponents, sorted."""

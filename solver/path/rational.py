@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rulesheets.construct import ONE, ZERO, add, divide, is_number, multiply, negative
-from rulesheets.nodes import (
+from rulesheets.syntax.construct import ONE, ZERO, add, divide, is_number, multiply, negative
+from rulesheets.syntax.nodes import (
     Expression,
     Name,
     Negative,

@@ -7,10 +7,10 @@ found is tried in the rule as it was written.
 
 from __future__ import annotations
 
-from rulesheets import nodes
-from rulesheets.construct import add, call, divide, multiply, negative, power, subtract
 from rulesheets.functions import TABLE, named
-from rulesheets.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import add, call, divide, multiply, negative, power, subtract
+from rulesheets.syntax.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum
 
 _TWO = Number(2.0)
 _TANGENTS = named(lambda row: row.half_turn)

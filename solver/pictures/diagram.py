@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from rulesheets.evaluate import Undefined, value
 from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Figure, names
+from rulesheets.syntax.nodes import Expression, Figure, names
 
 Place = tuple[float, float]
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
-from rulesheets.nodes import Figure as Declared
 from rulesheets.spelling import suggestion
+from rulesheets.syntax.nodes import Figure as Declared
 from solver.pictures.diagram import diagram, lacking
 from solver.pictures.layout import View
 from solver.plan import Unsolved

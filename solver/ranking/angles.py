@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
 from rulesheets.units.unit import ANGLE, Unit
 
 

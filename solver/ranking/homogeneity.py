@@ -17,7 +17,7 @@ import numpy as np
 
 from rulesheets.functions import named
 from rulesheets.model import Equation
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,

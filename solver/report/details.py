@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from math import isfinite
 
 from rulesheets.model import Equation, Requirement
-from rulesheets.source import Span
 from rulesheets.spelling import plural
+from rulesheets.syntax.source import Span
 from solver.attempts import Attempt
 from solver.path.steps import SolveBlock
-from solver.proof import Beside, Proof
 from solver.report.path import Places, rule_text
 from solver.report.sheet import answers
 from solver.report.table import table
 from solver.result import Result, Status
+from solver.solution.proof import Beside, Proof
 
 WAITING, BLAMED = "*", ">"
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from rulesheets.diagnosis import render
 from rulesheets.format.text import readable
-from rulesheets.nodes import Name
 from rulesheets.showing import ROWS, html_table, more
+from rulesheets.syntax.nodes import Name
 from solver.derivation import Derivation, Direct, Together
 from solver.derivatives.sensitivities import Sensitivities
 from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of

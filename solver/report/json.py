@@ -9,12 +9,12 @@ from math import isfinite
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
-from rulesheets.source import Span
+from rulesheets.syntax.source import Span
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
-from solver.proof import Proof
 from solver.report.path import rule_text, told
 from solver.report.sheet import named
 from solver.result import Result, Solution
+from solver.solution.proof import Proof
 
 Json = dict[str, object]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
-from rulesheets.construct import substitute
 from rulesheets.format import format_condition, format_expression
 from rulesheets.format.text import DIGITS, readable
 from rulesheets.model import Equation, Value
-from rulesheets.nodes import (
+from rulesheets.syntax.construct import substitute
+from rulesheets.syntax.nodes import (
     And,
     Condition,
     Expression,

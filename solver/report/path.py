@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model, Premise, Requirement
-from rulesheets.source import Span, escaped
+from rulesheets.syntax.source import Span, escaped
 from solver.attempts import Method
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.methods import first_methods

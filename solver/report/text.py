@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from rulesheets.diagnosis import render
 from rulesheets.format.text import readable
-from rulesheets.source import escaped
 from rulesheets.spelling import plural
+from rulesheets.syntax.source import escaped
 from solver.path.steps import Evaluate, Path, Select, SolveBlock
 from solver.report.details import attempts_text, conditions_text, proof_lines, rule_status_table
 from solver.report.path import path_text

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from rulesheets.model import Equation
-from rulesheets.nodes import Name
 from rulesheets.spelling import plural
+from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
 from solver.derivation import Closing, Derivation, Direct, Guard, Known, Link, Together
 from solver.report.notation import Notation, Plain, Tex, equation

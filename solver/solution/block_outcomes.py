@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
-from rulesheets.nodes import Number
+from rulesheets.syntax.nodes import Number
 from solver.facts import NoRoot
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import kernel_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from rulesheets import nodes
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model, Value
+from rulesheets.syntax import nodes
 from solver.path.cases import MEANING, Pair, assumed_outcome, cases_of, comparisons, outcome, possible
 from solver.solution.leaves import Branch
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from rulesheets import nodes
 from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
+from rulesheets.syntax import nodes
 from solver.facts import Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
 from solver.path.cases import EQUAL, activity
 

@@ -17,7 +17,7 @@ from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.limit import DIGITS, beside, indeterminate
 from rulesheets.evaluate.precise import extended_derivatives
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Expression, Number, Quotient, children, operands, rebuilt
+from rulesheets.syntax.nodes import Expression, Number, Quotient, children, operands, rebuilt
 from solver.accuracy.rule_check import BACKWARD, check_rule
 from solver.facts import Filled
 from solver.path.cases import activity, outcomes

@@ -9,7 +9,7 @@ from dataclasses import replace
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Model, Value, Variable
-from rulesheets.nodes import Comparison, Name, names
+from rulesheets.syntax.nodes import Comparison, Name, names
 from solver.path.planner import planner
 from solver.solution.leaves import CutOff, Exploration, Leaf
 from solver.solution.refinement import certain, explore_refined

@@ -19,13 +19,13 @@ from rulesheets.evaluate import Undefined, derivatives, extended, holds
 from rulesheets.evaluate.conditions import equal
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Comparison, Condition
+from rulesheets.syntax.nodes import Comparison, Condition
+from solver.accuracy.digits import MAX_UNKNOWNS, SPARE, ManyDigits, Unresolved, Work
+from solver.accuracy.fold import null_vectors, resolve_fold
 from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.last_places import half_unit
 from solver.accuracy.rule_check import gross
 from solver.attempts import Attempt, Method
-from solver.digits.fold import null_vectors, resolve_fold
-from solver.digits.system import MAX_UNKNOWNS, SPARE, ManyDigits, Unresolved, Work
 from solver.facts import Beside, DoubleRoot, NoRoot, RestsOnRounding
 from solver.kernel.candidates import Answer
 from solver.kernel.code.block import kernel_of

@@ -16,7 +16,7 @@ from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.evaluate.conditions import equal
 from rulesheets.model import Model, Value
-from rulesheets.nodes import Comparison, Condition, names
+from rulesheets.syntax.nodes import Comparison, Condition, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
 from solver.path.cases import comparisons

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rulesheets.model import Equation, Model
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 from solver.facts import AsksNothing, NoValue, OutOfRange
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from solver.files.columns import Array
 from solver.interruption import Interrupted
+from solver.result import CODES, Table
 from solver.sweeps.steady import SteadyPlan, SteadyPlans
-from solver.table import CODES, Table
 from solver.trace.answer_rows import Answers, together, written
 
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from rulesheets.model import Variable
 from solver.files.columns import Array
-from solver.result import Status
-from solver.table import CODES
+from solver.result import CODES, Status
 
 
 def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np.int8]:

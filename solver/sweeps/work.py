@@ -15,12 +15,11 @@ from rulesheets.functions.registered import run_python
 from rulesheets.model import Model, Value
 from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted
-from solver.result import Status
+from solver.result import Status, Table
 from solver.sweep_rows import one_answer
 from solver.sweeps.answers import every_answer, solved_answers
 from solver.sweeps.refusals import refusals
 from solver.sweeps.steady import Pattern, SteadyPlans
-from solver.table import Table
 from solver.trace.answer_rows import Answers
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from rulesheets import nodes
-from rulesheets.nodes import Name
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Name
 from solver.kernel.code.block import kernel_of
 from solver.path.closed_form import Circle, Coefficient, Let, Parabola
 from solver.path.steps import SolveBlock

@@ -10,11 +10,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, reduce
 
-from rulesheets import nodes
-from rulesheets.construct import subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
-from rulesheets.nodes import And, Comparison, Expression, Given, Not, Or
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Not, Or
 from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
 from solver.path.cases import activity, comparisons
 from solver.path.planner import Planner

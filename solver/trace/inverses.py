@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Variable
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import BACKWARD
 from solver.path.cases import activity
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage

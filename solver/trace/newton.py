@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate, value
-from rulesheets.nodes import names
+from rulesheets.syntax.nodes import names
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.chain import jumps
 from solver.trace.arrays import ArrayKernel

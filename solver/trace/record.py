@@ -14,8 +14,8 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from rulesheets.construct import subtract
 from rulesheets.model import Model, Value, Variable
+from rulesheets.syntax.construct import subtract
 from solver.facts import Conflict, Unmet
 from solver.kernel.code.block import kernel_of
 from solver.path.cases import EQUAL, activity, value_of_equality

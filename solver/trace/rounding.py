@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.nodes import Call, Name
+from rulesheets.syntax.nodes import Call, Name
 from solver.trace.flow import Flow, NotCompilable
 from solver.trace.schedule import LEAVES, LOGICAL, operands, schedule
 from solver.trace.simplify import not_negative

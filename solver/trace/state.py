@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Name, Symbol
+from rulesheets.syntax.nodes import Expression, Name, Symbol
 
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""

@@ -9,8 +9,8 @@ from typing import assert_never
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Model, Value
-from rulesheets.nodes import Name
 from rulesheets.spelling import plural
+from rulesheets.syntax.nodes import Name
 from solver.facts import (
     AsksNothing,
     Beside,

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Call, Name
-from rulesheets.program import walk
+from rulesheets.syntax.nodes import Call, Name
+from rulesheets.syntax.program import walk
 from solver.facts import Fact, Fixed, NoRoot, NoValue
 from solver.result import Status
 from solver.solution.explore import explore

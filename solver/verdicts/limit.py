@@ -7,7 +7,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Model, Value
-from rulesheets.nodes import Expression, Quotient, operands
+from rulesheets.syntax.nodes import Expression, Quotient, operands
 from solver.facts import Filled, NoRoot
 from solver.result import Status
 from solver.solution.indeterminacy import indeterminacy

@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from rulesheets import nodes
 from rulesheets.model import Model, Value
+from rulesheets.syntax import nodes
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.solution.explore import explore

@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
-from rulesheets.construct import ZERO, add, is_number, multiply, negative
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
+from rulesheets.syntax.construct import ZERO, add, is_number, multiply, negative
+from rulesheets.syntax.nodes import Expression, Negative, Product, Quotient, Sum, children, names, rebuilt
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, DoubleRoot, RankLoss
 from solver.path.cases import activity

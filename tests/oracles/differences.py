@@ -14,7 +14,7 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, extended, holds
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import Name, Symbol
+from rulesheets.syntax.nodes import Name, Symbol
 
 DIGITS = 50
 STEP = mpmath.mpf(10) ** -12

@@ -7,7 +7,7 @@ import string
 from hypothesis import strategies as st
 
 from rulesheets.marks import KINDS, Kind, Shape
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     And,
     Call,
     CallRule,

@@ -13,7 +13,7 @@ from rulesheets.algebra.forms import MATHEMATICS, PRINTED
 from rulesheets.algebra.names import latex_name
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Call, Name
+from rulesheets.syntax.nodes import Call, Name
 
 x, y, z = sympy.symbols("x y z")
 

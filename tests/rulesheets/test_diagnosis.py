@@ -8,7 +8,7 @@ import pytest
 
 from rulesheets.catalogue import CATALOGUE
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, render
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 
 
 def at(text: str, marked: str, name: str = "s.tk") -> Span:

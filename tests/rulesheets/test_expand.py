@@ -5,7 +5,7 @@ import pytest
 from rulesheets import RuleSheetError, loads
 from rulesheets.format import format_condition, format_expression
 from rulesheets.model import Model, Premise
-from rulesheets.nodes import Call, Number, Product
+from rulesheets.syntax.nodes import Call, Number, Product
 from tests.oracles.operations import growth
 
 
@@ -186,8 +186,8 @@ def test_many_rules_expand_quickly_and_without_recursion():
     model = loads("\n".join(f"x{k + 1} = x{k} + {k}" for k in range(3000)))
     assert len(model.equations) == 3000
     from rulesheets.build import build
-    from rulesheets.nodes import Equality, Name, Number, Rule, RuleSheet, Sum
-    from rulesheets.program import Program
+    from rulesheets.syntax.nodes import Equality, Name, Number, Rule, RuleSheet, Sum
+    from rulesheets.syntax.program import Program
 
     def chain(n: int):
         rules = tuple(
@@ -201,8 +201,8 @@ def test_many_rules_expand_quickly_and_without_recursion():
 
 def test_a_long_chain_of_else_ifs_is_no_deep_recursion():
     from rulesheets.build import build
-    from rulesheets.nodes import Comparison, Equality, IfRule, Name, Number, Rule, RuleBody, RuleSheet
-    from rulesheets.program import Program
+    from rulesheets.syntax.nodes import Comparison, Equality, IfRule, Name, Number, Rule, RuleBody, RuleSheet
+    from rulesheets.syntax.program import Program
 
     body: RuleBody = Equality((Name("y"),), (Number(0.0),))
     for k in range(2000):

@@ -10,7 +10,11 @@ from hypothesis import strategies as st
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
-from rulesheets.nodes import (
+from rulesheets.parse import parse
+from rulesheets.parse.grammar import Grammar, Unparsed
+from rulesheets.parse.layout import logical_lines
+from rulesheets.reading import read_source
+from rulesheets.syntax.nodes import (
     And,
     Call,
     CallRule,
@@ -35,11 +39,7 @@ from rulesheets.nodes import (
     VariableRow,
     children,
 )
-from rulesheets.parse import parse
-from rulesheets.parse.grammar import Grammar, Unparsed
-from rulesheets.parse.layout import logical_lines
-from rulesheets.reading import read_source
-from rulesheets.source import Source
+from rulesheets.syntax.source import Source
 from tests.oracles.operations import operations
 
 a, b, c, x, y = map(Name, "abcxy")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import rulesheets
 from rulesheets.evaluate import Undefined, derivatives, extended, extended_derivatives
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Call, Expression, Name, Number
+from rulesheets.syntax.nodes import Call, Expression, Name, Number
 
 DIGITS = 40
 X, Y = Name("x"), Name("y")

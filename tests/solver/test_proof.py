@@ -178,7 +178,7 @@ def test_a_root_with_a_zero_is_proved() -> None:
 
 def test_balls_refuse_what_is_undefined() -> None:
     from rulesheets.evaluate.enclosing_ball import enclosing_ball
-    from rulesheets.nodes import Call, Name, Number, Quotient
+    from rulesheets.syntax.nodes import Call, Name, Number, Quotient
 
     for expression in (
         Call("sqrt", (Name("x"),)),

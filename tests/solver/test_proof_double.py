@@ -19,7 +19,7 @@ import solver
 from rulesheets.evaluate import differentiate
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.functions.balls import ball, precision
-from rulesheets.nodes import Name, Negative, Number, Power, Product, Sum
+from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, Sum
 from solver.cli import main
 from solver.kernel.balls.krawczyk import Square
 from solver.kernel.balls.proved_fold import unfolded

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rulesheets
-from rulesheets import nodes
 from rulesheets.evaluate import value
-from rulesheets.nodes import Call, Expression
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call, Expression
 from solver.path.smooth import smooth
 
 

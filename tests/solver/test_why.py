@@ -11,7 +11,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import value
 from rulesheets.format import format_expression
-from rulesheets.nodes import names
+from rulesheets.syntax.nodes import names
 from solver.derivation import Derivation, Direct, Together, why
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.marks import KINDS, Kind, Shape
-from rulesheets.nodes import Mark, Name
 from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
 from rulesheets.parse.mistakes.operand import MISSING, bad_number, broken_line, two_operands
 from rulesheets.parse.mistakes.stop import Stop, first_of
-from rulesheets.source import Span
 from rulesheets.spelling import closest, plural
+from rulesheets.syntax.nodes import Mark, Name
+from rulesheets.syntax.source import Span
 
 _SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.parse.layout import Line
 from rulesheets.parse.mistakes.stop import Stop
-from rulesheets.source import Source, Span
 from rulesheets.spelling import PROPERTIES, WRITE_IN_PYTHON
+from rulesheets.syntax.source import Source, Span
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
 _INDEX = r"(?:\d+|[ijkn])(?:\s*[-+]\s*\d+)?"

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.nodes import Condition, Expression, IfRule, Inequality, Product, Quotient, RuleBody, children
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.mistakes.stop import Stop
-from rulesheets.source import Source, Span
 from rulesheets.spelling import closest
+from rulesheets.syntax.nodes import (
+    Condition,
+    Expression,
+    IfRule,
+    Inequality,
+    Product,
+    Quotient,
+    RuleBody,
+    children,
+)
+from rulesheets.syntax.source import Source, Span
 
 SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "figure")
 

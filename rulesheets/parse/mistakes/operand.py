@@ -8,8 +8,8 @@ from rulesheets.diagnosis import Diagnosis
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import Word
 from rulesheets.parse.mistakes.stop import Mistake, Stop
-from rulesheets.source import Span
 from rulesheets.spelling import closest
+from rulesheets.syntax.source import Span
 
 _NUMBERLIKE = re.compile(r"[\d.][\d.]*(?:e[+-]?[\d.]*)?", re.IGNORECASE)
 _FIRST = ("call", "function", "parameters", "variables", "rules", "procedure")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from rulesheets.diagnosis import Diagnosis, Label, error
 from rulesheets.parse.layout import Line, Word
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 
 OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}
 _LINKS = frozenset({"_AND", "_OR", "NOT"})

@@ -10,7 +10,7 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.enclosing_ball import continuous, jumps
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.functions.balls import Ball, around, exact_ball, exact_fraction
-from rulesheets.nodes import Expression, Number, operands
+from rulesheets.syntax.nodes import Expression, Number, operands
 from solver.kernel.balls.krawczyk import Square
 from solver.kernel.code.interval_code import ROUNDED
 from solver.numerics.elimination import eliminate

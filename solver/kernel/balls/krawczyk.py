@@ -14,7 +14,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.enclosing_ball import continuous, enclosing_ball, jumps
 from rulesheets.functions.balls import Ball, around, ball, preconditioned
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 
 INFLATIONS = 24
 TIGHTENINGS = 12

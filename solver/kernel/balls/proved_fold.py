@@ -14,11 +14,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
-from rulesheets.construct import add, is_number, multiply, subtract
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.evaluate.enclosing_ball import continuous, enclosing_ball, jumps
 from rulesheets.functions.balls import Ball, around, ball, solved
-from rulesheets.nodes import Expression, Name, Number
+from rulesheets.syntax.construct import add, is_number, multiply, subtract
+from rulesheets.syntax.nodes import Expression, Name, Number
 from solver.kernel.balls.krawczyk import Square, only_root, proved_root
 
 MU, PLACE = "#mu", "#t"

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rulesheets import nodes
 from rulesheets.evaluate import differentiate
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.nodes import Expression
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Expression
 from solver.kernel.code.chain import Chain
 from solver.kernel.code.scalar import Emitter
 from solver.numerics.batch_newton import Array

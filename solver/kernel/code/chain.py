@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
-from rulesheets import nodes
-from rulesheets.construct import add, substitute, subtract
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
-from rulesheets.nodes import Call, Expression, Name, Number, Quotient
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import add, substitute, subtract
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient
 from solver.kernel.code.scalar import Emitter
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Stage

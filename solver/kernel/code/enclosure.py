@@ -10,10 +10,10 @@ from functools import cached_property
 from math import inf, isnan, nan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rulesheets import nodes
-from rulesheets.construct import add, is_number, multiply
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.nodes import Expression, Name, Number, Quotient
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import add, is_number, multiply
+from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
 from solver.kernel.code.chain import Assignment, Chain, directions, jumps
 from solver.kernel.code.interval_code import FLOATS, IntervalEmitter, Operations, Pair
 from solver.kernel.code.quotients import by_slopes

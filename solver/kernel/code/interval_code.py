@@ -19,7 +19,7 @@ from rulesheets.functions.intervals.bounds import least as smaller
 from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
 from rulesheets.functions.intervals.forms import cut
 from rulesheets.functions.slopes import ROUNDED as ROUNDED_SLOPES
-from rulesheets.nodes import Call, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import Call, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
 from solver.kernel.code.scalar import Source
 
 Pair: TypeAlias = tuple[str, str]

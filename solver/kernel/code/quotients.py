@@ -10,11 +10,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from rulesheets import nodes
-from rulesheets.construct import exchange, substitute
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import exchange, substitute
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.chain import Chain
 
 if TYPE_CHECKING:

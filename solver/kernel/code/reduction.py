@@ -11,15 +11,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rulesheets import nodes
-from rulesheets.construct import substitute, subtract
-from rulesheets.nodes import Expression, Name
+from rulesheets.syntax import nodes
+from rulesheets.syntax.construct import substitute, subtract
+from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.chain import RESIDUAL, Assignment, Chain, through
 from solver.path.isolate import Isolation, isolate
 
 if TYPE_CHECKING:
-    from rulesheets.nodes import Condition
+    from rulesheets.syntax.nodes import Condition
     from solver.path.graph import ModelGraph
     from solver.path.steps import SolveBlock
 

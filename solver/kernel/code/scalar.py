@@ -12,7 +12,18 @@ from typing import Any
 from rulesheets.evaluate.arithmetic import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+)
 
 VALUES = Forms(TABLE, lambda row: row.value)
 """The functions of the language on floats."""

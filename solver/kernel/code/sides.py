@@ -12,8 +12,8 @@ from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
-from rulesheets.construct import exchange, negative
-from rulesheets.nodes import Call, Name
+from rulesheets.syntax.construct import exchange, negative
+from rulesheets.syntax.nodes import Call, Name
 from solver.kernel.code.chain import Assignment, Chain, directions
 
 if TYPE_CHECKING:

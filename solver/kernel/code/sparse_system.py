@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rulesheets.evaluate import differentiate
-from rulesheets.nodes import Expression, Name, Number, Power, operands, rebuilt
+from rulesheets.syntax.nodes import Expression, Name, Number, Power, operands, rebuilt
 from solver.kernel.code.block_arrays import compile_arrays
 from solver.numerics.batch_newton import Array
 from solver.numerics.sparse_newton import Triplets

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Negative, Product, Quotient, Sum, names
+from rulesheets.syntax.nodes import Expression, Negative, Product, Quotient, Sum, names
 from solver.facts import Conflict
 from solver.kernel.question import Question
 from solver.numerics.linear import solve_linear

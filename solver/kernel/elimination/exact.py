@@ -9,7 +9,7 @@ from itertools import zip_longest
 from typing import TypeAlias
 
 from rulesheets.deadline import expect_time
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,

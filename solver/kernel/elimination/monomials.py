@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.nodes import Expression, Negative, Power, Product, Quotient, Sum
-from rulesheets.nodes import Number as NumberNode
+from rulesheets.syntax.nodes import Expression, Negative, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Number as NumberNode
 
 Monomial: TypeAlias = frozenset[tuple[Expression, int]]
 """Factors with their exponents; none of them for a constant."""

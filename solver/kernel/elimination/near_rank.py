@@ -17,7 +17,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 from solver.accuracy.last_places import blur, half_unit, with_named_numbers
 from solver.accuracy.rule_check import check_rule
 from solver.facts import Conflict

@@ -14,7 +14,7 @@ from itertools import chain
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import BACKWARD
 from solver.facts import OutOfRange
 from solver.kernel.blur import astray, uncertainty

@@ -15,8 +15,8 @@ from math import inf, isfinite
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.nodes import Call, Expression, names
-from rulesheets.program import walk
+from rulesheets.syntax.nodes import Call, Expression, names
+from rulesheets.syntax.program import walk
 from solver.facts import NoValue
 from solver.kernel.elimination.monomials import ONE, Monomial, monomials, reduced
 from solver.kernel.question import Question

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Value
-from rulesheets.nodes import Call, Number, Power, Sum
-from rulesheets.program import walk
+from rulesheets.syntax.nodes import Call, Number, Power, Sum
+from rulesheets.syntax.program import walk
 from solver.kernel.code.chain import Chain
 
 if TYPE_CHECKING:

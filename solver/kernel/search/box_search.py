@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
 from solver.kernel.candidates import Candidates
 from solver.kernel.code.interval_arrays import ARRAYS
 from solver.kernel.code.interval_code import IntervalEmitter

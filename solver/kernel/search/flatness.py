@@ -12,7 +12,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
-from rulesheets.nodes import Expression, Name, Number, children, rebuilt
+from rulesheets.syntax.nodes import Expression, Name, Number, children, rebuilt
 from solver.accuracy.rule_check import BACKWARD
 from solver.kernel.code.chain import Chain
 

@@ -15,7 +15,6 @@ from itertools import accumulate
 
 import numpy as np
 
-from rulesheets import nodes
 from rulesheets.deadline import expect_time
 from rulesheets.functions.intervals.arrays import (
     INTERVALS,
@@ -28,7 +27,8 @@ from rulesheets.functions.intervals.arrays import (
     power,
     square,
 )
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.interval_code import ROUNDED
 from solver.kernel.search.inverse_hull import (
     INVERSES,

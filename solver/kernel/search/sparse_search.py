@@ -16,7 +16,7 @@ import numpy as np
 
 from rulesheets.evaluate import value
 from rulesheets.model import Value
-from rulesheets.nodes import Expression, Name, names
+from rulesheets.syntax.nodes import Expression, Name, names
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.numerics.batch_newton import Array

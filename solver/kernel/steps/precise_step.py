@@ -13,9 +13,9 @@ from typing import Any
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
-from rulesheets.nodes import Expression
+from rulesheets.syntax.nodes import Expression
+from solver.accuracy.digits import SPARE, Unresolved
 from solver.accuracy.rule_check import check_rule
-from solver.digits.system import SPARE, Unresolved
 from solver.facts import DoubleRoot
 from solver.kernel.steps.step import StepSolver
 from solver.path.graph import ModelGraph

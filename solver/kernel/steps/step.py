@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
-from rulesheets.nodes import Call, Name, Number, Power, Quotient
+from rulesheets.syntax.nodes import Call, Name, Number, Power, Quotient
 from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.steps.preimages import CANCELLED, DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused

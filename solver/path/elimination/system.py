@@ -7,9 +7,20 @@ from collections.abc import Collection, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.construct import add, call, divide
 from rulesheets.model import Equation
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, names
+from rulesheets.syntax.construct import add, call, divide
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    names,
+)
 from solver.path.closed_form import Coefficient, Formula, Let
 from solver.path.polynomial import (
     Monomial,

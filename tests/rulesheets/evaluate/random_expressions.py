@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 
 SMOOTH = ("sqrt", "exp", "ln", "sin", "cos", "atan", "sind", "cosd", "tand", "asind", "atand", "tanh", "erf")
 

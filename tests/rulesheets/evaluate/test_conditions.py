@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from rulesheets.evaluate import Undefined, holds
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     And,
     Comparison,
     Condition,

@@ -17,7 +17,18 @@ from rulesheets.evaluate import (
     value,
 )
 from rulesheets.functions.extended import context
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, names
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    names,
+)
 from tests.rulesheets.evaluate.random_expressions import expressions, nonzero, positive
 
 X, Y = Name("x"), Name("y")

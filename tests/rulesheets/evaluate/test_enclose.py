@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, differentiate, enclose, extended
-from rulesheets.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
 from tests.rulesheets.evaluate.random_expressions import expressions
 
 X, Y = Name("x"), Name("y")

@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given
 
 from rulesheets.evaluate import Undefined, extended, value
-from rulesheets.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+)
 from tests.rulesheets.evaluate.random_expressions import continuous, nonzero, positive
 
 X = Name("x")

@@ -11,7 +11,7 @@ import pytest
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.extended import context, functions
-from rulesheets.nodes import Call, Name, Number
+from rulesheets.syntax.nodes import Call, Name, Number
 
 # Arguments at which a function is smooth; those of one argument are tried at each, of two at each pair.
 ANYWHERE = (-2.3, -0.4, 0.7, 3.1)

@@ -15,8 +15,8 @@ import rulesheets
 from benchmarks import hostile_small
 from benchmarks.hostile_sheets import Dice
 from rulesheets.evaluate import Undefined
-from rulesheets.nodes import Number, names
-from rulesheets.program import walk
+from rulesheets.syntax.nodes import Number, names
+from rulesheets.syntax.program import walk
 from solver.accuracy import rule_check
 
 SHEETS = 1_800

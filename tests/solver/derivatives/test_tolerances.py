@@ -17,7 +17,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
 from rulesheets.model import Tolerance
 from rulesheets.parse import parse
-from rulesheets.source import Source
+from rulesheets.syntax.source import Source
 from rulesheets.variables import parse_input, read_variable_sheet
 from solver.cli import main
 

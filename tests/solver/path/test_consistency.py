@@ -12,7 +12,7 @@ import rulesheets
 import solver
 from rulesheets.evaluate import holds
 from rulesheets.model import Model
-from rulesheets.nodes import Number
+from rulesheets.syntax.nodes import Number
 from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, Pair, compatible, possible
 from solver.path.outlook import outlook
 from solver.path.planner import planner

@@ -8,8 +8,8 @@ import pytest
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.model import Equation, Model, Value, Variable
-from rulesheets.nodes import Call, Name, Number, Power, Sum
-from rulesheets.source import Source, Span
+from rulesheets.syntax.nodes import Call, Name, Number, Power, Sum
+from rulesheets.syntax.source import Source, Span
 from solver.path.steps import Evaluate, Path
 from solver.result import Result, Solution, Status
 

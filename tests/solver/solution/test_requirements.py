@@ -11,7 +11,7 @@ import rulesheets
 import solver
 from rulesheets.format import format_sheet
 from rulesheets.parse import parse
-from rulesheets.source import Source
+from rulesheets.syntax.source import Source
 
 
 def solve(text: str, **inputs: float) -> solver.Result:

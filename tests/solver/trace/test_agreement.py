@@ -14,7 +14,7 @@ import rulesheets
 import solver
 from rulesheets.model import Model
 from solver.plan import Plan
-from solver.table import CODES
+from solver.result import CODES
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.table import CODES
+from solver.result import CODES
 from solver.trace.answer_rows import AnswerKernel
 from solver.trace.flow import Flow, NotCompilable
 from solver.trace.order import Order

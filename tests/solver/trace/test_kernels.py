@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets import nodes
 from rulesheets.functions.degrees import atan2d, cosd, sind
 from rulesheets.model import Model
+from rulesheets.syntax import nodes
 from solver.plan import Plan
 from solver.trace.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
 from solver.trace.answer_rows import AnswerKernel

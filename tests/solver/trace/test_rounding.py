@@ -19,8 +19,8 @@ import solver
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.model import Equation
 from solver.path.isolate import isolate
+from solver.result import CODES
 from solver.solution.explore import planner
-from solver.table import CODES
 from solver.trace.arrays import ArrayKernel
 from solver.trace.coverage import covered, inverted
 from solver.trace.flow import Flow, NotCompilable

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.construct import call
 from rulesheets.evaluate import Undefined, enclose, value
 from rulesheets.functions.intervals import arithmetic
 from rulesheets.functions.intervals.arrays import scaled, square
-from rulesheets.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.construct import call
+from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.code.interval_arrays import ARRAYS
 from solver.kernel.code.interval_code import FLOATS, IntervalEmitter
 

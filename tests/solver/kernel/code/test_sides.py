@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.construct import call, subtract
-from rulesheets.nodes import Name, Number, Product, Sum
+from rulesheets.syntax.construct import call, subtract
+from rulesheets.syntax.nodes import Name, Number, Product, Sum
 from solver.kernel.code.chain import RESIDUAL, Assignment, Chain, compile_chain
 from solver.kernel.code.enclosure import Enclosure
 from solver.kernel.code.sides import sides

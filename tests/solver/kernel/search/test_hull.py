@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.construct import call
 from rulesheets.evaluate import Undefined, enclose
-from rulesheets.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.construct import call
+from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.search.hull import Hull
 from tests.solver.kernel.code.test_interval_code import ENDS
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,

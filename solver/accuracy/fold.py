@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives
+from solver.accuracy.digits import ManyDigits
 from solver.accuracy.last_places import half_unit
 from solver.accuracy.rule_check import gross
-from solver.digits.system import ManyDigits
 from solver.numerics.elimination import eliminate
 
 MAX_ITERATIONS = 60

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from rulesheets.nodes import (
+from rulesheets.syntax.nodes import (
     Call,
     CallRule,
     Condition,
@@ -22,7 +22,7 @@ from rulesheets.nodes import (
     VariableRow,
     children,
 )
-from rulesheets.source import Source, Span
+from rulesheets.syntax.source import Source, Span
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from rulesheets.construct import subtract
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, extended, extended_derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation
-from rulesheets.nodes import Expression
-from rulesheets.program import walk
+from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.program import walk
 from solver.numerics.elimination import Singular, eliminate_rows
 from solver.numerics.refinement import ELIMINATED, solve_exactly
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from rulesheets.source import Span
+from rulesheets.syntax.source import Span
 
 # --- arithmetic -----------------------------------------------------------------
 

@@ -12,11 +12,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from rulesheets.construct import subtract
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Value
-from rulesheets.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
+from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
 from solver.facts import DoubleRoot
 from solver.path.cases import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
@@ -24,6 +24,7 @@ from solver.solution.leaves import Leaf
 
 if TYPE_CHECKING:
     from solver.kernel.balls.krawczyk import Square
+
 
 BITS = 400
 EXTRA = "python-flint"

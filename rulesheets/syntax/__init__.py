@@ -1,0 +1,1 @@
+"""Rules as trees: where they stand, what they are made of, and how they are walked."""
