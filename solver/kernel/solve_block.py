@@ -1,15 +1,18 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
 The methods of its chain (``methods.py``) are tried one after another until the answers are known to be all;
-where they found nothing, those of ``fallback.py``.
-"""
+where they found nothing, those of ``fallback.py``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from rulesheets.functions import named
 from rulesheets.model import Value
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call
+from rulesheets.syntax.program import walk
 from solver.attempts import Attempt, Method
 from solver.facts import Fact, NoRoot
 from solver.kernel.budget import Budget
@@ -23,13 +26,76 @@ from solver.kernel.elimination.linear_block import solve_linear_block
 from solver.kernel.elimination.near_rank import Blur
 from solver.kernel.elimination.polynomial_block import solve_as_polynomial, solve_by_half_angle
 from solver.kernel.elimination.resultant_block import solve_by_resultant
-from solver.kernel.methods import first_methods
 from solver.kernel.outcome import BlockOutcome, Stretch
 from solver.kernel.question import Question
 from solver.kernel.search.curve_points import without_curves
 from solver.kernel.search.sparse_search import search_sparsely
 from solver.kernel.search.tear_search import TearSearch
 from solver.numerics.newton import NewtonLimits
+
+MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
+"""Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
+MAX_SEARCHED = 30
+"""Unknowns of a block up to which all answers are searched for."""
+
+_CIRCULAR = named(lambda row: row.turn and not row.half_turn)
+
+
+def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
+    """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
+
+    What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.
+    """
+    if kernel.linear:
+        yield Method.LINEAR
+    elif is_large(kernel):
+        yield Method.SPARSE
+    yield from _counts(kernel)
+    yield from _searches(kernel, thorough)
+
+
+def is_large(kernel: BlockKernel) -> bool:
+    """Whether one answer is looked for before any others."""
+    return len(kernel.unknowns) > MAX_SEARCHED
+
+
+def _counts(kernel: BlockKernel) -> Iterator[Method]:
+    """Those that count the answers. A polynomial in half an angle has a higher degree than a formula."""
+    turning = any(kernel.graph.turn(tear) for tear in kernel.block.tears)
+    if not turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
+    if kernel.closed is not None:
+        yield Method.FORMULA
+    if turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
+
+
+def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
+    torn_once = len(kernel.block.tears) == 1
+    if torn_once:
+        yield Method.RANGE
+    elif reduced(kernel) is not None:
+        yield Method.SUBSTITUTION
+    most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
+    if (thorough or not torn_once) and len(kernel.unknowns) <= most and kernel.finite:
+        yield Method.BOXES
+    yield Method.STARTS
+
+
+def may_be_polynomial(kernel: BlockKernel) -> bool:
+    """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
+    tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
+    turning = any(kernel.graph.turn(tear) for tear in tears)
+    if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
+        return False
+    admitted = _CIRCULAR if turning else frozenset[str]()
+    return all(
+        node.function in admitted
+        for form in kernel.forms
+        for node in walk(form)
+        if isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
+    )
+
 
 STARTS = 24
 FEW_STARTS = 6

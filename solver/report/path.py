@@ -9,7 +9,7 @@ from rulesheets.model import Equation, Model, Premise, Requirement
 from rulesheets.syntax.source import Span, escaped
 from solver.attempts import Method
 from solver.kernel.code.block import BlockKernel
-from solver.kernel.methods import first_methods
+from solver.kernel.solve_block import first_methods
 from solver.path.outlook import Outlook, question
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step

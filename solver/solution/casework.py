@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Collection, Iterator, Mapping
 
-from rulesheets.evaluate import Undefined, holds
-from rulesheets.model import Model, Value
+from rulesheets.evaluate import Undefined, holds, value
+from rulesheets.evaluate.conditions import meets
+from rulesheets.model import Equation, Model, Requirement, Value
 from rulesheets.syntax import nodes
-from solver.path.cases import MEANING, Pair, assumed_outcome, cases_of, comparisons, outcome, possible
+from solver.facts import Indeterminacy, Unmet
+from solver.path.cases import (
+    MEANING,
+    Pair,
+    activity,
+    assumed_outcome,
+    cases_of,
+    comparisons,
+    outcome,
+    possible,
+)
 from solver.solution.leaves import Branch
 
 
@@ -79,3 +91,41 @@ class Casework:
 
     def unverified(self, branch: Branch) -> bool:
         return any(self._settle(nodes.Comparison("=", *pair), branch) is None for pair in branch.signs)
+
+
+def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indeterminacy | None:
+    """The fact that an equation is 0/0 at the values, if it is."""
+    from rulesheets.evaluate.limit import indeterminate
+
+    for side in (equation.left, equation.right):
+        found = indeterminate(side, values)
+        if found is not None:
+            read = {name: values[name] for name in equation.names if name in values}
+            return Indeterminacy(equation.index, found.form, found.limit, found.is_open, read)
+    return None
+
+
+def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]) -> Iterator[Unmet]:
+    """The requirements that these values break; those that read what has no value are not asked."""
+    for index, requirement in enumerate(model.requirements):
+        asked = activity(requirement, decided) and all(name in values for name in requirement.names)
+        if asked and not _met(requirement, values):
+            yield Unmet(index, shortfall(requirement, values), values)
+
+
+def shortfall(requirement: Requirement, values: Mapping[str, Value]) -> float | None:
+    """How far the smaller side is from where it has to be; None where a side is no number."""
+    sides = requirement.comparison.left, requirement.comparison.right
+    try:
+        left, right = (value(side, values) for side in sides)
+    except (Undefined, TypeError):
+        return None
+    apart = abs(left - right)
+    return apart if math.isfinite(apart) else None
+
+
+def _met(requirement: Requirement, values: Mapping[str, Value]) -> bool:
+    try:
+        return meets(requirement.comparison, values)
+    except Undefined:
+        return False

@@ -16,12 +16,9 @@ from solver.kernel.steps.step import solve_step
 from solver.path.cases import EQUAL, Pair, activity, value_of_equality
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
-from solver.solution.casework import Casework
+from solver.solution.casework import Casework, indeterminacy, unmet
 from solver.solution.findings import Findings
-from solver.solution.indeterminacy import indeterminacy
-from solver.solution.leaves import Branch, CutOff, Exploration, Leaf, infinite, without_value
-from solver.solution.requirements import unmet
-from solver.solution.turns import settled
+from solver.solution.leaves import Branch, CutOff, Exploration, Leaf, infinite, settled, without_value
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -29,7 +26,7 @@ if TYPE_CHECKING:
     from solver.kernel.outcome import BlockOutcome
     from solver.kernel.steps.step import StepOutcome
     from solver.path.isolate import Isolation
-    from solver.solution.block_outcomes import BlockOutcomes
+    from solver.solution.findings import BlockOutcomes
     from solver.solution.leaves import Outcomes
 
 MAX_ASSUMPTIONS = 16
@@ -257,7 +254,7 @@ class Explorer:
 
     def _agreed(self, branch: Branch, equation: int) -> bool:
         """Whether another value, as good for all other rules, satisfies one that fails; then it is taken."""
-        from solver.solution.agreement import agreed
+        from solver.solution.findings import agreed
 
         found = agreed(self.graph, equation, branch.values, self.inputs, branch.conditions)
         if found is not None:
@@ -297,7 +294,7 @@ class Explorer:
 
     @cached_property
     def blocks(self) -> BlockOutcomes:
-        from solver.solution.block_outcomes import BlockOutcomes
+        from solver.solution.findings import BlockOutcomes
 
         return BlockOutcomes(self.graph, self.guesses, self.budget, self.outcomes)
 

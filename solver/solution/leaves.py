@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.model import Model, Value
+from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax import nodes
-from solver.facts import Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
+from rulesheets.syntax.nodes import Expression
+from solver.accuracy.rule_check import check_rule
+from solver.facts import AsksNothing, Conflict, DoubleRoot, Fact, Gap, NoRoot, NoValue, OutOfRange
 from solver.path.cases import EQUAL, activity
+from solver.path.graph import ModelGraph, is_angle_sum
 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
@@ -21,6 +24,114 @@ if TYPE_CHECKING:
     from solver.kernel.outcome import BlockOutcome
     from solver.path.cases import Pair
     from solver.path.steps import SolveBlock, Step
+
+
+def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:
+    """The values with every posted angle that lies outside one turn moved into it.
+
+    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that some rule does not
+    admit is not made.
+    """
+    moved = dict(values)
+    for name, variable in graph.model.variables.items():
+        turn, number = graph.turn(name), moved.get(name)
+        if not variable.posted or turn is None or _bounded(variable) or name in inputs:
+            continue
+        if isinstance(number, float) and not -turn / 2 < number <= turn / 2:
+            shift = -turn * math.ceil(number / turn - 0.5)
+            moved = _moved(graph, moved, _tied(graph, name, inputs), shift)
+    return moved
+
+
+def within_one_turn(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> bool:
+    """Whether every posted angle that rules read in parts (``sind(theta/2)``) is in (-180, 180].
+
+    Other angles are moved there; these have answers in two turns and more, each another one.
+    """
+    for name, variable in graph.model.variables.items():
+        turn, number = graph.single_turn(name), values.get(name)
+        apart = variable.posted and name not in inputs and not _bounded(variable)
+        if turn is None or not apart or graph.is_turning(name) or not isinstance(number, float):
+            continue
+        if not -turn / 2 < number <= turn / 2:
+            return False
+    return True
+
+
+def _bounded(variable: Variable) -> bool:
+    return variable.low > -math.inf or variable.high < math.inf
+
+
+def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
+    """The angle and those that sums tie it to, inputs left out."""
+    group, waiting = {name}, [name]
+    while waiting:
+        for index in graph.users(waiting.pop()):
+            equation = graph.model.equations[index]
+            if is_angle_sum(equation.left) and is_angle_sum(equation.right):
+                new = {n for n in equation.names if n not in inputs} - group
+                group |= new
+                waiting += sorted(new)
+    return group
+
+
+def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: float) -> dict[str, Value]:
+    trial = {n: v + shift if n in names and isinstance(v, float) else v for n, v in values.items()}
+    touched = {index for name in names for index in graph.users(name)}
+    for index in touched:
+        equation = graph.model.equations[index]
+        known = all(name in values for name in equation.names)
+        if known and check_rule(equation, values).holds and not check_rule(equation, trial).holds:
+            return values
+    return trial
+
+
+if TYPE_CHECKING:
+    from typing import Any, TypeAlias
+
+    from solver.kernel.outcome import BlockOutcome
+    from solver.path.steps import SolveBlock
+
+    Sense: TypeAlias = tuple[tuple[int, ...], tuple[str, ...]]
+
+
+class Twins:
+    """Which guarded equations of a model have the same two sides."""
+
+    def __init__(self, model: Model) -> None:
+        first: dict[tuple[Expression, Expression], int] = {}
+        guarded = [equation for equation in model.equations if equation.guard]
+        self._first = {e.index: first.setdefault(_sides(e), e.index) for e in guarded}
+
+    def sense(self, step: SolveBlock) -> Sense:
+        """The same for blocks of the same equations, by whatever rules, for the same unknowns."""
+        return tuple(sorted(map(self._of, step.equations))), step.unknowns
+
+    def told(self, outcome: BlockOutcome, met: SolveBlock, step: SolveBlock) -> BlockOutcome:
+        """The outcome of the block that was ``met``, in the rules of ``step``, which has the same sense."""
+        own = {self._of(equation): equation for equation in step.equations}
+        names = {equation: own[self._of(equation)] for equation in met.equations}
+        answers = tuple(
+            answer if answer.double is None else replace(answer, double=_renamed(answer.double, names))
+            for answer in outcome.answers
+        )
+        return replace(outcome, answers=answers, facts=tuple(_renamed(fact, names) for fact in outcome.facts))
+
+    def _of(self, equation: int) -> int:
+        return self._first.get(equation, equation)
+
+
+def _sides(equation: Equation) -> tuple[Expression, Expression]:
+    return equation.left, equation.right
+
+
+def _renamed(fact: Any, names: dict[int, int]) -> Any:
+    """A fact about a block with its equations under other numbers."""
+    match fact:
+        case NoValue() | OutOfRange() | AsksNothing():
+            return replace(fact, equation=names[fact.equation])
+        case _:
+            return replace(fact, equations=tuple(names[equation] for equation in fact.equations))
 
 
 @dataclass

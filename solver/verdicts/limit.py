@@ -10,7 +10,7 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Expression, Quotient, operands
 from solver.facts import Filled, NoRoot
 from solver.result import Status
-from solver.solution.indeterminacy import indeterminacy
+from solver.solution.casework import indeterminacy
 from solver.solution.limits import answers_between
 from solver.verdicts.verdict import Verdict
 

@@ -27,8 +27,7 @@ from solver.facts import (
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.result import Status
-from solver.solution.leaves import Exploration, Leaf, leaf_errors
-from solver.solution.turns import within_one_turn
+from solver.solution.leaves import Exploration, Leaf, leaf_errors, within_one_turn
 
 ROUNDED = 2.0**-51
 """Relative difference of two floats next to the same number."""

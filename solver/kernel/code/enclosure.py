@@ -1,28 +1,65 @@
 """The residual of a chain with one tear, and its slope, over boxes of the tear.
 
-They are compiled when they are first asked for: to floats for a few boxes, to arrays for many.
-"""
+They are compiled when they are first asked for: to floats for a few boxes, to arrays for many."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
+from itertools import product
 from math import inf, isnan, nan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import add, is_number, multiply
-from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
+from rulesheets.syntax.construct import add, exchange, is_number, multiply, negative
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient
 from solver.kernel.code.chain import Assignment, Chain, directions, jumps
 from solver.kernel.code.interval_code import FLOATS, IntervalEmitter, Operations, Pair
 from solver.kernel.code.quotients import by_slopes
-from solver.kernel.code.sides import sides
 from solver.path import rational
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rulesheets.functions.intervals.arrays import Array
     from rulesheets.functions.intervals.arrays import Interval as Intervals
+
+
+MOST = 2
+"""Directions of a chain, of which every combination of sides is a chain of its own."""
+
+
+def sides(chain: Chain) -> tuple[Chain, ...]:
+    """One chain for every combination of sides; none where there is no direction, or too many.
+
+    The residual is at every point that of one of the chains, if it has a value there.
+    """
+    calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
+    if not 0 < len(calls) <= MOST:
+        return ()
+    return tuple(
+        _beside(chain, dict(zip(calls, upper, strict=True)))
+        for upper in product((True, False), repeat=len(calls))
+    )
+
+
+def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
+    """The chain with directions on the upper side of their cut, or on the lower one."""
+    assignments: list[Assignment] = []
+    for item in chain.assignments:
+        expression = item.expression
+        for number, call in enumerate(upper):
+            if call in directions(expression):
+                y, x = call.arguments
+                name = f"#side {number}"
+                assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
+                turned = Call(call.function, (Name(name), x))
+                expression = exchange(expression, call, turned if upper[call] else negative(turned))
+        assignments.append(replace(item, expression=expression))
+    return Chain(chain.tears, tuple(assignments), chain.residuals)
+
 
 Interval: TypeAlias = tuple[float, float]
 Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]

@@ -13,8 +13,7 @@ import solver
 from rulesheets.syntax.construct import call, subtract
 from rulesheets.syntax.nodes import Name, Number, Product, Sum
 from solver.kernel.code.chain import RESIDUAL, Assignment, Chain, compile_chain
-from solver.kernel.code.enclosure import Enclosure
-from solver.kernel.code.sides import sides
+from solver.kernel.code.enclosure import Enclosure, sides
 
 T, TARGET = Name("t"), Name("target")
 SIZES = st.floats(-3.0, 3.0).map(lambda a: round(a, 2))
