@@ -10,6 +10,8 @@ from typing import Any
 import mpmath
 import pytest
 
+pytest.importorskip("matplotlib")
+
 import rulesheets
 import solver
 from solver.chart.measure import Mark, measure, measure_along
@@ -22,7 +24,6 @@ from solver.pictures.chart import speed_picture, stability_picture
 from solver.report.chart import COLUMNS, chart_csv, stability_table
 from tests.oracles.slider_crank import Crank, forward
 
-pytest.importorskip("matplotlib")
 pytest.importorskip("flint")
 
 CRANK = Path(__file__).parent.parent.parent / "models" / "offset_slider_crank" / "model.tk"

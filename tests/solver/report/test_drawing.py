@@ -8,6 +8,8 @@ from itertools import cycle, pairwise
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("matplotlib")
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("matplotlib")
+
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.cli import main
