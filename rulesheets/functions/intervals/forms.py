@@ -319,7 +319,10 @@ class Slow:
             return self.image
         middle = 0.5 * low + 0.5 * high
         reach = self.slope * up(max(high - middle, middle - low)) + TINY + 1e-15 * abs(middle)
-        at_middle = self.value(middle)
+        try:
+            at_middle = self.value(middle)
+        except (OverflowError, ValueError):
+            return self.image
         return max(at_middle - reach, self.image[0]), min(at_middle + reach, self.image[1])
 
 
