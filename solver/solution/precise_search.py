@@ -237,6 +237,8 @@ class _PreciseSearch(Explorer):
         number, row = branch.values[name], slopes(rule, branch.values)
         if isinstance(number, str) or not 0.0 < abs(number) <= moved.get(name, 0.0) < math.inf:
             return False
+        if self.graph.turn(name) is not None:
+            return False  # an angle that moves by whole turns passes no pole
         reach = sum(abs(row[n]) * moved.get(n, 0.0) for n in row if n != name)
         share, known = row[name] * number / reach, dict(_known(branch))
         for n, slope in row.items():

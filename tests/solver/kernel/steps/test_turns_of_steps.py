@@ -94,7 +94,7 @@ def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
 @settings(max_examples=25, deadline=None)
 @given(
     st.floats(1.0, 10.0),
-    st.integers(8, 15),
+    st.integers(8, 290),
     st.floats(0.01, 0.99),
     st.sampled_from([("sin(d + x) = c", mpmath.sin), ("d*cos(d + x) = c*d", mpmath.cos)]),
 )
@@ -105,8 +105,10 @@ def test_an_angle_beside_a_number_that_drowns_it(
     text, function = rule
     d = leading * 10.0**exponent
     result = solver.solve(rulesheets.loads(text), {"d": d, "c": c})
-    assert str(result.status) == "solved"
-    assert len(result.solutions) == 2
+    assert str(result.status) == "solved" or (text.startswith("d*") and d > 1e150)
+    assert str(result.status) != "infeasible"
+    if str(result.status) == "solved":
+        assert len(result.solutions) == 2
     with mpmath.workdps(400):
         for solution in result.solutions:
             x = mpmath.mpf(solution["x"])
