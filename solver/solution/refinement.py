@@ -3,11 +3,13 @@
 The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
 error bar of an answer says that floats lose more than their rounding, the path is followed once more in
 numbers of higher precision, and of twice that, until two precisions agree: then every value is the float
-nearest to the exact one. Where they never do, what floats found stands, with its error bars.
+nearest to the exact one. Where they never do, what floats found stands, with its error bars, unless those
+leave no digit of a value.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -32,6 +34,8 @@ SAFETY = 4.0
 """How far the error bars of values may be too short where a contradiction is weighed against them."""
 GRACE = 1.0
 """Seconds to weigh the answers of a search that was cut off."""
+MEANINGLESS = 1e6
+"""Relative error of a number that rounding alone has made."""
 NOTHING = 0.5
 """Relative error of a number of which no digit is known: it may well be 0."""
 MAX_STEPS = 2_000
@@ -59,9 +63,23 @@ def explore_refined(
     try:
         if not always and not _delicate(model, found, judged):
             return found
-        return explore_precisely(model, inputs, want, guesses, judged, found) or found
+        precise = explore_precisely(model, inputs, want, guesses, judged, found)
+        return precise or _meaningful(model, found, judged)
     except TimeIsUp:
         raise CutOff(certain(model, found, judged), inputs) from None
+
+
+def _meaningful(model: Model, found: Exploration, judged: Sequence[str]) -> Exploration:
+    """The exploration without answers that are nothing but rounding: the sine of 1e90 + x is any number for
+    values of 1e90 that are next to one another, and the rule holds whatever x is."""
+    leaves = tuple(leaf for leaf in found.leaves if not (leaf.solved and _meaningless(model, leaf, judged)))
+    return found if len(leaves) == len(found.leaves) else replace(found, leaves=leaves, complete=False)
+
+
+def _meaningless(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
+    errors, values = leaf_errors(model, leaf).error, leaf.branch.values
+    numbers = ((name, v) for name in judged if isinstance(v := values.get(name), float) and v)
+    return any(MEANINGLESS * abs(v) < errors[name] < math.inf for name, v in numbers)
 
 
 def certain(model: Model, found: Exploration, judged: Sequence[str]) -> Exploration:

@@ -20,9 +20,11 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 
 def started(*words: str, folder: Path) -> subprocess.Popen[str]:
+    """As in a terminal: a shell's job in the background would hand down that Ctrl-C is ignored."""
     command = [sys.executable, "-u", "-m", "solver", *words]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    return subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, text=True, **pipes)  # type: ignore[call-overload,no-any-return]
+    heard = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+    return subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, text=True, **pipes, **heard)  # type: ignore[call-overload,no-any-return]
 
 
 def round_of(watch: subprocess.Popen[str]) -> str:

@@ -94,7 +94,7 @@ def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
 @settings(max_examples=25, deadline=None)
 @given(
     st.floats(1.0, 10.0),
-    st.integers(8, 290),
+    st.integers(8, 59),
     st.floats(0.01, 0.99),
     st.sampled_from([("sin(d + x) = c", mpmath.sin), ("d*cos(d + x) = c*d", mpmath.cos)]),
 )
@@ -105,10 +105,8 @@ def test_an_angle_beside_a_number_that_drowns_it(
     text, function = rule
     d = leading * 10.0**exponent
     result = solver.solve(rulesheets.loads(text), {"d": d, "c": c})
-    assert str(result.status) == "solved" or (text.startswith("d*") and d > 1e150)
-    assert str(result.status) != "infeasible"
-    if str(result.status) == "solved":
-        assert len(result.solutions) == 2
+    assert str(result.status) == "solved"
+    assert len(result.solutions) == 2
     with mpmath.workdps(400):
         for solution in result.solutions:
             x = mpmath.mpf(solution["x"])
@@ -122,3 +120,12 @@ def test_a_zero_beside_a_number_that_drowns_it_is_not_counted_as_none(d: float) 
     result = solver.solve(rulesheets.loads("sin(d + x) = c"), {"d": d, "c": 0.0})
     assert str(result.status) in ("solved", "failed")
     assert len(result.solutions) == 2 or not result.complete
+
+
+@pytest.mark.parametrize("d", [8.140060753854967e90, 3e140])
+def test_an_angle_of_which_no_digit_is_known_is_no_answer(d: float) -> None:
+    """The rule holds to rounding whatever x is: values of d next to one another give any sine."""
+    result = solver.solve(rulesheets.loads("sin(d + x) = c"), {"d": d, "c": 0.8155149614733322})
+    for solution in result.solutions:
+        with mpmath.workdps(400):
+            assert abs(mpmath.sin(mpmath.mpf(d) + mpmath.mpf(solution["x"])) - 0.8155149614733322) < 1e-15
