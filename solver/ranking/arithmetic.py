@@ -1,13 +1,10 @@
-"""What ranking needs of numbers, for single ones and for arrays of them."""
+"""What ranking needs of numbers, of whatever kind they are."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import reduce
 from typing import Any, NamedTuple
-
-import numpy as np
 
 LEAST = 1e-300
 MOST = 1e300
@@ -27,11 +24,4 @@ FLOATS = Arithmetic(
     max,
     lambda number: round(number) if abs(number) < MOST else number,
     lambda number: math.log10(min(max(abs(number), LEAST), MOST)),
-)
-
-ARRAYS = Arithmetic(
-    lambda column, other: np.where(np.isnan(column), other, column),
-    lambda columns: reduce(np.maximum, columns),
-    np.rint,
-    lambda column: np.log10(np.clip(np.abs(column), LEAST, MOST)),
 )

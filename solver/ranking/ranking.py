@@ -19,11 +19,11 @@ import numpy as np
 
 from rulesheets.model import Model, Value
 from solver.path.planner import planner
-from solver.ranking.arithmetic import ARRAYS, FLOATS, LEAST, Arithmetic
+from solver.ranking.arithmetic import FLOATS, LEAST, Arithmetic
 from solver.ranking.signs import signs_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
 UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
@@ -83,19 +83,6 @@ class Ranking:
             return list(range(len(rows)))
         keys = self._keys(rows, given, self._suggested(given), FLOATS)
         return sorted(range(len(rows)), key=keys.__getitem__)
-
-    def order_of_columns(self, answers: Sequence[Sequence[Any]], given: Sequence[Any]) -> NDArray[np.intp]:
-        """Of each row the places of its answers (answers, rows), the first one first.
-
-        ``answers`` are columns (rows,) for each name of ``read``, all nan where an answer is not there: it
-        then comes last. ``given`` are the columns of ``known``.
-        """
-        rows = len(answers[0][0])
-        gone = [np.isnan(np.stack(answer)).all(axis=0) for answer in answers]
-        keys = self._keys(answers, given, self._suggested(given, rows), ARRAYS)
-        whole = [(absent, *key) for absent, key in zip(gone, keys, strict=True)]
-        parts = [np.stack([np.broadcast_to(k, rows) for k in part]) for part in zip(*whole, strict=True)]
-        return np.lexsort(parts[::-1], axis=0)
 
     def unlikely(
         self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
@@ -216,15 +203,9 @@ class Ranking:
             total = total + share * share
         return on.rounded(GRAIN * on.decade(total))
 
-    def _suggested(self, given: Sequence[Number], rows: int | None = None) -> _Suggested:
+    def _suggested(self, given: Sequence[float]) -> _Suggested:
         """The decade that is suggested for each name, and whether it follows from the inputs."""
-        decades: Sequence[Number]
-        determined: Sequence[Number]
-        if rows is None:
-            decades, determined = self._suggestions.at(given)
-        else:
-            columns = np.array([np.broadcast_to(number, rows) for number in given]).reshape(-1, rows)
-            decades, determined = self._suggestions.at_rows(columns)
+        decades, determined = self._suggestions.at(given)
         return self._guessed_sizes(decades), determined
 
     def _guessed_sizes(self, decades: Sequence[Number]) -> list[Number]:

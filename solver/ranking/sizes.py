@@ -17,7 +17,7 @@ from rulesheets.functions import named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.sparse_least_squares import sparse_least_squares
-from solver.ranking.arithmetic import ARRAYS, FLOATS, Arithmetic
+from solver.ranking.arithmetic import FLOATS, Arithmetic
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,30 +63,11 @@ class Suggestions:
         ]
         return decades, rule.determined.tolist()
 
-    def at_rows(self, given: Vector) -> tuple[list[Vector], list[NDArray[np.bool_]]]:
-        """The same for rows of numbers (k, rows): a row of decades for each name."""
-        shape = len(self.names), given.shape[1]
-        found, determined = np.zeros(shape), np.zeros(shape, dtype=bool)
-        zero = given == 0.0
-        sizes = ARRAYS.decade(np.where(np.isnan(given), 1.0, given))
-        patterns, which = (zero[:, :1], 0) if (zero == zero[:, :1]).all() else _distinct(zero)
-        for place, pattern in enumerate(patterns.T):
-            here = np.broadcast_to(which == place, shape[1])
-            rule = self._where(tuple(pattern.tolist()))
-            found[:, here] = rule.slopes @ sizes[:, here] + rule.constants[:, None]
-            determined[:, here] = rule.determined[:, None]
-        return list(found), list(determined)
-
     def _where(self, zero: tuple[bool, ...]) -> _Sizes:
         if zero not in self._found:
             vanishing = {name for name, none in zip(self.known, zero, strict=True) if none}
             self._found[zero] = _Sizes(self.model, self.names, self.known, vanishing)
         return self._found[zero]
-
-
-def _distinct(columns: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
-    patterns, which = np.unique(columns, axis=1, return_inverse=True)
-    return patterns, np.ravel(which)
 
 
 class _Sizes:

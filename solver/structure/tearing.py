@@ -43,13 +43,6 @@ def tear(incidence: Incidence, weights: Mapping[int, int] | None = None) -> Tear
     return tearings(incidence, weights, limit=1)[0]
 
 
-def alternatives(
-    incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10
-) -> tuple[Tearing, ...]:
-    """Up to ``limit`` further tearings with as many tears as :func:`tear` has, best first."""
-    return tearings(incidence, weights, limit + 1)[1:]
-
-
 def tearings(
     incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10
 ) -> tuple[Tearing, ...]:

@@ -6,7 +6,6 @@ import json
 import math
 import random
 
-import numpy as np
 import pytest
 from scipy.optimize import brentq
 
@@ -175,20 +174,6 @@ def test_the_order_of_rules_and_variables_makes_no_difference(sheet: str) -> Non
         assert len(others) == len(answers)
         for one, other in zip(answers, others, strict=True):
             assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
-
-
-def test_rows_and_columns_are_ordered_alike() -> None:
-    """One rule, on tuples of floats and on arrays of many rows."""
-    model = rulesheets.loads(FLIGHT)
-    rule = Ranking(model, ["v0", "theta", "y"])
-    rng = np.random.default_rng(5)
-    rows = rng.choice([-30.0, -1.0, 0.0, 1e-9, 2.0, 40.0, 1e15, np.nan], (200, 3, len(rule.read)))
-    given = rng.choice([0.0, 1.0, -20.0, 300.0], (200, len(rule.known)))
-    order = rule.order_of_columns([list(rows[:, k].T) for k in range(3)], list(given.T))
-    for place, (answers, inputs) in enumerate(zip(rows.tolist(), given.tolist(), strict=True)):
-        if np.isnan(answers).all(axis=1).any():
-            continue
-        assert order[:, place].tolist() == rule.order_of_rows(answers, inputs)
 
 
 def test_numbers_next_to_the_ends_of_floats_have_an_order() -> None:

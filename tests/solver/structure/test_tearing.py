@@ -10,7 +10,7 @@ from hypothesis import given
 
 from solver.structure import tear_sets
 from solver.structure.incidence import Incidence
-from solver.structure.tearing import Tearing, alternatives, tear, tearings
+from solver.structure.tearing import Tearing, tear, tearings
 from tests.solver.structure.incidences import closure, incidences, patient, renumbered, shuffled, system
 
 
@@ -68,7 +68,7 @@ def test_alternatives_are_all_the_others_best_first(incidence: Incidence) -> Non
     assert sorted(t.tears for t in found) == sets_of_tears(incidence)
     keys = [(cost(incidence, t), t.tears) for t in found]
     assert keys == sorted(keys)
-    assert (tear(incidence), *alternatives(incidence, limit=1000)) == found
+    assert tear(incidence) == found[0]
 
 
 @patient
