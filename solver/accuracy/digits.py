@@ -41,6 +41,15 @@ class Work:
             raise Unresolved
 
 
+def linearized(
+    forms: Sequence[Expression], unknowns: Sequence[str], values: Mapping[str, Any], digits: int
+) -> tuple[list[list[Any]], list[Any]]:
+    """Jacobian (m, n) of as many forms along the unknowns, and their values (m,). Raises Undefined."""
+    zero = context(digits).zero
+    swept = [extended_derivatives(form, values, digits) for form in forms]
+    return [[slopes.get(name, zero) for name in unknowns] for _, slopes in swept], [miss for miss, _ in swept]
+
+
 class ManyDigits:
     """F(x) = 0, with the ``known`` values taken as exact numbers. Points are lists (n,) of mpmath numbers."""
 
@@ -69,15 +78,13 @@ class ManyDigits:
 
         Raises Undefined outside the domain, and if a slope has no value.
         """
-        values, zero = {**self.known, **self.point(x)}, self.mp.zero
+        values = {**self.known, **self.point(x)}
         self.work.spend(3 * self.size + len(x) ** 3)
         try:
-            swept = [extended_derivatives(form, values, self.digits) for form in self.forms]
+            return linearized(self.forms, self.unknowns, values, self.digits)
         except Undefined:  # perhaps the slope along a known number
             rows = [[extended(d, values, self.digits) for d in row] for row in self._partials]
             return rows, [extended(form, values, self.digits) for form in self.forms]
-        rows = [[slopes.get(name, zero) for name in self.unknowns] for _, slopes in swept]
-        return rows, [miss for miss, _ in swept]
 
     @cached_property
     def _partials(self) -> list[list[Expression]]:

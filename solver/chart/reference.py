@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from rulesheets.evaluate import Undefined, extended_derivatives
+from rulesheets.evaluate import Undefined
 from rulesheets.functions.extended import context
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.construct import subtract
+from solver.accuracy.digits import linearized
 from solver.derivatives.linearization import active_equations, linearize
 from solver.numerics.elimination import eliminate
 
@@ -85,13 +86,10 @@ def solve_extended(
     for used in range(1, STEPS + 1):
         here = {**start, **dict(zip(unknowns, x, strict=True))}
         try:
-            swept = [extended_derivatives(form, here, digits) for form in forms]
+            rows, residual = linearized(forms, unknowns, here, digits)
         except Undefined:
             return None
-        residual = [miss for miss, _ in swept]
-        change = eliminate(
-            [[slopes.get(name, mp.zero) for name in unknowns] for _, slopes in swept], residual
-        )
+        change = eliminate(rows, residual)
         if change is None:
             return (x, used) if not any(residual) else None
         x = [v - d for v, d in zip(x, change, strict=True)]

@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
+from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions.extended import context
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
+from solver.accuracy.digits import linearized
 from solver.kernel.blur import ORDINARY, Uncertainty, uncertainty
 from solver.kernel.question import Question
 from solver.kernel.sharp_root import sharp_root
@@ -177,7 +178,7 @@ def _solved_on(
     """
     mp = context(DIGITS)
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
-    residual, rows = _linearized(question, x)
+    rows, residual = _linearized(question, x)
     for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
         if step is None:
@@ -185,7 +186,7 @@ def _solved_on(
         ahead = _stepped(question, x, step)
         if ahead is None or not _within(start, ahead[0], bars, FAR):
             return None, False
-        x, residual, rows = ahead
+        x, rows, residual = ahead
         if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
             return [float(v) for v in x], True
     return [float(v) for v in x], False
@@ -193,8 +194,8 @@ def _solved_on(
 
 def _stepped(
     question: Question, x: Sequence[Any], step: Sequence[Any]
-) -> tuple[list[Any], list[Any], list[list[Any]]] | None:
-    """The end of a step, halved while it leaves the domain of a rule; residual and Jacobian there. None where
+) -> tuple[list[Any], list[list[Any]], list[Any]] | None:
+    """The end of a step, halved while it leaves the domain of a rule; Jacobian and residual there. None where
     it leaves the domain however short it is."""
     for halving in range(HALVINGS):
         ahead = [v - d / 2**halving for v, d in zip(x, step, strict=True)]
@@ -205,14 +206,10 @@ def _stepped(
     return None
 
 
-def _linearized(question: Question, x: Sequence[Any]) -> tuple[list[Any], list[list[Any]]]:
-    """Residual (n,) and Jacobian (n, n). Raises Undefined."""
+def _linearized(question: Question, x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
+    """Jacobian (n, n) and residual (n,). Raises Undefined."""
     values = {**question.here, **dict(zip(question.unknowns, x, strict=True))}
-    swept = [extended_derivatives(form, values, DIGITS) for form in question.kernel.forms]
-    zero = context(DIGITS).zero
-    return [miss for miss, _ in swept], [
-        [slopes.get(name, zero) for name in question.unknowns] for _, slopes in swept
-    ]
+    return linearized(question.kernel.forms, question.unknowns, values, DIGITS)
 
 
 def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], factor: float) -> bool:

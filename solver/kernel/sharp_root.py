@@ -12,8 +12,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from rulesheets.evaluate import Undefined, extended, extended_derivatives
+from rulesheets.evaluate import Undefined, extended
 from rulesheets.functions.extended import context
+from solver.accuracy.digits import linearized
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate
 
@@ -56,7 +57,8 @@ def multiple_root(question: Question, start: Sequence[float], sizes: Sequence[fl
     x, before = [mp.mpf(v) for v in start], None
     try:
         for _ in range(MULTIPLE_ROUNDS):
-            misses, rows = _linearized(question, dict(zip(names, x, strict=True)))
+            at = {**question.here, **dict(zip(names, x, strict=True))}
+            rows, misses = linearized(question.kernel.forms, names, at, MULTIPLE_DIGITS)
             step = eliminate(rows, misses) if any(misses) else None
             if step is None:  # nothing is missed here, or no slope is left
                 return [float(v) for v in x] if not any(misses) else None
@@ -77,15 +79,6 @@ def _multiplicity(shrinking: Any) -> int:
     """m, where steps shrink by (m - 1)/m; else 1."""
     many = round(float(1 / (1 - shrinking))) if shrinking < 1 - 1 / (2 * MOST) else 1
     return many if 1 < many <= MOST and abs(shrinking - (many - 1) / many) <= REGULAR else 1
-
-
-def _linearized(question: Question, point: dict[str, Any]) -> tuple[list[Any], list[list[Any]]]:
-    at = {**question.here, **point}
-    swept = [extended_derivatives(form, at, MULTIPLE_DIGITS) for form in question.kernel.forms]
-    zero = context(MULTIPLE_DIGITS).zero
-    return [miss for miss, _ in swept], [
-        [slopes.get(n, zero) for n in question.unknowns] for _, slopes in swept
-    ]
 
 
 def _misses(question: Question, point: dict[str, Any]) -> list[Any]:
