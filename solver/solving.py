@@ -18,7 +18,7 @@ from solver.path.steps import Path
 from solver.ranking.unlikely import unlikely
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
-from solver.solution.narrowing import explore_required
+from solver.solution.refinement import explore_required
 from solver.verdicts.conclusion import conclude
 from solver.verdicts.verdict import Verdict, judge
 
@@ -129,7 +129,7 @@ def _cut_off(
 
 def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
     """The result with what it says of answers that are not listed; where a list was cut off, in a note."""
-    from solver.verdicts.completeness import gap_notes
+    from solver.verdicts.explain import gap_notes
 
     gaps = gap_notes(result.model, found)
     cut = tuple(note for note in gaps if note.code == CUT)

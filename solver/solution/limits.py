@@ -21,11 +21,10 @@ from rulesheets.syntax.nodes import Expression, Number, Quotient, children, oper
 from solver.accuracy.rule_check import BACKWARD, check_rule
 from solver.facts import Filled
 from solver.path.cases import activity, outcomes
-from solver.solution.casework import unmet
 from solver.solution.explore import explore
-from solver.solution.leaves import Exploration, Leaf
-from solver.solution.narrowing import explore_required
+from solver.solution.leaves import Exploration, Leaf, unmet
 from solver.solution.precise_search import explore_precisely
+from solver.solution.refinement import explore_required
 
 ROUNDS = 8
 STEPS = (2.0**-16, 2.0**-17, 2.0**-18)

@@ -1,17 +1,374 @@
-"""One question to its verdict: explored, judged, and judged again where more can be said."""
+"""One question to its verdict: explored, judged, and judged again where more can be said.
+
+Where rules lose an unknown (at a dead centre, above all), they are read again without what vanishes. Where a
+block has no answer, its equations may be 0/0 where there would be one, or fix a given number otherwise.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.model import Model, Value
+from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.functions import named
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax.construct import ZERO, add, is_number, multiply, negative
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Product,
+    Quotient,
+    Sum,
+    children,
+    names,
+    operands,
+    rebuilt,
+)
+from rulesheets.syntax.program import walk
+from solver.accuracy.rule_check import check_rule
+from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss
+from solver.path.cases import activity
 from solver.result import Status
-from solver.solution.leaves import Exploration
-from solver.solution.narrowing import explore_required
+from solver.solution.explore import explore
+from solver.solution.leaves import Exploration, Leaf, indeterminacy
+from solver.solution.limits import answers_between
+from solver.solution.refinement import explore_refined, explore_required
+from solver.verdicts.remedy import Patience
 from solver.verdicts.verdict import Verdict, judge
+
+# --- rules that lose an unknown ---
+#
+# A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
+# such a product does not tie that unknown to the others. Without it the rules may determine what was left
+# open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
+# The same goes for rules of a block that say the same thing at these values: one of them is left out.
+
+DIGITS = (50, 100)
+"""A factor is 0 that is so to as many digits as are looked at."""
+
+
+def look_behind(
+    model: Model,
+    found: Exploration,
+    verdict: Verdict,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+    always: bool = False,
+) -> tuple[Model, Exploration, Verdict] | None:
+    """The rules without products that vanish, and what comes of them; None where that is no more.
+
+    For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
+    what the rules read there is the edge between those two.
+    """
+    coincide = any(isinstance(fact, DoubleRoot) for fact in verdict.facts)
+    if coincide or verdict.status not in (Status.SINGULAR, Status.PARTIAL):
+        return None
+    void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
+    lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
+    if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
+        return None
+    values = _shared(found.leaves)
+    reduced, open_ = _reduced(model, values)
+    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    if not open_ and not repeated:
+        return None
+    reduced = _left_out(reduced, repeated)
+    again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
+    told = replace(judge(reduced, again, inputs, guesses), reread=True)
+    if told.status is Status.INFEASIBLE:
+        return reduced, again, told
+    if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+        return None
+    if told.status is Status.SOLVED:
+        return reduced, again, told
+    if told.status not in (Status.PARTIAL, Status.SINGULAR) or _known(told, judged) <= _known(
+        verdict, judged
+    ):
+        return None
+    if verdict.status is Status.PARTIAL:
+        return reduced, again, told
+    return reduced, again, _singular(model, told, open_)
+
+
+def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
+    """What is determined, by the leaves that know most; the rules that tell nothing here say what is not."""
+    fewest = min(len(leaf.missing) for leaf in told.leaves)
+    leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
+    decided = leaves[0].branch.conditions
+    facts = tuple(
+        fact
+        for fact in open_
+        if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
+    )
+    return replace(told, status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+
+
+def _known(verdict: Verdict, judged: Sequence[str]) -> int:
+    return sum(name in verdict.leaves[0].branch.values for name in judged) if verdict.leaves else 0
+
+
+def _stands(model: Model, leaf: Leaf) -> bool:
+    """Whether the rules as they are written hold, all that can be read."""
+    values, decided = leaf.branch.values, leaf.branch.conditions
+    return all(
+        check_rule(rule, values).holds
+        for rule in model.equations
+        if all(decided.get(p.condition) is p.holds for p in rule.guard)
+        and all(n in values for n in rule.names)
+    )
+
+
+def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    from solver.numerics.linear_algebra import null_direction
+
+    equations = [model.equations[index] for index in fact.equations]
+    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
+    at = {**values, **dict.fromkeys(unknowns, 1.0)}
+    try:
+        slopes = [[derivatives(side, at)[1] for side in (e.left, e.right)] for e in equations]
+    except Undefined:
+        return None
+    rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
+    sizes = [max(map(abs, row), default=0.0) for row in rows]
+    if len(rows) != len(unknowns) or not all(sizes):
+        return None
+    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
+    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
+    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
+
+
+def _left_out(model: Model, places: Collection[int]) -> Model:
+    """The model with rules that say nothing in these places."""
+    equations = (replace(e, left=ZERO, right=ZERO) if e.index in places else e for e in model.equations)
+    return replace(model, equations=tuple(equations))
+
+
+def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
+    """Numbers that all leaves have."""
+    first, *others = (leaf.branch.values for leaf in leaves)
+    return {
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(values.get(name) == value for values in others)
+    }
+
+
+def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
+    """The model without products that vanish at the values; which rule tells nothing of which unknown."""
+    equations: list[Equation] = []
+    told_nothing: list[AsksNothing] = []
+    for equation in model.equations:
+        left, right = (_without(side, values) for side in (equation.left, equation.right))
+        without = replace(equation, left=left, right=right)
+        lost = set(equation.names) - set(without.names) - values.keys()
+        if lost and (not _readable(without, values) or check_rule(without, values).holds):
+            told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
+            equation = without
+        equations.append(equation)  # one that is left with a contradiction has no value for what it loses
+    return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
+
+
+def _without(side: Expression, values: Mapping[str, float]) -> Expression:
+    """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
+    parts = children(side)
+    if not parts:
+        return side
+    done: list[Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        done.append(_without(part, values))  # type: ignore[arg-type]
+    match side:
+        case Product():
+            for factor, other in (done, done[::-1]):
+                if _vanishes(factor, values) and not _read(other, values):
+                    return ZERO
+        case Quotient():
+            if _vanishes(done[0], values) and not _read(done[1], values):
+                return ZERO
+    if all(new is old for new, old in zip(done, parts, strict=True)):
+        return side
+    match side:
+        case Sum():
+            return add(*done)
+        case Negative():
+            return negative(done[0])
+        case Product():
+            return multiply(*done)
+        case _:
+            return rebuilt(side, tuple(done))
+
+
+def _readable(equation: Equation, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in equation.names)
+
+
+def _read(part: Expression, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in names(part))
+
+
+def _vanishes(factor: Expression, values: Mapping[str, float]) -> bool:
+    if is_number(factor, 0.0):
+        return True
+    if not _read(factor, values):
+        return False
+    try:
+        return not any(extended(factor, values, digits) for digits in DIGITS)
+    except Undefined:
+        return False
+
+
+# --- given numbers that the rules fix otherwise, whatever the unknowns are ---
+#
+# A ratio of speeds does not depend on the speed that is free. A search for the speed at which it comes out as
+# given finds nothing, or creeps towards 0; but the rules give the ratio one value at any speed.
+
+TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
+"""Shares of its size at which an unknown is tried."""
+MOST = 4
+"""Unknowns, and given numbers, that are looked at."""
+_FLAT = named(lambda row: not row.smooth)
+"""Functions that are constant, or without a part of their arguments, over a range of them."""
+SAME = 1e-9
+"""Relative difference of values that do not depend on the trial; a given one must agree with them."""
+
+
+def fixed_otherwise(model: Model, verdict: Verdict, inputs: Mapping[str, Value]) -> Verdict | None:
+    """The verdict that a given number contradicts the rules at any value of an unknown; None if none does."""
+    patience = Patience()
+    for equations, unknowns in filter(None, map(_refused, verdict.facts)):
+        if any(_has_pieces(model.equations[e]) for e in equations):
+            continue
+        for found in _fixed(model, equations, unknowns, inputs, patience):
+            return replace(verdict, status=Status.INCONSISTENT, facts=(found,))
+    return None
+
+
+def _refused(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]] | None:
+    """The rules of which it is said that nothing satisfies them, with their unknowns."""
+    match fact:
+        case NoRoot(equations=equations, unknowns=unknowns):
+            return equations, unknowns
+        case NoValue(equation=equation, unknown=unknown, reading=reading, pole=pole):
+            return ((equation,), (unknown,)) if pole or reading.startswith("product") else None
+        case _:
+            return None
+
+
+def _has_pieces(equation: Equation) -> bool:
+    """Whether what an equation says may differ from one range of its variables to the next."""
+    parts = (part for side in (equation.left, equation.right) for part in walk(side))
+    return bool(equation.guard) or any(isinstance(p, Call) and p.function in _FLAT for p in parts)
+
+
+def _fixed(
+    model: Model,
+    equations: Sequence[int],
+    unknowns: Sequence[str],
+    inputs: Mapping[str, Value],
+    patience: Patience,
+) -> Iterator[Fixed]:
+    rules = [model.equations[e] for e in equations]
+    read = [name for rule in rules for name in rule.names]
+    alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)}
+    own = {name: variable.value for name, variable in model.variables.items()}
+    given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
+    given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
+    free = sorted((n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone))
+    for unknown in free[:MOST]:
+        for name in given[:MOST]:
+            value, number = _whatever(model, name, unknown, inputs, patience), inputs[name]
+            if value is None or not isinstance(number, float):
+                continue
+            if abs(value - number) > SAME * max(abs(value), abs(number)):
+                yield Fixed(name, value, number, unknown, tuple(equations))
+
+
+def _whatever(
+    model: Model,
+    name: str,
+    unknown: str,
+    inputs: Mapping[str, Value],
+    patience: Patience,
+) -> float | None:
+    """The one value that the rules give to a variable at any trial of an unknown; None if there is none."""
+    rest = {n: v for n, v in inputs.items() if n != name}
+    sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
+    size = math.exp(sum(map(math.log, sizes)) / len(sizes)) if sizes else 1.0
+    found: set[float] = set()
+    for share in TRIALS:
+        trial = {**rest, unknown: share * size}
+        if patience.lost or not model.variables[unknown].admits(share * size):
+            return None
+        tried = patience.shown(explore(model, trial, None, {}, (name,), brief=True))
+        leaves = [leaf for leaf in tried.leaves if leaf.solved]
+        if len(leaves) != 1 or not tried.complete:
+            return None
+        value = leaves[0].branch.values[name]
+        if not isinstance(value, float):
+            return None
+        found.add(value)
+    low, high = min(found), max(found)
+    return low if high - low <= SAME * max(abs(low), abs(high)) else None
+
+
+# --- blocks without an answer whose equations are 0/0 where there would be one ---
+
+NEAR = 1e-4
+"""Share of the change that its variables make of it, below which a side of a quotient may be 0."""
+
+
+def at_a_limit(
+    model: Model,
+    verdict: Verdict,
+    inputs: Mapping[str, Value],
+    want: Sequence[str] | None,
+    guesses: Mapping[str, float],
+    judged: Sequence[str],
+) -> Verdict | None:
+    """The verdict that rules are undefined where there is an answer in the limit; None if there is none."""
+    if not any(_near_zero_by_zero(model, verdict)):
+        return None
+    for leaf in answers_between(model, inputs, want, guesses, judged):
+        filled = (fact.equation for fact in leaf.branch.facts if isinstance(fact, Filled))
+        facts = tuple(indeterminacy(model.equations[index], leaf.branch.values) for index in filled)
+        return Verdict(Status.SINGULAR, verdict.leaves, tuple(filter(None, facts)), verdict.undetermined)
+    return None
+
+
+def _near_zero_by_zero(model: Model, verdict: Verdict) -> Iterator[bool]:
+    for fact in verdict.facts:
+        if isinstance(fact, NoRoot) and verdict.leaves:
+            values = {**verdict.leaves[0].branch.values, **fact.best}
+            for equation in (model.equations[index] for index in fact.equations):
+                yield any(_has_zero_by_zero(side, values) for side in (equation.left, equation.right))
+
+
+def _has_zero_by_zero(side: Expression, values: Mapping[str, Value]) -> bool:
+    stack: list[Any] = [side]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Quotient) and all(_small(part, values) for part in (node.left, node.right)):
+            return True
+        stack.extend(operands(node))
+    return False
+
+
+def _small(part: Expression, values: Mapping[str, Value]) -> bool:
+    try:
+        number, slopes = derivatives(part, values)
+    except (Undefined, KeyError, TypeError):
+        return False
+    return abs(number) <= NEAR * sum(
+        abs(s * v) for n, s in slopes.items() if isinstance(v := values[n], float)
+    )
 
 
 @dataclass(frozen=True)
@@ -40,8 +397,6 @@ def conclude(
     found = explore_required(model, given, wanted, guesses, judged, always=prove)
     verdict, by = judge(model, found, given, guesses), model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
-        from solver.verdicts.vanishing import look_behind
-
         with suppress(TimeIsUp):
             behind = look_behind(model, found, verdict, given, wanted, guesses, judged, always=prove)
             by, found, verdict = behind or (by, found, verdict)
@@ -52,11 +407,7 @@ def conclude(
             by, found = with_limits(model, found, given, wanted, guesses, judged)
             verdict = replace(judge(by, found, given, guesses), reread=by is not model)
         elif verdict.status is Status.FAILED:
-            from solver.verdicts.limit import at_a_limit
-
             verdict = at_a_limit(model, verdict, given, wanted, guesses, judged) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
-            from solver.verdicts.fixed import fixed_otherwise
-
             verdict = fixed_otherwise(model, verdict, given) or verdict
     return Conclusion(verdict, found, by)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath
 
 import rulesheets
-from solver.solution.findings import Findings
+from solver.solution.explore import Findings
 
 
 def test_a_gap_is_told_by_numbers_of_many_digits_too() -> None:

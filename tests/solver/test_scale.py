@@ -9,7 +9,7 @@ import pytest
 import rulesheets
 import solver
 from benchmarks.sheets import Sheet, backward_chain, chain, cubic_blocks, linear_blocks
-from solver.solution import findings
+from solver.solution import explore
 
 
 def check(sheet: Sheet) -> solver.Result:
@@ -33,5 +33,5 @@ def test_400_linear_blocks_of_five() -> None:
 
 
 def test_nonlinear_blocks_are_searched_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(findings, "MAX_SEARCHES", 2)
+    monkeypatch.setattr(explore, "MAX_SEARCHES", 2)
     check(cubic_blocks(30))

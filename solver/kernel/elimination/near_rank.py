@@ -18,8 +18,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
-from solver.accuracy.last_places import blur, half_unit, with_named_numbers
-from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
 from solver.facts import Conflict
 from solver.kernel.candidates import Answer
 from solver.kernel.freedom import far_along, rank_loss

@@ -11,7 +11,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.accuracy.flat_roots import flat_reach
+from solver.accuracy.forward_error import flat_reach
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 

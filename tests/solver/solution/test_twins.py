@@ -12,7 +12,7 @@ from solver.facts import DoubleRoot, NoRoot, OutOfRange
 from solver.kernel.candidates import Answer
 from solver.kernel.outcome import BlockOutcome
 from solver.path.steps import SolveBlock
-from solver.solution import findings
+from solver.solution import explore
 from solver.solution.leaves import Twins
 
 SENSES = """
@@ -29,13 +29,13 @@ if and(x <= 0, y >= 0) then v = -0.9*y
 def test_cases_of_the_same_formulas_share_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four cases, of which two and two put the same formulas into the block."""
     searched: list[tuple[int, ...]] = []
-    original = findings.solve_block
+    original = explore.solve_block
 
     def counted(kernel: Any, *rest: Any) -> BlockOutcome:
         searched.append(kernel.block.equations)
         return original(kernel, *rest)
 
-    monkeypatch.setattr(findings, "solve_block", counted)
+    monkeypatch.setattr(explore, "solve_block", counted)
     model = rulesheets.loads(SENSES)
     result = solver.solve(model)
     rules = {model.equations[index] for equations in searched for index in equations}
