@@ -29,7 +29,7 @@ def run(arguments: Namespace) -> int:
     if not (isfinite(arguments.timeout) and arguments.timeout > 0):
         raise RuleSheetError(error("E420", f"--timeout {arguments.timeout:g} is no number of seconds"))
     folder, first = _place(arguments.sheet)
-    from solver.page.serve import serve
+    from solver.page.server import serve
 
     serve(
         folder,

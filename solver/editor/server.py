@@ -25,8 +25,7 @@ from rulesheets.functions import TABLE
 from rulesheets.reading import read_source
 from rulesheets.syntax.source import Source
 from rulesheets.uses import parsed
-from solver.editor.symbols import Names, Symbol, symbol
-from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Word
+from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
 from solver.page.lane import Lane, Workers
 
 Json = dict[str, Any]

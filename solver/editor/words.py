@@ -1,11 +1,18 @@
-"""A text as words with their kinds and scopes, also while it is being typed and no sheet yet."""
+"""The words and names of a text, even while it is unfinished, and its words as a TextMate grammar.
+
+``python -m solver.editor.words`` writes the grammar for VS Code.
+"""
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 from rulesheets.functions.table import TABLE
 from rulesheets.marks import KINDS, Shape
@@ -124,3 +131,145 @@ class _Place:
         if called and not (self.section == "figure" and not self.expression):
             return "builtin" if word in TABLE else "function"
         return "constant" if match.group() == "pi" else "name"
+
+
+FILE = Path(__file__).parent / "vscode" / "syntaxes" / "tk.tmLanguage.json"
+
+
+def _any(words: Iterable[str]) -> str:
+    return rf"(?i:{'|'.join(sorted(words, key=lambda word: (-len(word), word)))})"
+
+
+def _is(scope: str, match: str) -> dict[str, str]:
+    return {"name": f"{scope}.tk", "match": match}
+
+
+def grammar() -> dict[str, Any]:
+    """The grammar as JSON has it; its lists of words are those of the language."""
+    return {
+        "name": "Rule sheet",
+        "scopeName": "source.tk",
+        "fileTypes": ["tk"],
+        "patterns": [{"include": "#use"}, {"include": "#code"}],
+        "repository": {
+            "use": {
+                "begin": r"^\s*(?i:(use))\b(?=\s*\")",
+                "end": "$",
+                "beginCaptures": {"1": {"name": "keyword.control.use.tk"}},
+                "patterns": [
+                    _is("string.quoted.double", r'(?:\G|(?<=,))\s*"[^"\n]*"'),
+                    _is("comment.line", r'[";][^\n]*$'),
+                ],
+            },
+            "code": {
+                "patterns": [
+                    _is("comment.line", r'"[^\n]*$'),
+                    {"include": "#parentheses"},
+                    _is("comment.line", r";[^\n]*$"),
+                    {"include": "#words"},
+                ]
+            },
+            "parentheses": {
+                "begin": r"\(",
+                "end": r"\)",
+                "patterns": [
+                    _is("comment.line", r'"[^\n]*$'),
+                    {"include": "#parentheses"},
+                    {"include": "#words"},
+                ],
+            },
+            "words": {
+                "patterns": [
+                    _is("keyword.control.section", rf"^\s*{_any(HEADS)}\b(?=\s*(?:$|[\";]|[^\W\d]))"),
+                    _is("keyword.control", rf"\b{_any(RESERVED)}\b"),
+                    _is("keyword.operator.word", r"\b(?i:given)(?=\s*\()|\b(?i:in)(?=\s*\[)"),
+                    _is("support.type.mark", rf"^\s*{_any(MARKS)}\b(?=\s*(?:\(|[^\W\d]\w*\s*[=(]))"),
+                    _is("support.function", rf"\b{_any(FUNCTIONS)}(?=\s*\()"),
+                    _is("entity.name.function", r"\b[^\W\d]\w*(?=\s*\()"),
+                    _is("variable.other", r"(?:[^\W\d]\w*(?:#\d+)?\.)+[^\W\d]\w*"),
+                    _is("constant.language", r"\bpi\b"),
+                    _is("constant.other.symbol", r"'[^\W\d]\w*"),
+                    _is("constant.numeric", r"\b(?:\d+\.?\d*|\.\d+)(?i:e[+-]?\d+)?"),
+                    _is("storage.type.unit", r"\[[^\[\],\n]*\]"),
+                    _is("keyword.operator", r"<>|<=|>=|±|\+/?-|[-+*/^=<>≤≥≠~%]"),
+                    _is("variable.other", r"[^\W\d]\w*"),
+                ]
+            },
+        },
+    }
+
+
+def written() -> str:
+    """The text of the file."""
+    return json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n"
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A name in its scope, or a rule function: ``function`` tells which. Functions are named in any case."""
+
+    name: str
+    scope: str
+    function: bool = False
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names of one text."""
+
+    text: str
+
+    @cached_property
+    def words(self) -> list[Word]:
+        return words(self.text)
+
+    def at(self, offset: int) -> Word | None:
+        """The word at a place; of two that meet there, the one that names something."""
+        near = [word for word in self.words if word.start <= offset <= word.end]
+        return next((word for word in near if symbol(word)), near[-1] if near else None)
+
+    @cached_property
+    def places(self) -> dict[Symbol, list[Word]]:
+        """Every symbol with the words that name it, in order."""
+        found: dict[Symbol, list[Word]] = {}
+        for word in self._naming():
+            if named := symbol(word):
+                found.setdefault(named, []).append(word)
+        return found
+
+    def definition(self, named: Symbol) -> Word | None:
+        """The row, head or ``parameters`` line that declares a name, else where it first stands."""
+        stands = self.places.get(named, [])
+        section = "function" if named.function or named.scope else "variables"
+        declared = (word for word in stands if word.section == section)
+        if named.function:
+            return next(declared, None)
+        return next(declared, stands[0] if stands else None)
+
+    def known(self, scope: str) -> list[str]:
+        """The names that can be written in a scope: its own and those of the sheet that it shares."""
+        return sorted({one.name for one in self.places if one.scope == scope and not one.function})
+
+    def functions(self) -> list[str]:
+        return [word.text for word in self.words if word.kind == "function" and word.section == "function"]
+
+    def _naming(self) -> Iterator[Word]:
+        """Words, and in ``given('x)`` the variable that is meant by the symbol."""
+        given = False
+        for word in self.words:
+            if word.kind == "symbol" and given:
+                name = word.text[1:]
+                yield Word("name", word.start + 1, word.end, name, word.scope, word.section)
+            yield word
+            given = (word.text == "(" and given) or word.text.lower() == "given"
+
+
+def symbol(word: Word) -> Symbol | None:
+    """What a word names; None for one that names nothing of the sheet's own."""
+    if word.kind == "function":
+        return Symbol(word.text.lower(), "", function=True)
+    return Symbol(word.text, word.scope) if word.kind == "name" else None
+
+
+if __name__ == "__main__":
+    FILE.write_text(written(), encoding="utf-8")

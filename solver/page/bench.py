@@ -1,11 +1,20 @@
-"""What a page asks of one sheet, answered in values that JSON can carry. It runs in a process of its own."""
+"""What a page asks of one sheet, answered in values that JSON can carry.
+
+For the server it runs as a process of its own: a JSON object a line in, one a line out. The process ends
+when the server does: its input is closed then, which a thread of its own waits for, whatever is being solved.
+"""
 
 from __future__ import annotations
 
 import json
+import os
+import sys
+import threading
+import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from math import isfinite
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -17,13 +26,9 @@ from rulesheets.loading import loads
 from rulesheets.model import Model, Value
 from rulesheets.units.check import check_units
 from solver.derivation import why
-from solver.page.answers import answered, finite
-from solver.page.branches import apart, turn
-from solver.page.derivations import derived
-from solver.page.description import complaint, described, typeset
-from solver.page.figures import geometry, needed
-from solver.page.handles import handles
-from solver.page.rail import Rail, extents, rail
+from solver.page.description import answered, complaint, derived, described, finite, typeset
+from solver.page.figures import geometry, handles, needed
+from solver.page.rail import Rail, apart, extents, rail, turn
 from solver.plan import Plan, prepare
 from solver.report.why import why_text
 from solver.result import Result, Status
@@ -242,3 +247,51 @@ def _rail(model: Model, curve: Rail) -> Json:
 
 def _number(value: float | None) -> float | None:
     return value if value is not None and isfinite(value) else None
+
+
+MEMORY = 4 * 2**30
+"""Bytes of address space that a sheet may come to need."""
+
+
+def main() -> None:
+    """Answer until the input ends."""
+    replies, sys.stdout = sys.stdout, sys.stderr
+    _bound_memory()
+    waiting: SimpleQueue[str] = SimpleQueue()
+    threading.Thread(target=_listen, args=(waiting,), daemon=True).start()
+    bench = Bench()
+    reply: dict[str, Any] = {"ready": True}
+    while True:
+        replies.write(json.dumps(reply, allow_nan=False, separators=(",", ":")) + "\n")
+        replies.flush()
+        reply = _reply(bench, waiting.get())
+
+
+def _listen(waiting: SimpleQueue[str]) -> None:
+    for line in sys.stdin:
+        waiting.put(line)
+    os._exit(0)
+
+
+def _reply(bench: Bench, line: str) -> dict[str, Any]:
+    try:
+        return bench.answer(json.loads(line))
+    except MemoryError:
+        return {"failed": "this sheet needs more memory than a page may take"}
+    except RecursionError:
+        return {"failed": "this sheet is nested too deeply"}
+    except (ValueError, TypeError, KeyError, LookupError) as wrong:
+        traceback.print_exc()
+        return {"failed": str(wrong)}
+
+
+def _bound_memory() -> None:
+    try:
+        import resource
+    except ImportError:  # no such limit on this system
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,16 +1,22 @@
-"""A model as the page shows it before anything is solved."""
+"""A model, its answers and their derivations as the page shows them."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, render
-from rulesheets.model import Equation, Model, Variable
-from solver.page.figures import outline
-from solver.report.notation import Tex
-from solver.report.path import Places, rule_text
+from rulesheets.evaluate import Undefined, holds
+from rulesheets.model import Equation, Model, Value, Variable
+from solver.derivation import Derivation, Direct, Guard, Together
+from solver.page.figures import geometry, outline
+from solver.path.steps import equations_of
+from solver.report.notation import Plain, Tex
+from solver.report.path import Places, rule_text, told
+from solver.report.why import Page, iterated
+from solver.result import Result, Status
 
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 """The name of a call in front of a local, which the rule itself does not write."""
@@ -91,3 +97,106 @@ def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
         ],
         "printed": render(diagnosis),
     }
+
+
+def answered(result: Result) -> dict[str, Any]:
+    """Status, every answer with its figures, messages, and the state of every rule."""
+    shown = [finite(answer) for answer in result.solutions]
+    return {
+        "status": str(result.status),
+        "complete": result.complete,
+        "inputs": dict(result.inputs),
+        "guesses": dict(result.guesses),
+        "undetermined": list(result.undetermined),
+        "solutions": shown,
+        "partial": finite(result.partial),
+        "figures": [geometry(result.model, answer) for answer in result.solutions],
+        "residual": max((answer.worst_residual for answer in result.solutions), default=0.0),
+        "diagnoses": [complaint(diagnosis) for diagnosis in result.diagnoses],
+        "rules": _rules(result),
+    }
+
+
+def finite(values: Mapping[str, Value]) -> dict[str, Value]:
+    """The values that JSON can carry."""
+    return {name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)}
+
+
+def _rules(result: Result) -> list[dict[str, Any]]:
+    """Of each rule its state and the number of the step of the path that uses it (0: none)."""
+    place: dict[int, int] = {}
+    for number, step in enumerate(told(result.path), 1):
+        for index in equations_of(step):
+            place.setdefault(index, number)
+    blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
+    return [_state(result, group, place, blamed) for group in rule_groups(result.model)]
+
+
+def _state(
+    result: Result, group: list[Equation], place: Mapping[int, int], blamed: set[tuple[str, int]]
+) -> dict[str, Any]:
+    known = result.solutions[0] if result.solutions else result.partial
+    active = [equation for equation in group if _active(result, equation, known)]
+    steps = [place[equation.index] for equation in active if equation.index in place]
+    missing = sorted({name for equation in group for name in equation.names if name not in known})
+    if result.status is not Status.SOLVED and (group[0].rule.file, group[0].rule.start) in blamed:
+        state = "broken"
+    elif result.status is not Status.SOLVED and missing:
+        state = "waiting"
+    else:
+        state = "used" if steps else "idle"
+    return {"state": state, "step": min(steps, default=0), "waits": missing if state == "waiting" else []}
+
+
+def _active(result: Result, equation: Equation, known: Mapping[str, Value]) -> bool:
+    """Whether the conditions of an equation hold at the values that are known."""
+    try:
+        return all(
+            holds(result.model.conditions[premise.condition], known, result.inputs) is premise.holds
+            for premise in equation.guard
+        )
+    except (KeyError, Undefined):
+        return False
+
+
+def derived(derivation: Derivation) -> dict[str, Any]:
+    """The inputs that a number rests on, then every step with its formula, its rule and its conditions."""
+    page = Page(derivation, Tex())
+    given = [page.known(known) for known in (*derivation.inputs, *derivation.assumed)]
+    lines = [line for link in derivation.links for line in _lines(page, link)]
+    return {"head": page.head(), "given": given, "lines": lines}
+
+
+def _lines(page: Page, link: Direct | Together) -> Iterator[dict[str, Any]]:
+    if isinstance(link, Direct):
+        yield _direct(page, link)
+        return
+    for inner in link.order:
+        yield _direct(page, inner, within=True)
+    for closing in link.closing:
+        sides = (closing.equation.left, closing.equation.right)
+        formula = " = ".join(page.notation.expression(side) for side in sides)
+        yield _formula_line(page, formula, closing.equation, closing.guards, within=True)
+    for known in iterated(link):
+        value = page.notation.value(known.value)
+        yield {"tex": f"{page.name(known.name)} = {value}", "unit": page.unit(known), "within": True}
+
+
+def _direct(page: Page, link: Direct, within: bool = False) -> dict[str, Any]:
+    formula = " = ".join((page.name(link.found.name), *page.chain(link)))
+    return _formula_line(page, formula, link.equation, link.guards, within) | {"unit": page.unit(link.found)}
+
+
+def _formula_line(
+    page: Page, formula: str, equation: Equation, guards: tuple[Guard, ...], within: bool
+) -> dict[str, Any]:
+    place, rule = page.rule(equation)
+    because = [f"{word} {said}" for word, said in _conditions(guards)]
+    return {"tex": formula, "unit": "", "place": place, "rule": rule, "because": because, "within": within}
+
+
+def _conditions(guards: tuple[Guard, ...]) -> Iterator[tuple[str, str]]:
+    for word, assumed in (("because", False), ("assuming", True)):
+        outcomes = [(guard.condition, guard.holds) for guard in guards if guard.assumed is assumed]
+        if outcomes:
+            yield word, Plain().conditions(outcomes)

@@ -18,9 +18,8 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model, Value
-from solver.page.branches import turn
-from solver.page.figures import geometry, needed, outline, rectangle
-from solver.page.handles import handles
+from solver.page.figures import geometry, handles, needed, outline, rectangle
+from solver.page.rail import turn
 from solver.plan import prepare
 from solver.result import Status
 from solver.solving import solve

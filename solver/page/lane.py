@@ -123,7 +123,7 @@ async def _started() -> asyncio.subprocess.Process:
     process = await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
-        "solver.page.worker",
+        "solver.page.bench",
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         limit=LARGEST,

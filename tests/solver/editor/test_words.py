@@ -13,9 +13,7 @@ import pytest
 import solver
 from rulesheets.functions.table import TABLE
 from rulesheets.parse.drafts import head_word
-from solver.editor import textmate
-from solver.editor.symbols import Names, Symbol
-from solver.editor.words import HEADS, RESERVED, words
+from solver.editor.words import FILE, HEADS, RESERVED, Names, Symbol, words, written
 
 ROOT = Path(__file__).parents[3]
 SHEETS = sorted((ROOT / "models").rglob("*.tk"))
@@ -102,7 +100,7 @@ def test_pygments_loses_nothing(sheet: Path) -> None:
 
 
 def test_the_grammar_in_the_folder_is_the_one_that_is_written() -> None:
-    assert textmate.FILE.read_text(encoding="utf-8") == textmate.written()
+    assert FILE.read_text(encoding="utf-8") == written()
 
 
 def test_textmate_tells_words_alike() -> None:

@@ -110,7 +110,7 @@ def test_a_rebound_name_gets_nothing(server: Server, host: str) -> None:
     assert server.get("/", Host=host, Cookie=server.cookie).status in (400, 403)
 
 
-@pytest.mark.parametrize("path", ["/static/../app.py", "/static/%2e%2e/app.py", "//etc/passwd", "/talk"])
+@pytest.mark.parametrize("path", ["/static/../lane.py", "/static/%2e%2e/lane.py", "//etc/passwd", "/talk"])
 def test_no_path_leads_out(server: Server, path: str) -> None:
     assert server.get(path, Cookie=server.cookie).status == 404
 

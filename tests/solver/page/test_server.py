@@ -19,7 +19,7 @@ from starlette.websockets import WebSocketDisconnect
 import rulesheets
 import solver
 from rulesheets.loading import shipped_model
-from solver.page.app import application
+from solver.page.server import application
 from solver.page.shelf import LARGEST
 
 TOKEN = "token-of-the-test"
@@ -190,7 +190,7 @@ def test_a_websocket_says_where_it_comes_from(client: TestClient) -> None:
         tab.receive_text()
 
 
-@pytest.mark.parametrize("path", ["/", "/static/page.js", "/static/../app.py", "/?token=wrong", "/?token="])
+@pytest.mark.parametrize("path", ["/", "/static/page.js", "/static/../lane.py", "/?token=wrong", "/?token="])
 def test_without_the_token_there_is_nothing(
     client: TestClient, path: str, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -206,7 +206,7 @@ def test_nothing_is_posted(client: TestClient, method: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["/static/../app.py", "/static/%2e%2e/app.py", "/static/..%2fapp.py", "/docs"]
+    "path", ["/static/../lane.py", "/static/%2e%2e/lane.py", "/static/..%2flane.py", "/docs"]
 )
 def test_only_the_files_of_the_page_are_served(client: TestClient, path: str) -> None:
     assert client.get(path).status_code == 404

@@ -1,4 +1,4 @@
-// What the server says; see solver/page/bench.py and app.py.
+// What the server says; see solver/page/bench.py and server.py.
 export type Value = number | string;
 export type Values = Record<string, Value>;
 
