@@ -24,8 +24,7 @@ from rulesheets.syntax.construct import subtract
 from rulesheets.syntax.nodes import Expression
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit
-from solver.numerics.elimination import Singular, eliminate, eliminate_rows
-from solver.numerics.refinement import ELIMINATED, solve_exactly
+from solver.numerics.elimination import ELIMINATED, Singular, eliminate, eliminate_rows, solve_exactly
 
 SPARE = 8
 """Decimal digits of the working precision that rounding may take."""

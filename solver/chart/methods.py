@@ -10,7 +10,7 @@ from rulesheets.model import Model, Value
 from solver.chart.plain_newton import plain_newton
 from solver.chart.reference import ActiveRules, State
 from solver.kernel.code.block import BlockKernel
-from solver.numerics.scipy_roots import METHODS, ScipyRoot, scipy_root
+from solver.numerics.newton import METHODS, ScipyRoot, scipy_root
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.plan import Plan, Unsolved

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rulesheets.deadline import expect_time
-from solver.numerics.scipy_roots import ScipyRoot
-from solver.numerics.system import Jacobian, Residual, System
+from solver.numerics.newton import Jacobian, Residual, ScipyRoot, System
 from solver.numerics.termination import scaled_norm
 
 MOST = 60

@@ -19,8 +19,7 @@ from solver.curves.system import CoreSystem
 from solver.curves.table import Branch, CurveTable, Limit
 from solver.curves.tracing import Curve, traced
 from solver.files.columns import free_name
-from solver.numerics.continuation import End
-from solver.numerics.curve import CurvePoint, Vector
+from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
 from solver.result import CODES, Status

@@ -11,8 +11,7 @@ import numpy as np
 from rulesheets.model import Model, Value
 from solver.curves.system import CoreSystem
 from solver.curves.tracing import Curve, Piece
-from solver.numerics.corrector import crossing
-from solver.numerics.curve import CurvePoint, Problem, Vector
+from solver.numerics.continuation import CurvePoint, Problem, Vector, crossing
 from solver.result import Status
 from solver.solution.explore import explore
 from solver.verdicts.verdict import judge

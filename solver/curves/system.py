@@ -15,8 +15,8 @@ from rulesheets.syntax.construct import subtract
 from rulesheets.syntax.nodes import Call, Name
 from solver.derivatives.linearization import active_equations
 from solver.kernel.code.scalar import compile_expressions
-from solver.numerics.curve import Problem, Vector
-from solver.numerics.independence import independent_rows
+from solver.numerics.continuation import Problem, Vector
+from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph
 
 

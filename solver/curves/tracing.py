@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 from rulesheets.deadline import expect_time
 from solver.curves.system import CoreSystem
-from solver.numerics.continuation import End, Trace, follow
-from solver.numerics.curve import CurvePoint, Problem, Vector, point_at, start
+from solver.numerics.continuation import CurvePoint, End, Problem, Trace, Vector, follow, point_at, start
 
 MEETS = 1e-6
 """Share of its terms by which a rule may miss where it takes over from another."""

@@ -170,7 +170,7 @@ def _square(
         if len(kept) > DENSE:
             lost = {name for block in singular for name in block.unknowns}
             return _without(rows, blocks, free | lost, held | lost)
-        from solver.numerics.independence import independent_rows
+        from solver.numerics.linear_algebra import independent_rows
 
         found = independent_rows([[rows[e].get(n, 0.0) for n in kept] for e in order], _sizes(kept, values))
         if not found.held and len(order) == len(kept):  # regular as a whole, by a hair

@@ -15,7 +15,7 @@ from rulesheets.model import Model, Value
 from solver.derivatives.kinks import kinks
 from solver.derivatives.linearization import Linearization, linearize
 from solver.derivatives.sharpening import Extended, Sharp, sharpened, slopes
-from solver.numerics.refinement import solve_exactly
+from solver.numerics.elimination import solve_exactly
 from solver.path.cases import Pair
 
 AGREE = 1e-25

@@ -12,7 +12,7 @@ from solver.facts import DoubleRoot, Fact, OutOfRange
 from solver.kernel.blur import EPSILON, Uncertainty, is_ordinary, uncertainty
 from solver.kernel.question import Question
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
-from solver.numerics.outcome import Outcome
+from solver.numerics.termination import Outcome
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""

@@ -16,8 +16,8 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
 from solver.kernel.budget import Budget
 from solver.kernel.code.block import BlockKernel
-from solver.numerics.batch_newton import Array
 from solver.numerics.linear_algebra import Factor, factorise, sparse_matrix
+from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
 
 SPARSE = 100

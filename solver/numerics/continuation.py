@@ -9,15 +9,256 @@ step tells them apart: the step is halved until it does, and the curve ends wher
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from solver.numerics.corrector import OutOfDomain, attempted, crossing, fold, last_inside, stepped, where
-from solver.numerics.curve import CurvePoint, Problem
+
+Vector = NDArray[np.float64]
+
+FLAT = 1e-11
+"""Smallest singular value, over the largest, of a Jacobian whose null space is still a line."""
+
+
+LEVEL = 1e-9
+"""Part of a unit tangent along the parameter at which a start counts as a turning point."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """``residual`` (n,) and ``jacobian`` (n, n + 1) of z; both may raise ArithmeticError or ValueError
+    outside their domain. ``regime`` tells which equations hold at z, ``these`` that they are the ones of this
+    problem: the curve is followed as long as both agree.
+
+    ``scale`` (n + 1,) are the magnitudes in which lengths are measured, ``turn`` (n + 1,) the periods of
+    angles (infinite for others), ``low`` and ``high`` (n + 1,) the ranges.
+    """
+
+    residual: Callable[[Vector], Vector]
+    jacobian: Callable[[Vector], NDArray[np.float64]]
+    scale: Vector
+    turn: Vector
+    low: Vector
+    high: Vector
+    regime: Callable[[Vector], Hashable] = field(default=lambda z: None)
+    these: Hashable = None
+
+    def passed(self, z: Vector) -> list[tuple[int, float]]:
+        """The coordinates that lie beyond an end of their range by more than rounding, each with that end."""
+        slack = 1e-13 * (np.abs(z) + self.scale)
+        below, above = z < self.low - slack, z > self.high + slack
+        ends = np.where(below, self.low, self.high)
+        return [(int(j), float(ends[j])) for j in np.flatnonzero(below | above)]
+
+    def turned(self, there: Vector, here: Vector) -> Vector:
+        """``there`` with its angles as near to ``here`` as whole turns bring them."""
+        finite = np.isfinite(self.turn)
+        whole = np.where(finite, self.turn, 1.0)
+        return np.where(finite, there - whole * np.round((there - here) / whole), there)
+
+    def apart(self, there: Vector, here: Vector) -> Vector:
+        """The scaled difference, angles less their whole turns."""
+        return np.asarray((self.turned(there, here) - here) / self.scale)
+
+    def scaled_jacobian(self, z: Vector) -> NDArray[np.float64] | None:
+        """The Jacobian by scaled coordinates, rows of unit size; None without a value, or with a row of 0."""
+        try:
+            matrix = self.jacobian(z) * self.scale
+        except (ArithmeticError, ValueError):
+            return None
+        sizes = np.abs(matrix).max(axis=1, initial=0.0)
+        if not (np.isfinite(sizes).all() and sizes.all()):
+            return None
+        return np.asarray(matrix / sizes[:, None])
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A point of the curve: ``z`` (n + 1,), unit ``tangent`` in scaled coordinates, ``arc`` length from the
+    start, the sign of ``orientation`` (it changes at a bifurcation). ``fold``: the parameter turns here."""
+
+    z: Vector
+    tangent: Vector
+    arc: float
+    orientation: int
+    fold: bool = False
+
+
+def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> CurvePoint | None:
+    """The point at ``z`` with its tangent to the side of ``along``; None where it has no single tangent.
+
+    The orientation is the sign of the determinant of the Jacobian bordered by the tangent (E. L. Allgower &
+    K. Georg, *Introduction to Numerical Continuation Methods*, 2003, chapters 2 and 8).
+    """
+    matrix = problem.scaled_jacobian(z)
+    if matrix is None:
+        return None
+    tangent = np.ones(1)
+    if len(matrix):
+        _, singular, right = np.linalg.svd(matrix)
+        if singular[-1] <= FLAT * singular[0]:
+            return None
+        tangent = np.asarray(right[-1], dtype=np.float64)
+    if tangent @ along < 0:
+        tangent = -tangent
+    sign, _ = np.linalg.slogdet(np.vstack([matrix, tangent]))
+    return CurvePoint(z, tangent, arc, int(sign))
+
+
+def start(problem: Problem, z: Vector, way: int = 1) -> CurvePoint | None:
+    """The point of the curve at ``z``, directed so that the parameter grows (``way`` 1) or falls (-1)."""
+    along = np.zeros(len(z))
+    along[-1] = way
+    point = point_at(problem, z, along)
+    turning = point is not None and abs(point.tangent[-1]) <= LEVEL
+    return point if point is None or not turning else replace(point, fold=True)
+
+
+CORRECTIONS = 8
+CONVERGED = 1e-12
+CONTRACTION = 0.3
+"""Factor by which each correction has to shrink: a slower one may lead to another branch."""
+
+ROUNDS = 60
+
+
+class OutOfDomain(ArithmeticError):
+    """The equations have no value where a step leads."""
+
+
+def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
+    """The point in the plane ``length`` ahead across the tangent, by Newton's method from the tangent's end.
+
+    (H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", 1977.) None where
+    the method does not contract, or the point has no tangent. Raises OutOfDomain.
+    """
+    ahead = here.z + length * problem.scale * here.tangent
+    z, before = ahead, np.inf
+    for _ in range(CORRECTIONS):
+        move = _correction(problem, z, here.tangent, (z - ahead) / problem.scale)
+        if move is None:
+            return None
+        size, grain = float(np.linalg.norm(move)), CONVERGED * _size(problem, z)
+        if size > max(CONTRACTION * before, 100 * grain):
+            return None
+        z = z + problem.scale * move
+        if size <= grain:
+            chord = float(np.linalg.norm((z - here.z) / problem.scale))
+            return point_at(problem, z, here.tangent, here.arc + chord)
+        before = size
+    return None
+
+
+def _correction(problem: Problem, z: Vector, tangent: Vector, off: Vector) -> Vector | None:
+    """One Newton move, scaled, of F and of the distance from the plane."""
+    try:
+        values, matrix = problem.residual(z), problem.jacobian(z) * problem.scale
+    except (ArithmeticError, ValueError):
+        raise OutOfDomain from None
+    if not (np.isfinite(values).all() and np.isfinite(matrix).all()):
+        raise OutOfDomain
+    bordered = np.vstack([matrix, tangent])
+    sizes = np.abs(bordered).max(axis=1)
+    if not sizes.all():
+        return None
+    try:
+        return np.linalg.solve(bordered / sizes[:, None], -np.append(values, tangent @ off) / sizes)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _size(problem: Problem, z: Vector) -> float:
+    return 1.0 + float(np.abs(z / problem.scale).max())
+
+
+def attempted(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
+    """The same, None out of the domain too."""
+    try:
+        return stepped(problem, here, length)
+    except OutOfDomain:
+        return None
+
+
+def last_inside(
+    problem: Problem, here: CurvePoint, length: float, inside: Callable[[CurvePoint], bool]
+) -> float:
+    """The longest step up to ``length`` at whose end the curve is still ``inside``, by bisection."""
+    low, high = 0.0, length
+    while high - low > 1e-15 * length:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        point = attempted(problem, here, middle)
+        low, high = (middle, high) if point is not None and inside(point) else (low, middle)
+    return low
+
+
+def where(
+    problem: Problem,
+    here: CurvePoint,
+    length: float,
+    level: Callable[[CurvePoint], float],
+    grain: float,
+) -> CurvePoint | None:
+    """The point within ``length`` at which ``level`` vanishes, to ``grain``: regula falsi (Illinois).
+
+    None where ``level`` has one sign at both ends, or no point is found.
+    """
+    end = attempted(problem, here, length)
+    if end is None:
+        return None
+    low, first, high, second = 0.0, level(here), length, level(end)
+    if first * second > 0.0 or first == second:
+        return None
+    best = here if abs(first) < abs(second) else end
+    for _ in range(ROUNDS):
+        middle = high - second * (high - low) / (second - first)
+        point = attempted(problem, here, middle)
+        if point is None:
+            return best
+        now = level(point)
+        if abs(now) < abs(level(best)):
+            best = point
+        if abs(now) <= grain or abs(high - low) <= 1e-15 * length:
+            return best
+        if now * second < 0.0:
+            low, first = high, second
+        else:
+            first /= 2
+        high, second = middle, now
+    return best
+
+
+def fold(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
+    """Where the parameter turns: the tangent has no part along it."""
+    found = where(problem, here, length, lambda point: float(point.tangent[-1]), 1e-13)
+    return None if found is None else replace(found, fold=True)
+
+
+def crossing(problem: Problem, here: CurvePoint, length: float, value: float) -> CurvePoint | None:
+    """Where the parameter is ``value``, exactly, the other coordinates polished with it held."""
+    grain = 4e-16 * abs(value)
+    found = where(problem, here, length, lambda point: float(point.z[-1]) - value, grain)
+    return None if found is None else replace(found, z=_held(problem, found.z, value))
+
+
+def _held(problem: Problem, z: Vector, value: float) -> Vector:
+    held = z.copy()
+    held[-1] = value
+    size = problem.scale[:-1]
+    try:
+        for _ in range(2):
+            move = np.linalg.solve(problem.jacobian(held)[:, :-1] * size, -problem.residual(held))
+            if np.linalg.norm(move) > 1e-6:
+                break
+            held[:-1] += size * move
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        pass
+    return held
 
 
 class End(Enum):

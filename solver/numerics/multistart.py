@@ -1,20 +1,229 @@
-"""Damped Newton from many starts: the distinct roots that it reaches, in a fixed order.
-
-Starts fill the ranges evenly by the additive recurrence of M. Roberts, *The unreasonable effectiveness of
-quasirandom sequences* (2018): coordinate j of start k is frac(½ + k/φ^j) with φ^(n+1) = φ + 1. No random
-numbers: the same question has the same answer. Nothing is proven about roots that were not reached.
-"""
+"""Searches from many starts: on arrays, onto curves of solutions, and one after another, in a fixed order."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, NewtonResult, newton
-from solver.numerics.outcome import Outcome
-from solver.numerics.system import Jacobian, Residual
+from solver.numerics.newton import STANDARD_LIMITS, Jacobian, NewtonLimits, NewtonResult, Residual, newton
+from solver.numerics.termination import Outcome
+
+Array: TypeAlias = NDArray[np.float64]
+BatchFunction: TypeAlias = Callable[[Array], Array]
+
+LENGTHS = (1.0, 0.3)
+"""Fractions of the Newton step that are tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchLimits:
+    """``near``: scaled step that counts as having arrived. ``patience``: steps without a gain of a tenth."""
+
+    iterations: int = 80
+    near: float = 1e-9
+    patience: int = 12
+    longest: float = 10.0
+
+
+BATCH_LIMITS = BatchLimits()
+
+
+def batch_newton(
+    residual: BatchFunction,
+    jacobian: BatchFunction,
+    starts: Array,
+    scale: Array,
+    limits: BatchLimits = BATCH_LIMITS,
+) -> Array:
+    """The ends (m, n) of those ``starts`` (k, n) that arrive at a root of F: Rⁿ → Rⁿ, in their order.
+
+    ``residual`` maps (k, n) to (k, n), ``jacobian`` to (k, n, n), both nan outside their domain. ``scale``
+    (n,): typical sizes of the unknowns. Nothing is polished or made distinct.
+    """
+    with np.errstate(all="ignore"):
+        return _Batch(residual, jacobian, starts, scale, limits).run()
+
+
+class _Batch:
+    def __init__(
+        self,
+        residual: BatchFunction,
+        jacobian: BatchFunction,
+        starts: Array,
+        scale: Array,
+        limits: BatchLimits,
+    ) -> None:
+        self.residual, self.jacobian, self.scale, self.limits = residual, jacobian, scale, limits
+        values = residual(starts)
+        usable = np.isfinite(values).all(axis=1)
+        self.x, self.f = starts[usable], values[usable]
+        self.place = np.flatnonzero(usable)
+        self.best = np.full(len(self.x), np.inf)
+        self.idle = np.zeros(len(self.x), dtype=int)
+        self.arrived: list[tuple[int, Array]] = []
+
+    def run(self) -> Array:
+        for _ in range(self.limits.iterations):
+            expect_time()
+            if not len(self.x):
+                break
+            self._step()
+        ends = [x for _, x in sorted(self.arrived, key=lambda pair: pair[0])]
+        return np.array(ends).reshape(len(ends), len(self.scale))
+
+    def _step(self) -> None:
+        weight = np.maximum(abs(self.x), self.scale)
+        matrix = self.jacobian(self.x) * weight[:, None, :]
+        rows = abs(matrix).sum(axis=2)
+        usable = np.isfinite(rows).all(axis=1) & (rows > 0).all(axis=1)
+        if not usable.all():
+            self._keep(usable)
+            weight, matrix, rows = weight[usable], matrix[usable], rows[usable]
+        if not len(self.x):
+            return
+        scaled = self.f / rows
+        step = _solved(matrix / rows[:, :, None], -scaled)
+        length = abs(step).max(axis=1)
+        near = length <= self.limits.near
+        step *= np.minimum(1.0, self.limits.longest / np.maximum(length, 1e-300))[:, None]
+        norm = self._follow(weight * step, rows)
+        finite = np.isfinite(norm)
+        done = near & finite
+        self.arrived += list(zip(self.place[done].tolist(), self.x[done], strict=True))
+        gained = norm < 0.9 * self.best
+        self.idle = np.where(gained, 0, self.idle + 1)
+        self.best = np.where(gained, norm, self.best)
+        self._keep(~near & finite & (self.idle < self.limits.patience))
+
+    def _follow(self, step: Array, rows: Array) -> Array:
+        """Take the best of the lengths; the scaled residuals (k,) there, infinite where none is defined."""
+        trials = np.stack([self.x + length * step for length in LENGTHS])
+        values = self.residual(trials.reshape(-1, step.shape[1])).reshape(trials.shape)
+        norms = abs(values / rows).max(axis=2)
+        norms = np.where(np.isfinite(norms), norms, np.inf)
+        chosen = norms.argmin(axis=0)
+        each = np.arange(len(self.x))
+        self.x, self.f = trials[chosen, each], values[chosen, each]
+        norm: Array = norms[chosen, each]
+        return norm
+
+    def _keep(self, chosen: NDArray[np.bool_]) -> None:
+        self.x, self.f, self.place = self.x[chosen], self.f[chosen], self.place[chosen]
+        self.best, self.idle = self.best[chosen], self.idle[chosen]
+
+
+def _solved(matrices: Array, rhs: Array) -> Array:
+    """Solutions of (k, n, n) systems; where one is singular, all are regularised by rounding."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, rhs[:, :, None])[:, :, 0], dtype=float)
+    except np.linalg.LinAlgError:
+        n = matrices.shape[-1]
+        normal = np.swapaxes(matrices, 1, 2) @ matrices + 1e-12 * np.eye(n)
+        solved = np.linalg.solve(normal, np.swapaxes(matrices, 1, 2) @ rhs[:, :, None])[:, :, 0]
+        return np.asarray(solved, dtype=float)
+
+
+PROJECTED_LENGTHS = (1.0, 0.3, 0.05)
+"""Fractions of a step that are tried."""
+KEPT = 0.1
+"""Share of the distance to the end of a range that a step beyond it leaves."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectionLimits:
+    """``null``: share of the largest singular value up to which others count as 0. ``near``: a step, in units
+    of the unknowns' sizes, that has arrived; ``longest``: where a longer one is cut. ``patience``: steps
+    without a gain of a tenth.
+    """
+
+    iterations: int = 60
+    null: float = 1e-8
+    near: float = 1e-11
+    patience: int = 12
+    longest: float = 2.0
+
+
+PROJECTION_LIMITS = ProjectionLimits()
+
+
+def project(
+    residual: BatchFunction,
+    jacobian: BatchFunction,
+    starts: Array,
+    scale: Array,
+    low: Array,
+    high: Array,
+    limits: ProjectionLimits = PROJECTION_LIMITS,
+) -> Array:
+    """The ends (m, n) of those ``starts`` (k, n) that arrive at a zero of F: Rⁿ → Rᵐ, in no certain order.
+
+    ``residual`` maps (k, n) to (k, m), ``jacobian`` to (k, m, n), both nan outside their domain. ``scale``
+    (n,): typical sizes of the unknowns; ``low`` and ``high`` (n,): their ranges, in which the way stays.
+    """
+    with np.errstate(all="ignore"):
+        x = starts[np.isfinite(residual(starts)).all(axis=1)]
+        best, idle = np.full(len(x), np.inf), np.zeros(len(x), dtype=int)
+        arrived: list[Array] = []
+        for _ in range(limits.iterations):
+            expect_time()
+            if not len(x):
+                break
+            x, norm, length = _step(residual, jacobian, x, scale, low, high, limits)
+            finite = np.isfinite(norm) & np.isfinite(x).all(axis=1)
+            done = finite & (length <= limits.near)
+            arrived.extend(x[done])
+            gained = norm < 0.9 * best
+            idle, best = np.where(gained, 0, idle + 1), np.where(gained, norm, best)
+            going = finite & ~done & (idle < limits.patience)
+            x, best, idle = x[going], best[going], idle[going]
+    return np.array(arrived).reshape(len(arrived), len(scale))
+
+
+def _step(
+    residual: BatchFunction,
+    jacobian: BatchFunction,
+    x: Array,
+    scale: Array,
+    low: Array,
+    high: Array,
+    limits: ProjectionLimits,
+) -> tuple[Array, Array, Array]:
+    """The points after a step, the scaled residuals there, infinite where none is defined, and its length."""
+    weight = np.maximum(abs(x), scale)
+    matrix = jacobian(x) * weight[:, None, :]
+    rows = abs(matrix).sum(axis=2)
+    rows = np.where(np.isfinite(rows) & (rows > 0.0), rows, np.inf)
+    step = _least_norm(np.nan_to_num(matrix / rows[:, :, None]), residual(x) / rows, limits.null)
+    length = abs(step).max(axis=1)
+    step *= np.minimum(1.0, limits.longest / np.maximum(length, 1e-300))[:, None]
+    trials = np.stack([_within(x, x + share * weight * step, low, high) for share in PROJECTED_LENGTHS])
+    values = residual(trials.reshape(-1, x.shape[1])).reshape(len(PROJECTED_LENGTHS), len(x), -1)
+    norms = abs(values / rows).max(axis=2)
+    norms = np.where(np.isfinite(norms), norms, np.inf)
+    chosen, each = norms.argmin(axis=0), np.arange(len(x))
+    return trials[chosen, each], norms[chosen, each], length
+
+
+def _least_norm(matrices: Array, rhs: Array, null: float) -> Array:
+    """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``null`` of the largest are 0."""
+    u, s, v = np.linalg.svd(matrices, full_matrices=False)
+    inverse = np.where(s > null * s[:, :1], 1.0 / s, 0.0)
+    parts: Any = inverse * np.einsum("kmi,km->ki", u, rhs)
+    found: Array = -np.einsum("kin,ki->kn", v, np.where(inverse > 0.0, parts, 0.0))
+    return found
+
+
+def _within(x: Array, moved: Array, low: Array, high: Array) -> Array:
+    """Where a step beyond the end of a range stops: before it, for the end may not belong to the range."""
+    moved = np.where((moved <= low) & (x > low), low + KEPT * (x - low), moved)
+    return np.where((moved >= high) & (x < high), high - KEPT * (high - x), moved)
+
 
 Range = tuple[float, float]
 

@@ -11,15 +11,63 @@ ends the contraction, so that the last digits are right.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from rulesheets.deadline import expect_time
-from solver.numerics.linear_algebra import row_products, row_sizes
-from solver.numerics.outcome import Outcome
-from solver.numerics.scipy_roots import scipy_root
-from solver.numerics.system import Jacobian, Point, Residual, System
-from solver.numerics.termination import Termination, scaled_norm
+from solver.numerics.linear_algebra import Factor, as_matrix, factorise, row_products, row_sizes
+from solver.numerics.termination import Outcome, Termination, scaled_norm, weights
+
+Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
+Jacobian: TypeAlias = Callable[[list[float]], Any]
+"""Rows of ∂F_i/∂x_j as a sequence of sequences, or a scipy sparse matrix."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """An iterate with its residual, Jacobian, weights and factored Jacobian."""
+
+    x: list[float]
+    residual: list[float]
+    jacobian: Any
+    weight: list[float]
+    factor: Factor
+
+    def correction(self, residual: Sequence[float]) -> list[float]:
+        return [-d for d in self.factor.solve(residual)]
+
+
+class System:
+    """Residual and Jacobian with every way of being undefined turned into None."""
+
+    def __init__(self, residual: Residual, jacobian: Jacobian, scale: Sequence[float]) -> None:
+        self._residual, self._jacobian, self.scale = residual, jacobian, scale
+        self.functions = residual, jacobian
+
+    def residual_at(self, x: list[float]) -> list[float] | None:
+        try:
+            values = [float(v) for v in self._residual(x)]
+        except (ArithmeticError, ValueError):
+            return None
+        return values if all(map(math.isfinite, values)) else None
+
+    def point(self, x: list[float], residual: list[float] | None = None) -> Point | None:
+        """The point x, or None where residual or Jacobian is undefined or infinite."""
+        values = self.residual_at(x) if residual is None else residual
+        if values is None:
+            return None
+        weight = weights(x, self.scale)
+        try:
+            matrix = as_matrix(self._jacobian(x), len(x))
+        except (ArithmeticError, ValueError):
+            return None
+        if not all(map(math.isfinite, row_sizes(matrix, weight))):
+            return None
+        return Point(x, values, matrix, weight, factorise(matrix, weight))
+
 
 FAST = 0.1
 """Contraction factor below which full Newton steps are trusted. (A double root has 1/4 exactly.)"""
@@ -275,3 +323,56 @@ class _Search:
 
 def _smaller(simplified: list[float], step: list[float], weight: list[float]) -> bool:
     return scaled_norm(simplified, weight) < scaled_norm(step, weight)
+
+
+TRUST_REGIONS = ("lm", "hybr")
+METHODS = ("hybr", "lm", "least_squares")
+TIGHT = 1e-14
+"""The relative tolerance asked for: some tens of ε, which is the least that they accept."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScipyRoot:
+    """``success`` is what scipy says of itself; ``evaluations`` are those of the residual."""
+
+    x: tuple[float, ...]
+    success: bool
+    evaluations: int
+
+
+def scipy_root(
+    residual: Residual,
+    jacobian: Jacobian,
+    start: Sequence[float],
+    method: str,
+    scale: Sequence[float] | None = None,
+    tolerance: float = TIGHT,
+) -> ScipyRoot:
+    """``scipy.optimize.root`` (hybr, lm) or ``least_squares`` from ``start`` (n,), with the exact Jacobian.
+
+    ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian. Where the
+    residual is undefined it is taken as nan, at which the methods give up. ``tolerance`` is relative.
+    """
+    from scipy.optimize import least_squares, root  # takes longer to import than most solves
+
+    def values(x: Any) -> Any:
+        expect_time()
+        try:
+            return np.array(residual(x.tolist()), dtype=float)
+        except (ArithmeticError, ValueError):
+            return np.full(len(start), np.nan)
+
+    def slopes(x: Any) -> Any:
+        return np.array(jacobian(x.tolist()), dtype=float)
+
+    try:
+        with np.errstate(all="ignore"):
+            if method == "least_squares":
+                found = least_squares(values, start, slopes, xtol=tolerance, ftol=tolerance, gtol=tolerance)
+            else:
+                diagonal = {} if scale is None else {"diag": [1.0 / abs(s) if s else 1.0 for s in scale]}
+                found = root(values, start, jac=slopes, method=method, tol=tolerance, options=diagonal)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return ScipyRoot(tuple(start), False, 0)
+    x = tuple(float(v) for v in found.x)
+    return ScipyRoot(x, bool(found.success) and bool(np.isfinite(found.x).all()), int(found.nfev))

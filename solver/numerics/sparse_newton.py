@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.numerics.batch_newton import Array
+from solver.numerics.multistart import Array
 from solver.numerics.tolerances import EPS, STAGNATION
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
@@ -156,3 +156,10 @@ def _damped(
 
 def _length(step: Array, weight: Array) -> float:
     return float(np.sqrt(np.mean((step / weight) ** 2)))
+
+
+def sparse_least_squares(entries: Triplets, shape: tuple[int, int], rhs: Array) -> Array:
+    """An x (n,) for which |A x - b| is nearly least, by LSMR (D. Fong & M. Saunders, 2011)."""
+    data, rows, columns = entries
+    matrix = scipy.sparse.csr_array((data, (rows, columns)), shape=shape)
+    return np.asarray(scipy.sparse.linalg.lsmr(matrix, rhs, maxiter=60)[0])

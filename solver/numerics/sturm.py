@@ -13,13 +13,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from rulesheets.deadline import expect_time
-from solver.numerics.bracket import MAX, TINY, bracketed_root, split_point
+from solver.numerics.interval_function import MAX, TINY, bracketed_root, split_point
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import TypeAlias
 
-    from solver.numerics.bracket import ScalarFunction
+    from solver.numerics.interval_function import ScalarFunction
 
     Whole: TypeAlias = list[int]
     """Coefficients of a polynomial, lowest degree first, the last one not 0."""

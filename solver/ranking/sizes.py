@@ -16,7 +16,7 @@ import numpy as np
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.numerics.sparse_least_squares import sparse_least_squares
+from solver.numerics.sparse_newton import sparse_least_squares
 from solver.ranking.arithmetic import FLOATS, Arithmetic
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from solver.structure.hopcroft_karp import Edges
 from solver.structure.incidence import Block, Incidence
-from solver.structure.matching import Matching, maximum_matching, reached
+from solver.structure.matching import Edges, Matching, maximum_matching, reached
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from solver.chart.plain_newton import plain_newton
 from solver.chart.reference import active_rules, exact_state
 from solver.cli import main
 from solver.numerics.elimination import eliminate
-from solver.numerics.scipy_roots import METHODS, scipy_root
+from solver.numerics.newton import METHODS, scipy_root
 from solver.pictures.chart import speed_picture, stability_picture
 from solver.report.chart import COLUMNS, chart_csv, stability_table
 from tests.oracles.slider_crank import Crank, forward

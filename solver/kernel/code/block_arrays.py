@@ -14,7 +14,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression
 from solver.kernel.code.chain import Chain
 from solver.kernel.code.scalar import Emitter
-from solver.numerics.batch_newton import Array
+from solver.numerics.multistart import Array
 from solver.path.smooth import smooth
 from solver.ranking.homogeneity import Scalings
 

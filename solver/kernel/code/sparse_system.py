@@ -14,7 +14,7 @@ import numpy as np
 from rulesheets.evaluate import differentiate
 from rulesheets.syntax.nodes import Expression, Name, Number, Power, operands, rebuilt
 from solver.kernel.code.block_arrays import compile_arrays
-from solver.numerics.batch_newton import Array
+from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
 
 

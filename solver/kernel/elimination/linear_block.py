@@ -21,8 +21,7 @@ from solver.kernel.elimination.near_rank import (
 from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
 from solver.kernel.outcome import BlockOutcome
 from solver.kernel.question import Question
-from solver.numerics.linear import EXACT_LIMIT, solve_linear
-from solver.numerics.linear_outcome import LinearOutcome
+from solver.numerics.linear import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 
 

@@ -12,8 +12,7 @@ from solver.kernel.code.interval_arrays import ARRAYS
 from solver.kernel.code.interval_code import IntervalEmitter
 from solver.kernel.question import Question
 from solver.kernel.search.hull import Hull
-from solver.numerics.interval_newton import Array, BoxFunction
-from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune
+from solver.numerics.subdivision import Array, BoxFunction, SubdivisionLimits, branch_and_prune
 
 LIMITS = SubdivisionLimits(boxes=20_000, alive=2_000)
 THOROUGH = SubdivisionLimits(boxes=600_000, alive=400_000)

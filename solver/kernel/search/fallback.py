@@ -11,7 +11,7 @@ from solver.attempts import Method
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.numerics.multistart import starting_points
-from solver.numerics.scipy_roots import TRUST_REGIONS, scipy_root
+from solver.numerics.newton import TRUST_REGIONS, scipy_root
 
 STARTS = 24
 

@@ -88,7 +88,7 @@ class _Curve:
         return None
 
     def _projected(self, starts: NDArray[Any]) -> NDArray[Any]:
-        from solver.numerics.projection import project
+        from solver.numerics.multistart import project
 
         arrays, known = self.question.kernel.arrays, self.question.known
         residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)

@@ -19,7 +19,7 @@ from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Name, names
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
-from solver.numerics.batch_newton import Array
+from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import sparse_newton
 from solver.ranking.sizes import nearly_balanced
 

@@ -15,8 +15,7 @@ import numpy as np
 from solver.kernel.budget import Budget
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
-from solver.numerics.batch_newton import Array, batch_newton
-from solver.numerics.multistart import low_discrepancy
+from solver.numerics.multistart import Array, batch_newton, low_discrepancy
 from solver.numerics.newton import NewtonLimits
 
 ROUNDS = ((0, 128), (128, 512), (512, 1024))

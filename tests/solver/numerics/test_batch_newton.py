@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.numerics.batch_newton import BatchLimits, batch_newton
+from solver.numerics.multistart import BatchLimits, batch_newton
 
 
 def himmelblau(x: Any) -> Any:

@@ -10,9 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.continuation import End, Trace, follow
-from solver.numerics.corrector import crossing
-from solver.numerics.curve import Problem, start
+from solver.numerics.continuation import End, Problem, Trace, crossing, follow, start
 
 
 def problem(

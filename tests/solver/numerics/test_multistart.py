@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.numerics.multistart import multistart, place
-from solver.numerics.outcome import Outcome
+from solver.numerics.termination import Outcome
 
 Vector = list[float]
 

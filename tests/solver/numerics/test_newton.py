@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.numerics.newton import NewtonLimits, newton
-from solver.numerics.outcome import Outcome
+from solver.numerics.termination import Outcome
 
 Vector = list[float]
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.elimination import Singular
-from solver.numerics.refinement import ELIMINATED, solve_exactly
+from solver.numerics.elimination import ELIMINATED, Singular, solve_exactly
 
 entries = st.integers(-5, 5)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.structure import csgraph
-from solver.structure.components import strong_components
+from solver.structure.triangular import strong_components
 from tests.solver.structure.incidences import patient
 
 graphs = st.integers(1, 7).flatmap(
@@ -25,11 +24,11 @@ def reachable(successors: list[list[int]], node: int) -> set[int]:
 @given(graphs)
 def test_a_label_for_each_class_of_mutual_reach(successors: list[list[int]]) -> None:
     reach = [reachable(successors, node) for node in range(len(successors))]
-    for labels in (strong_components(successors), csgraph.strong_components(successors)):
-        for one in range(len(successors)):
-            for other in range(len(successors)):
-                mutual = other in reach[one] and one in reach[other]
-                assert (labels[one] == labels[other]) is mutual
+    labels = strong_components(successors)
+    for one in range(len(successors)):
+        for other in range(len(successors)):
+            mutual = other in reach[one] and one in reach[other]
+            assert (labels[one] == labels[other]) is mutual
 
 
 def test_a_long_circle_is_no_deep_recursion() -> None:

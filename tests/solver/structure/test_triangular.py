@@ -8,17 +8,10 @@ from itertools import combinations
 import pytest
 from hypothesis import given
 
-from solver.structure import triangular
 from solver.structure.incidence import Block, Incidence
 from solver.structure.triangular import block_triangular
 from tests.oracles.operations import growth
 from tests.solver.structure.incidences import incidences, moved, patient, renumbered, shuffled, system
-
-
-def through_scipy(incidence: Incidence) -> tuple[Block, ...]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(triangular, "SMALL", -1)
-        return block_triangular(incidence)
 
 
 @patient
@@ -41,12 +34,6 @@ def test_no_block_can_be_split(incidence: Incidence) -> None:
         rows = [set(incidence.occurs[e]) & set(block.unknowns) for e in block.equations]
         for size in range(1, len(rows)):
             assert all(len(set().union(*some)) > size for some in combinations(rows, size))
-
-
-@patient
-@given(incidences(square=True))
-def test_scipy_and_plain_python_agree(incidence: Incidence) -> None:
-    assert through_scipy(incidence) == block_triangular(incidence)
 
 
 @patient
