@@ -15,7 +15,7 @@ from rulesheets.model import Model, Value
 from solver.facts import OutOfTime, Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
-from solver.ranking.unlikely import unlikely
+from solver.ranking.ranking import unlikely
 from solver.result import Result, Solution, Status
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.refinement import explore_required

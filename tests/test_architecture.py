@@ -32,7 +32,7 @@ FLOORS = (
     ("solver.solution",),
     ("solver.trace", "solver.solution.proof"),
     ("solver.verdicts",),
-    ("solver.solving", "solver.arguments", "solver.plan", "solver.sweep_rows"),
+    ("solver.solving", "solver.arguments", "solver.plan", "solver.plan"),
     ("solver.sweeps", "solver.curves"),
     ("solver.sweeping", "solver.derivation", "solver.sampling", "solver.chart"),
     ("solver.report",),

@@ -13,17 +13,14 @@ It is written once, over numbers or arrays of them.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rulesheets.model import Model, Value
 from solver.path.planner import planner
-from solver.ranking.arithmetic import FLOATS, LEAST, Arithmetic
 from solver.ranking.signs import signs_of
-
-if TYPE_CHECKING:
-    pass
+from solver.ranking.sizes import FLOATS, LEAST, Arithmetic
 
 UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
@@ -220,3 +217,27 @@ def _own_first(name: str) -> tuple[bool, str]:
 
 def _number(value: Value | None) -> float:
     return value if isinstance(value, float) else np.nan
+
+
+SPAN = 1e9
+"""Numbers of an only answer, and 1, that lie within this factor of one another are all of likely size."""
+
+
+def unlikely(
+    model: Model,
+    answers: Sequence[Mapping[str, Value]],
+    inputs: Mapping[str, Value],
+    guesses: Mapping[str, float],
+) -> list[tuple[str, ...]]:
+    """Of each answer the names whose numbers are of unlikely size; ``answers`` hold the inputs as well."""
+    if not answers or (len(answers) == 1 and not _spans(answers[0], guesses)):
+        return [()] * len(answers)
+    among = {name for values in answers for name in values}
+    return Ranking(model, inputs, among, guesses).unlikely(answers, inputs)
+
+
+def _spans(answer: Mapping[str, Value], guesses: Mapping[str, float]) -> bool:
+    """Whether the largest number exceeds the smallest, or 1, by more than ``SPAN``."""
+    numbers = [value for value in answer.values() if isinstance(value, float)]
+    sizes = [abs(number) for number in (1.0, *numbers, *guesses.values()) if number]
+    return max(sizes) / SPAN > min(sizes)

@@ -11,7 +11,7 @@ from solver.files.columns import Array
 from solver.interruption import Interrupted
 from solver.result import CODES, Table
 from solver.sweeps.steady import SteadyPlan, SteadyPlans
-from solver.trace.answer_rows import Answers, together, written
+from solver.trace.rows import Answers, together, written
 
 
 def solved_answers(

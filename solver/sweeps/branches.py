@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from solver.files.columns import Array, stacked
-from solver.sweep_rows import first_answers
+from solver.plan import first_answers
 from solver.sweeps.work import Rows, Solved, Work
-from solver.trace.answer_rows import Answers
+from solver.trace.rows import Answers
 
 
 class Branches:

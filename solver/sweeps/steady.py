@@ -18,7 +18,7 @@ from rulesheets.model import Model, Value
 from solver.files.columns import Array
 from solver.plan import Plan
 from solver.result import Status
-from solver.trace.answer_rows import Answers
+from solver.trace.rows import Answers
 
 
 @dataclass(frozen=True)

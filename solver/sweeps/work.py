@@ -15,12 +15,12 @@ from rulesheets.functions.registered import run_python
 from rulesheets.model import Model, Value
 from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted
+from solver.plan import one_answer
 from solver.result import Status, Table
-from solver.sweep_rows import one_answer
 from solver.sweeps.answers import every_answer, solved_answers
 from solver.sweeps.refusals import refusals
 from solver.sweeps.steady import Pattern, SteadyPlans
-from solver.trace.answer_rows import Answers
+from solver.trace.rows import Answers
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
-"""A straight-line program as a graph: every operation once, constants folded, angles simplified.
+"""Expressions, angles and conditions as operations of a graph.
 
-Nodes are numbered in the order in which they can be computed, and equal operations are one node. What
-is simplified keeps the value to rounding: the tangent of the direction of a point is the quotient
+What is simplified keeps the value to rounding: the tangent of the direction of a point is the quotient
 of its coordinates, a cosine moved by right angles is a sine, and where an angle came out of a
 closed form its cosine and sine are there already.
 """
@@ -9,69 +8,16 @@ closed form its cosine and sine are there already.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias
 
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.trace.folding import folded_error
+from solver.trace.graph import FOLD, LEAVES, Graph, Node, NotCompilable, Operand, operands
 from solver.trace.simplify import SIMPLIFY
 
-Operand: TypeAlias = int | float | str
-Node: TypeAlias = tuple[Operand, ...]
-
-"""An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
-far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` is its
-second operand, which may be dear to compute: true where the first is true."""
-
-TOLERANCE = 16.0 * 2.0**-52
 NEAR = 1e-13
 """A direction nearer to the axis than this (as a quotient) is left to a full solve."""
-
-
-class NotCompilable(Exception):
-    """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
-
-
-FOLD: dict[str, Callable[..., float | bool]] = {
-    "neg": lambda a: -a,
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "rint": lambda a: float(round(a)),
-    "pow": math.pow,
-    "expm1": math.expm1,
-    "log1p": math.log1p,
-    "lt": lambda a, b: a < b,
-    "le": lambda a, b: a <= b,
-    "eq": lambda a, b: a == b,
-    "near": lambda a, b: abs(a - b) <= TOLERANCE * max(abs(a), abs(b)),
-    "and": lambda a, b: a and b,
-    "or": lambda a, b: a or b,
-    "not": lambda a: not a,
-    "xor": lambda a, b: a is not b,
-    "where": lambda c, a, b: a if c else b,
-    "max": max,
-    "sooner": lambda sooner, whole: whole,
-}
-
-
-class Finder(Protocol):
-    """Roots of a block as a function of known numbers: one, or (``several``) one for each unknown.
-
-    ``scalar`` raises ValueError and ``array`` (n,), or (unknowns, n), has nan where there is none.
-    """
-
-    several: bool
-
-    def scalar(self, *known: float) -> Any: ...
-
-    def array(self, *known: Any) -> Any: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,144 +31,14 @@ class Direction:
     """The node of the point's distance from the origin, or None for 1."""
 
 
-class Flow:
-    """The graph. ``plain``: as the rules are written, without what leaves special directions out or is more
-    exact than the rules are in floats (``cosd(theta + 90)`` for a small ``theta``).
-    """
+class Flow(Graph):
+    """The graph of a record."""
+
+    rules = SIMPLIFY
 
     def __init__(self, plain: bool = False) -> None:
-        self.plain = plain
-        self.reported = False
-        """Whether numbers are taken for what they are rounded to, not for what they were computed from."""
-        self.nodes: list[Node] = []
-        self.checks: list[int] = []
-        self.finite: list[int] = []
-        self.finders: list[Finder] = []
-        self.always: set[int] = set()
-        self.taken_away: list[tuple[int, int]] = []
-        """What was left of a sum that another number was taken away from, and that number."""
-        self._numbers: dict[Node, int] = {}
+        super().__init__(plain)
         self._directions: dict[int, Direction] = {}
-        self.true = self.constant(True)
-        self.false = self.constant(False)
-
-    # --- nodes ---
-
-    def constant(self, value: float | bool) -> int:
-        return self.node("const", value if isinstance(value, bool) else float(value))
-
-    def input(self, place: int) -> int:
-        return self.node("input", place)
-
-    def number(self, *node: Operand) -> int | None:
-        """The number of an operation that is there already."""
-        return self._numbers.get(node)
-
-    def off(self, node: int) -> float:
-        """How far a constant that was computed may be from the number that it stands for."""
-        return float(self.nodes[node][2]) if len(self.nodes[node]) > 2 else 0.0
-
-    def value_of(self, node: int) -> float | bool | None:
-        """The value of a constant node."""
-        kind = self.nodes[node]
-        return kind[1] if kind[0] == "const" else None  # type: ignore[return-value]
-
-    def add(self, operation: str, *operands: int) -> int:
-        """The node of an operation, simplified."""
-        folded = self._folded(operation, operands)
-        if folded is not None:
-            return folded
-        simple = SIMPLIFY.get(operation)
-        if simple is not None:
-            found = simple(self, *operands)
-            if found is not None:
-                return found
-        return self.node(operation, *operands)
-
-    def node(self, *node: Operand) -> int:
-        """The number of an operation as it is, unsimplified."""
-        key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
-        number = self._numbers.get(key)
-        if number is None:
-            number = len(self.nodes)
-            self.nodes.append(node)
-            self._numbers[key] = number
-        return number
-
-    def _folded(self, operation: str, operands: tuple[int, ...]) -> int | None:
-        values = [self.value_of(operand) for operand in operands]
-        if any(value is None for value in values):
-            return None
-        try:
-            result = FOLD[operation](*values)
-        except (ArithmeticError, ValueError):
-            raise NotCompilable from None
-        return self._computed(FOLD[operation], result, operands, operation)
-
-    def _computed(
-        self, function: Callable[..., float | bool], result: float | bool, operands: Iterable[int], name: str
-    ) -> int:
-        """The constant that an operation on constants comes to, and how far it may be off."""
-        if isinstance(result, bool):
-            return self.constant(result)
-        known = [(float(self.nodes[operand][1]), self.off(operand)) for operand in operands]
-        off = folded_error(function, name, result, known)
-        return self.node("const", float(result), off) if off else self.constant(result)
-
-    def _alike(self, condition: int, one: Node, other: Node) -> int | None:
-        """A selection between the same operation on operands of which only one differs: of that one."""
-        if one[0] != other[0] or one[0] not in _SELECTABLE:
-            return None
-        differ = [place for place in range(1, len(one)) if one[place] != other[place]]
-        if len(differ) != 1:
-            return None
-        (place,) = differ
-        operands = [int(o) for o in one[1:]]
-        operands[place - 1] = self.add("where", condition, int(one[place]), int(other[place]))
-        return self.add(str(one[0]), *operands)
-
-    def factor(self, node: int) -> tuple[float, int] | None:
-        """The number and the other factor of a product with a number."""
-        kind, *parts = self.nodes[node]
-        if kind == "mul":
-            for one, other in ((0, 1), (1, 0)):
-                value = self.value_of(int(parts[one]))
-                if isinstance(value, float):
-                    return value, int(parts[other])
-        return None
-
-    def require(self, condition: int) -> None:
-        """A condition that must hold for the results to count."""
-        if condition != self.true and condition not in self.checks:
-            self.checks.append(condition)
-
-    def bound(self, number: int) -> None:
-        """A number that must be finite, because what is computed from it could hide that it is not."""
-        if self.value_of(number) is None and number not in self.finite:
-            self.finite.append(number)
-
-    def firm(self, number: int) -> None:
-        """A number that must be finite, whether the results read it or not."""
-        self.bound(number)
-        self.always.add(number)
-
-    @contextmanager
-    def only_if(self, condition: int) -> Iterator[None]:
-        """What is required inside is required where the condition holds."""
-        outside, self.checks = self.checks, []
-        yield
-        inside, self.checks = self.checks, outside
-        for check in inside:
-            self.require(self.add("or", self.add("not", condition), check))
-
-    @contextmanager
-    def as_reported(self) -> Iterator[None]:
-        """What is added inside reads the numbers that are reported."""
-        self.reported = True
-        yield
-        self.reported = False
-
-    # --- expressions ---
 
     def expression(self, node: Expression, values: Mapping[str, int]) -> int:
         """The node of an expression; ``values`` gives that of every variable."""
@@ -304,16 +120,6 @@ class Flow:
             return node
         return self.node("call", function, *arguments)
 
-    def beside_one(self, node: int) -> int | None:
-        """What is added to 1, where a node is such a sum."""
-        kind, *parts = self.nodes[node]
-        if self.plain or kind not in ("add", "sub"):
-            return None
-        one, other = (int(part) for part in parts)
-        if self.value_of(one) == 1.0:
-            return other if kind == "add" else self.add("neg", other)
-        return one if kind == "add" and self.value_of(other) == 1.0 else None
-
     def _length(self, y: int, x: int) -> int:
         return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))
 
@@ -330,10 +136,7 @@ class Flow:
 
     def selected(self, condition: int, one: int, other: int) -> int:
         """A selection; of two directions it is one, of the selected point."""
-        alike = self._alike(condition, self.nodes[one], self.nodes[other])
-        if alike is not None:
-            return alike
-        node = self.node("where", condition, one, other)
+        node = super().selected(condition, one, other)
         first, second = self._directions.get(one), self._directions.get(other)
         if first and second and first.unit == second.unit and first.length is None is second.length:
             y, x = (
@@ -437,5 +240,57 @@ class Flow:
         return self.add("mul", self.constant(NEAR), self.add("abs", x))
 
 
-_SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
 _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
+
+
+class Numbers:
+    """Evaluates nodes at one set of inputs, each once. ``found`` takes nodes that are known otherwise."""
+
+    def __init__(self, flow: Flow, inputs: Mapping[int, float]) -> None:
+        self.flow, self.inputs = flow, inputs
+        self.found: dict[int, float | bool] = {}
+
+    def __call__(self, node: int) -> float | bool:
+        """The number of a node; nan where an operation has none."""
+        waiting = [node]
+        while waiting:
+            one = waiting[-1]
+            missing = (
+                [] if one in self.found else [o for o in operands(self.flow, one) if o not in self.found]
+            )
+            if not missing:
+                waiting.pop()
+                if one not in self.found:
+                    self.found[one] = self._value(one)
+            waiting += missing
+        return self.found[node]
+
+    def _value(self, node: int) -> float | bool:
+        operation, *rest = self.flow.nodes[node]
+        if operation in LEAVES:
+            return self._leaf(node)
+        try:
+            return self._result(operation, rest, [self.found[one] for one in operands(self.flow, node)])
+        except (ArithmeticError, ValueError):
+            return math.nan
+
+    def _result(
+        self, operation: Operand, rest: Sequence[Operand], numbers: list[float | bool]
+    ) -> float | bool:
+        match operation:
+            case "call":
+                return TABLE[str(rest[0])].value(*numbers)
+            case "sind" | "cosd" | "sin" | "cos":
+                return TABLE[str(operation)].value(*numbers)
+            case "direction" | "directiond":
+                return TABLE["atan2" if operation == "direction" else "atan2d"].value(*numbers)
+            case "finite":
+                return math.isfinite(numbers[0])
+            case "root" | "item":
+                return math.nan
+            case _:
+                return FOLD[str(operation)](*numbers)
+
+    def _leaf(self, node: int) -> float | bool:
+        kind, value, *_ = self.flow.nodes[node]
+        return self.inputs[int(value)] if kind == "input" else value  # type: ignore[return-value]

@@ -1,4 +1,4 @@
-"""Guards: the conditions of rules and their checks, as nodes of a record.
+"""Guards: what a record knows at a place of its steps, and the conditions of rules and their checks as nodes.
 
 Where one of them fails the results do not count, and another record or a full solve has the word.
 """
@@ -8,21 +8,80 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.construct import subtract
-from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Not, Or
+from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol
 from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
 from solver.path.cases import activity, comparisons
 from solver.path.planner import Planner
-from solver.trace.coverage import HARMLESS, covered, steep
-from solver.trace.flow import Flow, NotCompilable
-from solver.trace.rounding import UNIT, Analysis
-from solver.trace.schedule import LEAVES
-from solver.trace.state import STRANGE, Pattern, State, symbol_of
+from solver.trace.flow import Flow
+from solver.trace.graph import LEAVES, NotCompilable
+from solver.trace.rounding import HARMLESS, UNIT, Analysis, covered, steep
+
+CLEAR = 1e-6
+"""Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
+STRANGE = 1e-6
+"""A rule that is missed by more than this, relative to its terms, is broken."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """What is fixed before the numbers: which inputs vary, what the others are, what is wanted."""
+
+    inputs: tuple[str, ...]
+    given: Mapping[str, Value]
+    want: tuple[str, ...]
+    guesses: Mapping[str, float]
+
+
+@dataclass
+class State:
+    """The nodes of the variables that are known, and what must hold for them to count.
+
+    ``settled`` are the rules that hold by the way an unknown was computed, ``used`` the conditions that let
+    in the rules that were solved, ``apart`` pairs of nodes that are required to differ. ``absorbed``: a rule
+    has a number that may be so large beside its variables that floats lose them.
+    """
+
+    values: dict[str, int]
+    symbols: dict[str, str]
+    decided: dict[int, bool]
+    settled: set[int] = field(default_factory=set)
+    used: set[int] = field(default_factory=set)
+    apart: set[frozenset[int]] = field(default_factory=set)
+    checks: list[int] = field(default_factory=list)
+    finite: list[int] = field(default_factory=list)
+    absorbed: bool = False
+
+    def fork(self) -> State:
+        return replace(
+            self,
+            values=dict(self.values),
+            symbols=dict(self.symbols),
+            decided=dict(self.decided),
+            settled=set(self.settled),
+            used=set(self.used),
+            apart=set(self.apart),
+            checks=list(self.checks),
+            finite=list(self.finite),
+        )
+
+
+def symbol_of(expression: Expression, symbols: Mapping[str, str]) -> str | None:
+    """The symbol that an expression is, or that its variable has; None where it is a number."""
+    match expression:
+        case Symbol(name):
+            return name
+        case Name(name):
+            return symbols.get(name)
+        case _:
+            return None
+
 
 LARGEST = 1e300
 _TURNED = ("<=", ">=")

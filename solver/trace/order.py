@@ -2,7 +2,8 @@
 
 ``Ranking`` is written over numbers of any kind; here they are nodes of a program. Of the keys of the answers
 as much is written down as orders them at the sample; where that comes out alike for two of them, another
-record has the word.
+record has the word. Over ranges of numbers the rule says in which the order of the sample is kept: interval
+arithmetic without outward rounding, for the rule counts in millionths, and asks for more than that.
 """
 
 from __future__ import annotations
@@ -11,13 +12,120 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from itertools import combinations, pairwise, starmap
+from itertools import combinations, pairwise, product, starmap
 from typing import Any
 
-from solver.ranking.arithmetic import LEAST, MOST, Arithmetic
 from solver.ranking.ranking import Ranking
-from solver.trace.flow import Flow, NotCompilable
-from solver.trace.ranges import ANY, RANGES, Range, before
+from solver.ranking.sizes import LEAST, MOST, Arithmetic
+from solver.trace.flow import Flow
+from solver.trace.graph import NotCompilable
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Range:
+    """The numbers from ``low`` to ``high``; of what is true or false 1 and 0."""
+
+    low: float
+    high: float
+
+    def __add__(self, other: Any) -> Range:
+        b = range_of(other)
+        return Range(self.low + b.low, self.high + b.high)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Range:
+        return Range(-self.high, -self.low)
+
+    def __sub__(self, other: Any) -> Range:
+        return self + -range_of(other)
+
+    def __rsub__(self, other: Any) -> Range:
+        return range_of(other) - self
+
+    def __mul__(self, other: Any) -> Range:
+        b = range_of(other)
+        ends = [x * y if x and y else 0.0 for x, y in product((self.low, self.high), (b.low, b.high))]
+        return Range(min(ends), max(ends))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Range:
+        b = range_of(other)
+        return self * Range(1.0 / b.high, 1.0 / b.low) if b.low > 0.0 else Range(-math.inf, math.inf)
+
+    def __rtruediv__(self, other: Any) -> Range:
+        return range_of(other) / self
+
+    def __abs__(self) -> Range:
+        least = 0.0 if self.low <= 0.0 <= self.high else min(abs(self.low), abs(self.high))
+        return Range(least, max(abs(self.low), abs(self.high)))
+
+    def __lt__(self, other: Any) -> Range:
+        b = range_of(other)
+        return Range(float(self.high < b.low), float(self.low < b.high))
+
+    def __gt__(self, other: Any) -> Range:
+        return range_of(other).__lt__(self)
+
+    def __le__(self, other: Any) -> Range:
+        b = range_of(other)
+        return Range(float(self.high <= b.low), float(self.low <= b.high))
+
+    def __ge__(self, other: Any) -> Range:
+        return range_of(other).__le__(self)
+
+    def __ne__(self, other: Any) -> Range:  # type: ignore[override]
+        b = range_of(other)
+        apart = self.high < b.low or b.high < self.low
+        return Range(float(apart), float(apart or self.low < self.high or b.low < b.high))
+
+    def __and__(self, other: Any) -> Range:
+        b = range_of(other)
+        return Range(min(self.low, b.low), min(self.high, b.high))
+
+    __rand__ = __and__
+    __hash__ = None  # type: ignore[assignment]
+
+
+ANY = Range(-1e200, 1e200)
+
+
+def range_of(number: Any) -> Range:
+    return number if isinstance(number, Range) else Range(float(number), float(number))
+
+
+def before(one: Sequence[Any], other: Sequence[Any]) -> bool:
+    """Whether one key is less than another wherever the numbers of their ranges are."""
+    for a, b in zip(map(range_of, one), map(range_of, other), strict=True):
+        if a.high < b.low:
+            return True
+        if not a.high <= b.low:
+            return False
+    return False
+
+
+def _largest(values: Sequence[Any]) -> Range:
+    ranges = [range_of(value) for value in values]
+    return Range(max(r.low for r in ranges), max(r.high for r in ranges))
+
+
+def _rounded(value: Any) -> Range:
+    r = range_of(value)
+    return Range(*(float(round(x)) if math.isfinite(x) else x for x in (r.low, r.high)))
+
+
+def _decade(value: Any) -> Range:
+    size = abs(range_of(value))
+    return Range(*(math.log10(min(max(x, LEAST), MOST)) for x in (size.low, size.high)))
+
+
+def _there(value: Any, other: float) -> Any:
+    return other if isinstance(value, float) and math.isnan(value) else value
+
+
+RANGES = Arithmetic(_there, _largest, _rounded, _decade)
+
 
 NOISE = 1e-13
 """Powers and factors below this are what rounding has left of 0."""

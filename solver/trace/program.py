@@ -1,11 +1,19 @@
-"""What a record is: a graph of operations, the results of each answer, and when they count."""
+"""What a record is: a graph of operations, the results of each answer, and when they count.
+
+Conditions that others imply are left out. On arrays the endings are all answers of a row in their order, none
+of them twice; where the order is not known beforehand they are exchanged in pairs by selections (an insertion
+sort without branches, stable as the list is).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from solver.trace.flow import Flow
+from solver.trace.graph import NotCompilable, operands
 from solver.trace.order import UNORDERED, Order
+from solver.trace.simplify import not_negative
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,3 +71,189 @@ def _whole(flow: Flow, condition: int) -> int:
     if kind in ("and", "or", "not", "xor"):
         return flow.add(str(kind), *(_whole(flow, int(part)) for part in parts))
     return condition
+
+
+def trimmed(flow: Flow, ending: Ending) -> Ending:
+    """The same ending with fewer conditions."""
+    zero = flow.constant(0.0)
+    holds = [check for check in ending.holds if not _implied(flow, check, ending.holds, zero)]
+    results = [result for result in ending.results if isinstance(result, int)]
+    needed = computed_from(flow, [*holds, *results]) | flow.always
+    finite, sure = _heads(flow, [node for node in ending.finite if node in needed])
+    holds = [check for check in holds if not _shown(flow, check, sure, zero)]
+    return replace(ending, holds=tuple(holds), finite=tuple(finite))
+
+
+_INHERITING = frozenset({"add", "sub", "mul", "neg", "abs", "sqrt", "sind", "cosd", "sin", "cos"})
+"""Operations that give no finite number where an operand is none."""
+
+
+def _heads(flow: Flow, finite: list[int]) -> tuple[list[int], set[int]]:
+    """Those of some numbers that are finite only where the others are, and all that they are finite with."""
+    heads: list[int] = []
+    sure: set[int] = set()
+    for node in sorted(finite, reverse=True):
+        if node in sure:
+            continue
+        heads.append(node)
+        waiting = [node]
+        while waiting:
+            at = waiting.pop()
+            if at in sure:
+                continue
+            sure.add(at)
+            kind, *parts = flow.nodes[at]
+            if kind in _INHERITING:
+                waiting.extend(int(part) for part in parts)
+            elif kind == "div":
+                waiting.append(int(parts[0]))
+    return heads[::-1], sure
+
+
+def _shown(flow: Flow, check: int, sure: set[int], zero: int) -> bool:
+    """Whether finite numbers show it: x ≠ 0 where one is divided by x, x ≥ 0 where one is its root."""
+    kind, *parts = flow.nodes[check]
+    if kind == "le" and parts[0] == zero:
+        return any(flow.nodes[node] == ("sqrt", parts[1]) for node in sure)
+    if kind != "not" or flow.nodes[int(parts[0])][0] != "eq":
+        return False
+    _, number, other = flow.nodes[int(parts[0])]
+    return other == zero and any(
+        flow.nodes[node][0] == "div" and flow.nodes[node][2] == number for node in sure
+    )
+
+
+def _implied(flow: Flow, check: int, checks: tuple[int, ...], zero: int) -> bool:
+    """Whether other conditions say as much: not (a and b) where not a, a ≠ 0 where |a| > k |b|."""
+    if flow.nodes[check][0] != "not":
+        return False
+    inside = int(flow.nodes[check][1])
+    kind, *parts = flow.nodes[inside]
+    if kind == "and":
+        return any(flow.nodes[other] == ("not", part) for part in parts for other in checks)
+    if kind != "eq" or parts[1] != zero:
+        return False
+    size = flow.add("abs", int(parts[0]))
+    return any(_exceeds_size(flow, other, size) for other in checks)
+
+
+def _exceeds_size(flow: Flow, check: int, size: int) -> bool:
+    """Whether a condition says that ``size`` is more than something that is not negative."""
+    kind, *parts = flow.nodes[check]
+    return kind == "lt" and parts[1] == size and not_negative(flow, int(parts[0]))
+
+
+def computed_from(flow: Flow, wanted: Iterable[int]) -> set[int]:
+    """What the wanted nodes are computed from, themselves included."""
+    found: set[int] = set()
+    waiting = list(wanted)
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found.add(node)
+            waiting.extend(operands(flow, node))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One place of the list of answers, as nodes: the wanted values, and what sorts them."""
+
+    results: tuple[int, ...]
+    order: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class AllAnswers:
+    """``symbols`` (one a wanted name) are the words that a column of symbols has the numbers of, or None.
+
+    ``there`` tells of each place that its values stand at none before it. All of it counts where the node
+    ``holds`` is true; where ``usual`` is, the order is known.
+    """
+
+    places: tuple[Place, ...]
+    there: tuple[int, ...]
+    symbols: tuple[tuple[str, ...] | None, ...]
+    holds: int
+    usual: int
+
+
+def every(program: Program, in_order: bool) -> AllAnswers:
+    """All answers of every row, sorted, or else as they stand.
+
+    Raises NotCompilable where symbols stand beside numbers.
+    """
+    flow, order = program.flow, program.order
+    holds = usual = flow.true
+    symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
+    for ending in program.endings:
+        holds = flow.add("and", holds, counts(flow, ending))
+    places = [Place(_coded(flow, e, symbols)) for e in program.endings]
+    if in_order:
+        for told in order.told:
+            holds = flow.add("and", holds, told)
+        pairs = zip(places, order.keys, strict=True)
+        places = _sorted(flow, [Place(place.results, key) for place, key in pairs])
+    elif order.keys:
+        usual = flow.constant(bool(order.usual))
+        for node, low, high in order.usual:
+            usual = flow.add("and", usual, flow.add("le", flow.constant(low), node))
+            usual = flow.add("and", usual, flow.add("le", node, flow.constant(high)))
+    return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds, usual)
+
+
+def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
+    """The symbols that a wanted variable can be."""
+    words = {result for result in column if isinstance(result, str)}
+    if words and not all(isinstance(result, str) for result in column):
+        raise NotCompilable
+    return tuple(sorted(words)) or None
+
+
+def _coded(flow: Flow, ending: Ending, symbols: tuple[tuple[str, ...] | None, ...]) -> tuple[int, ...]:
+    return tuple(
+        flow.constant(float(words.index(result))) if words and isinstance(result, str) else int(result)
+        for result, words in zip(ending.results, symbols, strict=True)
+    )
+
+
+def _sorted(flow: Flow, places: list[Place]) -> list[Place]:
+    placed: list[Place] = []
+    for place in places:
+        placed.append(place)
+        for at in range(len(placed) - 1, 0, -1):
+            placed[at - 1 : at + 1] = _exchanged(flow, *placed[at - 1 : at + 1])
+    return placed
+
+
+def _exchanged(flow: Flow, one: Place, other: Place) -> tuple[Place, Place]:
+    """Two places in their order."""
+    swap = _less(flow, other.order, one.order)
+
+    def chosen(yes: Place, no: Place) -> Place:
+        pairs = (yes.results, no.results), (yes.order, no.order)
+        return Place(
+            *(tuple(flow.add("where", swap, a, b) for a, b in zip(*pair, strict=True)) for pair in pairs)
+        )
+
+    return chosen(other, one), chosen(one, other)
+
+
+def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
+    """Lexicographic order."""
+    less = flow.false
+    for a, b in reversed(list(zip(one, other, strict=True))):
+        less = flow.add("or", flow.add("lt", a, b), flow.add("and", flow.add("eq", a, b), less))
+    return less
+
+
+def _once(flow: Flow, places: list[Place]) -> Iterator[int]:
+    """Of each place the node that is true where its values stand at none before it."""
+    for at, place in enumerate(places):
+        there = flow.true
+        for before in places[:at]:
+            same = flow.true
+            for pair in zip(before.results, place.results, strict=True):
+                same = flow.add("and", same, flow.add("eq", *pair))
+            there = flow.add("and", there, flow.add("not", same))
+        yield there

@@ -23,17 +23,15 @@ from solver.path.planner import Planner
 from solver.path.steps import Decide, Evaluate, Select, SolveBlock, Step
 from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Leaf
-from solver.trace.closed_forms import ClosedForms
-from solver.trace.flow import NotCompilable
+from solver.trace.flow import Numbers
+from solver.trace.graph import NotCompilable, operands
+from solver.trace.guards import Pattern, State
+from solver.trace.inverses import ClosedForms
 from solver.trace.newton import BlockNewton
-from solver.trace.numbers import Numbers
 from solver.trace.order import Order
 from solver.trace.order import order as order_of
-from solver.trace.program import Ending, Program
+from solver.trace.program import Ending, Program, computed_from, trimmed
 from solver.trace.rounding import apart_from_edges
-from solver.trace.schedule import operands
-from solver.trace.state import Pattern, State
-from solver.trace.trim import computed_from, trimmed
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""

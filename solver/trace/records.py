@@ -3,25 +3,166 @@
 A record is good for every row that decides as the row it was made from. It is tried on the rows that are
 left, and what it does not settle is for the next one; for a row that none settles a full solve has the word,
 and a new record may be made of it. A record that does not return what it was made from is not used.
+
+A refusal is a record of a row without an answer: every row that comes to the same step by the same decisions
+and asks the same impossible thing of it, clearly, is infeasible as well, whatever a full solve does after it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import reduce
 from typing import Any
 
 from rulesheets.model import Model, Value
+from solver.facts import Fact, NoRoot, NoValue, OutOfRange
+from solver.kernel.code.block import kernel_of
+from solver.path.cases import activity
+from solver.path.closed_form import Circle, Let, Parabola
 from solver.path.planner import Planner
+from solver.path.steps import SolveBlock
 from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Exploration, Leaf
-from solver.trace.flow import NotCompilable
-from solver.trace.program import Program
+from solver.trace.graph import NotCompilable
+from solver.trace.guards import CLEAR, Pattern, State
+from solver.trace.program import Ending, Program
 from solver.trace.python import compile_scalar
-from solver.trace.record import record
-from solver.trace.refusal import refusal
-from solver.trace.state import Pattern
+from solver.trace.record import Recording, record
+
+BEYOND = 1e-6
+"""How far outside of an image, relative to the numbers around, a target is refused without a second look."""
+
+
+def refusal(model: Model, planner: Planner, pattern: Pattern, found: Exploration) -> Program:
+    """The program whose one ending holds where a row is refused as this one was.
+
+    Raises NotCompilable where more than one step without a value was the reason.
+    """
+    ends = (*found.leaves, *found.adrift)
+    if len(ends) != 1 or found.dead:
+        raise NotCompilable
+    branch = ends[0].branch
+    known = [e for e in model.equations if all(name in branch.values for name in e.names)]
+    active = [e.index for e in known if activity(e, branch.conditions)]
+    if branch.assumed or not branch.settled.issuperset(active):
+        raise NotCompilable
+    return Refusal(model, planner, pattern, ends, plain=False).refused()
+
+
+class Refusal(Recording):
+    """Follows the steps of a leaf to the one that it has no value for."""
+
+    def refused(self) -> Program:
+        start, symbols = self._start()
+        (leaf,) = self.leaves
+        facts = {id(fact): fact for fact in leaf.branch.void.values()}
+        if len(facts) != 1:
+            raise NotCompilable
+        leaf.branch.void = {}
+        ((_, fact),) = facts.items()
+        state = self._on(self._steps(start, leaf))
+        self.flow.require(self._impossible(state, fact, leaf))
+        self.endings.append(Ending((), tuple(state.checks), tuple(state.finite)))
+        self._keep_usual()
+        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols)
+
+    def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
+        match fact:
+            case NoValue(equation, unknown, _, False):
+                self._use(state, (equation,))
+                return self._no_value(state, equation, unknown)
+            case NoRoot(equations, unknowns, True):
+                self._use(state, equations)
+                steps = (step for step in leaf.branch.attempts if step.equations == equations)
+                return self._no_root(state, next(steps, None) or SolveBlock(equations, unknowns, ()))
+            case OutOfRange(equation, unknown):
+                self._use(state, (equation,))
+                return self._out_of_range(state, equation, unknown)
+        raise NotCompilable
+
+    def _no_value(self, state: State, equation: int, unknown: str) -> int:
+        """A target clearly outside of the image of the operation that is undone."""
+        flow = self.flow
+        isolation = self._isolation(equation, unknown)
+        if isolation.quadratic is not None:
+            raise NotCompilable
+        target = self._expression(state, isolation.start)
+        for stage in isolation.stages:
+            if stage.low > -math.inf or stage.high < math.inf:
+                margin = flow.add("mul", flow.constant(BEYOND), self._size(state, equation))
+                low, high = flow.constant(max(stage.low, -1e300)), flow.constant(min(stage.high, 1e300))
+                below = flow.add("lt", flow.add("add", target, margin), low)
+                above = flow.add("lt", flow.add("add", high, margin), target)
+                return flow.add("or", below, above)
+            target, *others = self._undone(state, stage, target)
+            if others:
+                raise NotCompilable
+        raise NotCompilable
+
+    def _size(self, state: State, equation: int) -> int:
+        """The square of the largest number of a rule, or 1: what a target's rounding goes by."""
+        flow = self.flow
+        largest = flow.constant(1.0)
+        for name in self.model.equations[equation].names:
+            if name in state.values:
+                size = flow.add("abs", state.values[name])
+                largest = flow.add("where", flow.add("lt", largest, size), size, largest)
+        return flow.add("mul", largest, largest)
+
+    def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
+        """The only value is clearly beyond an end of the range."""
+        flow, variable = self.flow, self.model.variables[unknown]
+        node, *others = self._preimages(state, self._isolation(equation, unknown))
+        if others:
+            raise NotCompilable
+        margin = flow.add("mul", flow.constant(BEYOND), self._size(state, equation))
+        below = flow.add("lt", flow.add("add", node, margin), flow.constant(variable.low))
+        above = flow.add("lt", flow.add("add", flow.constant(variable.high), margin), node)
+        return flow.add("or", below, above)
+
+    def _no_root(self, state: State, step: SolveBlock) -> int:
+        """A discriminant clearly negative, or only candidates that need the root of a negative number."""
+        try:
+            return self._no_discriminant(state, step)
+        except NotCompilable:
+            return reduce(
+                lambda one, other: self.flow.add("and", one, other),
+                self._every_out(state, step),
+                self.flow.true,
+            )
+
+    def _no_discriminant(self, state: State, step: SolveBlock) -> int:
+        form = kernel_of(self.graph, step).closed
+        letters = dict(state.values)
+        for formula in form.formulas if form is not None else ():
+            match formula:
+                case Let(name):
+                    letters[name] = self._let(letters, formula)
+                case Parabola(_, a, b, c):
+                    return self._clearly_less(*self._discriminant(*self._coefficients(letters, a, b, c)))
+                case Circle(_, _, a, b, k, radius):
+                    return self._clearly_less(*self._reach(*self._coefficients(letters, a, b, k, radius)))
+        raise NotCompilable
+
+    def _clearly_less(self, one: int, other: int) -> int:
+        flow = self.flow
+        size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
+        less = flow.add("lt", flow.add("add", one, flow.add("mul", flow.constant(CLEAR), size)), other)
+        if self._numbers(less) is not True:
+            raise NotCompilable
+        return less
+
+    def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
+        """Of each candidate that a check of it fails which failed at the sample."""
+        for one, _ in self._candidates(state, step):
+            failing = [c for c in one.checks[len(state.checks) :] if self._numbers(c) is False]
+            if not failing:
+                raise NotCompilable
+            yield self.flow.add("not", failing[0])
+        self._on(state)
+
 
 MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from solver.trace.flow import Flow
+from solver.trace.graph import Graph
 
 
-def _negative(flow: Flow, a: int) -> int | None:
+def _negative(flow: Graph, a: int) -> int | None:
     kind, *parts = flow.nodes[a]
     if kind == "neg":
         return int(parts[0])
@@ -18,7 +16,7 @@ def _negative(flow: Flow, a: int) -> int | None:
     return None if number is None else flow.add("mul", flow.constant(-number[0]), number[1])
 
 
-def _add(flow: Flow, a: int, b: int) -> int | None:
+def _add(flow: Graph, a: int, b: int) -> int | None:
     if flow.value_of(a) == 0.0:
         return b
     if flow.value_of(b) == 0.0:
@@ -40,7 +38,7 @@ def _add(flow: Flow, a: int, b: int) -> int | None:
     return None
 
 
-def _subtract(flow: Flow, a: int, b: int) -> int | None:
+def _subtract(flow: Graph, a: int, b: int) -> int | None:
     if a == b:
         return flow.constant(0.0)
     if flow.value_of(b) == 0.0:
@@ -64,7 +62,7 @@ def _subtract(flow: Flow, a: int, b: int) -> int | None:
     return flow.node("neg", flow.node("sub", b, a)) if b < a else None
 
 
-def _growth(flow: Flow, power: int) -> int | None:
+def _growth(flow: Graph, power: int) -> int | None:
     """``(1 + x)^n - 1`` without the cancellation that leaves nothing of it for a small x."""
     if flow.plain or flow.nodes[power][0] != "pow":
         return None
@@ -73,7 +71,7 @@ def _growth(flow: Flow, power: int) -> int | None:
     return None if x is None else flow.add("expm1", flow.add("mul", exponent, flow.add("log1p", x)))
 
 
-def not_negative(flow: Flow, node: int) -> bool:
+def not_negative(flow: Graph, node: int) -> bool:
     """Whether a node cannot be less than zero."""
     kind, *parts = flow.nodes[node]
     if kind == "const":
@@ -87,7 +85,7 @@ def not_negative(flow: Flow, node: int) -> bool:
     return kind in ("mul", "add") and all(not_negative(flow, int(part)) for part in parts)
 
 
-def _at_most(flow: Flow, a: int, b: int) -> int | None:
+def _at_most(flow: Graph, a: int, b: int) -> int | None:
     """A number is at most itself and something that is not negative, if they are numbers."""
     kind, *parts = flow.nodes[b]
     if kind == "add" and a in parts:
@@ -98,10 +96,10 @@ def _at_most(flow: Flow, a: int, b: int) -> int | None:
     return _ordered("le")(flow, a, b)
 
 
-def _ordered(operation: str) -> Callable[[Flow, int, int], int | None]:
+def _ordered(operation: str) -> Callable[[Graph, int, int], int | None]:
     """A comparison with zero of what has the sign of something simpler, or the opposite one."""
 
-    def simple(flow: Flow, a: int, b: int) -> int | None:
+    def simple(flow: Graph, a: int, b: int) -> int | None:
         for zero, other, turned in ((b, a, False), (a, b, True)):
             if flow.value_of(zero) != 0.0:
                 continue
@@ -117,7 +115,7 @@ def _ordered(operation: str) -> Callable[[Flow, int, int], int | None]:
     return simple
 
 
-def _cancelled(flow: Flow, a: int, b: int) -> int | None:
+def _cancelled(flow: Graph, a: int, b: int) -> int | None:
     """``(x + y) - y`` and its like: what was added and is taken away again is not rounded twice."""
     if flow.plain or flow.reported:
         return None
@@ -132,13 +130,13 @@ def _cancelled(flow: Flow, a: int, b: int) -> int | None:
     return _left(flow, int(parts[1]), a) if kind == "sub" and parts[0] == a else None
 
 
-def _left(flow: Flow, number: int, beside: int) -> int:
+def _left(flow: Graph, number: int, beside: int) -> int:
     """What is left of a sum when the other term is taken away again, and a note of that."""
     flow.taken_away.append((number, beside))
     return number
 
 
-def _equal(flow: Flow, a: int, b: int) -> int | None:
+def _equal(flow: Graph, a: int, b: int) -> int | None:
     """What is zero: a quotient where its dividend is, a product with a number where its other factor is."""
     if a == b:
         return flow.true
@@ -156,7 +154,7 @@ def _equal(flow: Flow, a: int, b: int) -> int | None:
     return None
 
 
-def _multiply(flow: Flow, a: int, b: int) -> int | None:
+def _multiply(flow: Graph, a: int, b: int) -> int | None:
     for one, other in ((a, b), (b, a)):
         match flow.value_of(one):
             case 0.0:
@@ -181,7 +179,7 @@ def _multiply(flow: Flow, a: int, b: int) -> int | None:
     return flow.node("mul", b, a) if b < a else None
 
 
-def _square(flow: Flow, a: int) -> int | None:
+def _square(flow: Graph, a: int) -> int | None:
     """The square of a root, of a number of roots, of a number whose sign was chosen."""
     kind, *parts = flow.nodes[a]
     if kind == "neg":
@@ -206,7 +204,7 @@ def _square(flow: Flow, a: int) -> int | None:
     return None
 
 
-def _size(flow: Flow, node: int) -> float | None:
+def _size(flow: Graph, node: int) -> float | None:
     """The absolute value of a number, or of two that a selection is between."""
     kind, *parts = flow.nodes[node]
     values = [flow.value_of(int(part)) for part in parts[1:]] if kind == "where" else [flow.value_of(node)]
@@ -214,7 +212,7 @@ def _size(flow: Flow, node: int) -> float | None:
     return sizes.pop() if len(sizes) == 1 else None
 
 
-def _divide(flow: Flow, a: int, b: int) -> int | None:
+def _divide(flow: Graph, a: int, b: int) -> int | None:
     if flow.value_of(b) == 1.0:
         return a
     if flow.value_of(b) == -1.0:
@@ -234,7 +232,7 @@ def _divide(flow: Flow, a: int, b: int) -> int | None:
     return None
 
 
-def _both(flow: Flow, a: int, b: int) -> int | None:
+def _both(flow: Graph, a: int, b: int) -> int | None:
     if flow.false in (a, b):
         return flow.false
     if a == flow.true or a == b:
@@ -242,7 +240,7 @@ def _both(flow: Flow, a: int, b: int) -> int | None:
     return a if b == flow.true else None
 
 
-def _either(flow: Flow, a: int, b: int) -> int | None:
+def _either(flow: Graph, a: int, b: int) -> int | None:
     if flow.true in (a, b):
         return flow.true
     if a == flow.false or a == b:
@@ -252,7 +250,7 @@ def _either(flow: Flow, a: int, b: int) -> int | None:
     return _alike(flow, a, b)
 
 
-def _alike(flow: Flow, a: int, b: int) -> int | None:
+def _alike(flow: Graph, a: int, b: int) -> int | None:
     """``p and q, or neither`` is whether p and q are the same."""
     if not flow.nodes[a][0] == flow.nodes[b][0] == "and":
         return None
@@ -263,7 +261,7 @@ def _alike(flow: Flow, a: int, b: int) -> int | None:
     return flow.add("not", flow.add("xor", p, q))
 
 
-def _differ(flow: Flow, a: int, b: int) -> int | None:
+def _differ(flow: Graph, a: int, b: int) -> int | None:
     if a == b:
         return flow.false
     for one, other in ((a, b), (b, a)):
@@ -276,11 +274,11 @@ def _differ(flow: Flow, a: int, b: int) -> int | None:
     return flow.node("xor", b, a) if b < a else None
 
 
-def _opposite(flow: Flow, a: int) -> int | None:
+def _opposite(flow: Graph, a: int) -> int | None:
     return int(flow.nodes[a][1]) if flow.nodes[a][0] == "not" else None
 
 
-def _where(flow: Flow, c: int, a: int, b: int) -> int | None:
+def _where(flow: Graph, c: int, a: int, b: int) -> int | None:
     if c == flow.true or a == b:
         return a
     if flow.nodes[c][0] == "not":
@@ -288,14 +286,14 @@ def _where(flow: Flow, c: int, a: int, b: int) -> int | None:
     return b if c == flow.false else flow.selected(c, a, b)
 
 
-def _absolute(flow: Flow, a: int) -> int | None:
+def _absolute(flow: Graph, a: int) -> int | None:
     node = flow.nodes[a]
     if node[0] == "neg":
         return flow.add("abs", int(node[1]))
     return a if not_negative(flow, a) else None
 
 
-def _larger(flow: Flow, a: int, b: int) -> int | None:
+def _larger(flow: Graph, a: int, b: int) -> int | None:
     if a == b:
         return a
     for one, other in ((a, b), (b, a)):

@@ -16,7 +16,7 @@ from solver.kernel.code.chain import Chain
 from solver.kernel.code.scalar import Emitter
 from solver.numerics.multistart import Array
 from solver.path.smooth import smooth
-from solver.ranking.homogeneity import Scalings
+from solver.ranking.sizes import Scalings
 
 if TYPE_CHECKING:
     from solver.kernel.code.block import BlockKernel

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import rulesheets
-from solver.ranking.homogeneity import Scalings
+from solver.ranking.sizes import Scalings
 
 
 def scalings(*rules: str) -> Scalings:

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from solver.result import CODES
-from solver.trace.answer_rows import AnswerKernel
-from solver.trace.flow import Flow, NotCompilable
+from solver.trace.flow import Flow
+from solver.trace.graph import NotCompilable
 from solver.trace.order import Order
 from solver.trace.program import Ending, Program
 from solver.trace.python import compile_scalar
+from solver.trace.rows import AnswerKernel
 
 MODELS = Path(__file__).parents[3] / "models"
 FEW = st.integers(-2, 2).map(float)

@@ -18,12 +18,11 @@ from rulesheets.functions.degrees import atan2d, cosd, sind
 from rulesheets.model import Model
 from rulesheets.syntax import nodes
 from solver.plan import Plan
-from solver.trace.angles import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
-from solver.trace.answer_rows import AnswerKernel
-from solver.trace.arrays import ArrayKernel
-from solver.trace.circular import SineAndCosine
+from solver.trace.arrays import ArrayKernel, SineAndCosine
 from solver.trace.flow import Flow
 from solver.trace.llvm import NativeKernel, available
+from solver.trace.python import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
+from solver.trace.rows import AnswerKernel
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))

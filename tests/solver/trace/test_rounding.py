@@ -22,9 +22,9 @@ from solver.path.isolate import isolate
 from solver.result import CODES
 from solver.solution.explore import planner
 from solver.trace.arrays import ArrayKernel
-from solver.trace.coverage import covered, inverted
-from solver.trace.flow import Flow, NotCompilable
-from solver.trace.rounding import Analysis
+from solver.trace.flow import Flow
+from solver.trace.graph import NotCompilable
+from solver.trace.rounding import Analysis, covered, inverted
 
 UNIT = 2.0**-52
 DIGITS = 640

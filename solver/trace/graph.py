@@ -1,0 +1,361 @@
+"""A straight-line program as a graph: every operation once, constants folded.
+
+Nodes are numbered in the order in which they can be computed, and equal operations are one node. A constant
+that was computed comes with a bound on its error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, TypeAlias
+
+Operand: TypeAlias = int | float | str
+Node: TypeAlias = tuple[Operand, ...]
+"""An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
+far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` is its
+second operand, which may be dear to compute: true where the first is true."""
+
+TOLERANCE = 16.0 * 2.0**-52
+
+
+class NotCompilable(Exception):
+    """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
+
+
+UNIT = 2.0**-52
+SMALLEST = math.ulp(0.0)
+LIBRARY = 4.0
+"""Units in the last place that a function of the library may be off by."""
+WIDE = 2.0**16
+_ROUNDED = frozenset({"add", "sub", "mul", "div", "sqrt"})
+_EXACT = frozenset({"neg", "abs", "rint", "where", "max", "sooner"})
+
+
+_SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
+LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner"})
+LEAVES = frozenset({"const", "input"})
+SELECTORS = frozenset({"call", "root", "item"})
+"""Operations whose first operand is no node."""
+
+
+FOLD: dict[str, Callable[..., float | bool]] = {
+    "neg": lambda a: -a,
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "sqrt": math.sqrt,
+    "abs": abs,
+    "rint": lambda a: float(round(a)),
+    "pow": math.pow,
+    "expm1": math.expm1,
+    "log1p": math.log1p,
+    "lt": lambda a, b: a < b,
+    "le": lambda a, b: a <= b,
+    "eq": lambda a, b: a == b,
+    "near": lambda a, b: abs(a - b) <= TOLERANCE * max(abs(a), abs(b)),
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "not": lambda a: not a,
+    "xor": lambda a, b: a is not b,
+    "where": lambda c, a, b: a if c else b,
+    "max": max,
+    "sooner": lambda sooner, whole: whole,
+}
+
+
+class Finder(Protocol):
+    """Roots of a block as a function of known numbers: one, or (``several``) one for each unknown.
+
+    ``scalar`` raises ValueError and ``array`` (n,), or (unknowns, n), has nan where there is none.
+    """
+
+    several: bool
+
+    def scalar(self, *known: float) -> Any: ...
+
+    def array(self, *known: Any) -> Any: ...
+
+
+class Graph:
+    """Operations, and what must hold for them to count.
+
+    ``plain``: as the rules are written, without what leaves special directions out or is more exact than the
+    rules are in floats (``cosd(theta + 90)`` for a small ``theta``). ``rules`` simplify an operation by what
+    its operands are; None where it stays itself.
+    """
+
+    rules: ClassVar[Mapping[str, Callable[..., int | None]]] = {}
+
+    def __init__(self, plain: bool = False) -> None:
+        self.plain = plain
+        self.reported = False
+        """Whether numbers are taken for what they are rounded to, not for what they were computed from."""
+        self.nodes: list[Node] = []
+        self.checks: list[int] = []
+        self.finite: list[int] = []
+        self.finders: list[Finder] = []
+        self.always: set[int] = set()
+        self.taken_away: list[tuple[int, int]] = []
+        """What was left of a sum that another number was taken away from, and that number."""
+        self._numbers: dict[Node, int] = {}
+        self.true = self.constant(True)
+        self.false = self.constant(False)
+
+    def constant(self, value: float | bool) -> int:
+        return self.node("const", value if isinstance(value, bool) else float(value))
+
+    def input(self, place: int) -> int:
+        return self.node("input", place)
+
+    def number(self, *node: Operand) -> int | None:
+        """The number of an operation that is there already."""
+        return self._numbers.get(node)
+
+    def off(self, node: int) -> float:
+        """How far a constant that was computed may be from the number that it stands for."""
+        return float(self.nodes[node][2]) if len(self.nodes[node]) > 2 else 0.0
+
+    def value_of(self, node: int) -> float | bool | None:
+        """The value of a constant node."""
+        kind = self.nodes[node]
+        return kind[1] if kind[0] == "const" else None  # type: ignore[return-value]
+
+    def add(self, operation: str, *operands: int) -> int:
+        """The node of an operation, simplified."""
+        folded = self._folded(operation, operands)
+        if folded is not None:
+            return folded
+        simple = self.rules.get(operation)
+        if simple is not None:
+            found = simple(self, *operands)
+            if found is not None:
+                return found
+        return self.node(operation, *operands)
+
+    def node(self, *node: Operand) -> int:
+        """The number of an operation as it is, unsimplified."""
+        key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
+        number = self._numbers.get(key)
+        if number is None:
+            number = len(self.nodes)
+            self.nodes.append(node)
+            self._numbers[key] = number
+        return number
+
+    def _folded(self, operation: str, operands: tuple[int, ...]) -> int | None:
+        values = [self.value_of(operand) for operand in operands]
+        if any(value is None for value in values):
+            return None
+        try:
+            result = FOLD[operation](*values)
+        except (ArithmeticError, ValueError):
+            raise NotCompilable from None
+        return self._computed(FOLD[operation], result, operands, operation)
+
+    def _computed(
+        self, function: Callable[..., float | bool], result: float | bool, operands: Iterable[int], name: str
+    ) -> int:
+        """The constant that an operation on constants comes to, and how far it may be off."""
+        if isinstance(result, bool):
+            return self.constant(result)
+        known = [(float(self.nodes[operand][1]), self.off(operand)) for operand in operands]
+        off = folded_error(function, name, result, known)
+        return self.node("const", float(result), off) if off else self.constant(result)
+
+    def factor(self, node: int) -> tuple[float, int] | None:
+        """The number and the other factor of a product with a number."""
+        kind, *parts = self.nodes[node]
+        if kind == "mul":
+            for one, other in ((0, 1), (1, 0)):
+                value = self.value_of(int(parts[one]))
+                if isinstance(value, float):
+                    return value, int(parts[other])
+        return None
+
+    def require(self, condition: int) -> None:
+        """A condition that must hold for the results to count."""
+        if condition != self.true and condition not in self.checks:
+            self.checks.append(condition)
+
+    def bound(self, number: int) -> None:
+        """A number that must be finite, because what is computed from it could hide that it is not."""
+        if self.value_of(number) is None and number not in self.finite:
+            self.finite.append(number)
+
+    def firm(self, number: int) -> None:
+        """A number that must be finite, whether the results read it or not."""
+        self.bound(number)
+        self.always.add(number)
+
+    @contextmanager
+    def only_if(self, condition: int) -> Iterator[None]:
+        """What is required inside is required where the condition holds."""
+        outside, self.checks = self.checks, []
+        yield
+        inside, self.checks = self.checks, outside
+        for check in inside:
+            self.require(self.add("or", self.add("not", condition), check))
+
+    @contextmanager
+    def as_reported(self) -> Iterator[None]:
+        """What is added inside reads the numbers that are reported."""
+        self.reported = True
+        yield
+        self.reported = False
+
+    def beside_one(self, node: int) -> int | None:
+        """What is added to 1, where a node is such a sum."""
+        kind, *parts = self.nodes[node]
+        if self.plain or kind not in ("add", "sub"):
+            return None
+        one, other = (int(part) for part in parts)
+        if self.value_of(one) == 1.0:
+            return other if kind == "add" else self.add("neg", other)
+        return one if kind == "add" and self.value_of(other) == 1.0 else None
+
+    def selected(self, condition: int, one: int, other: int) -> int:
+        """A selection between two nodes, or between the only operands in which they differ."""
+        alike = self._alike(condition, self.nodes[one], self.nodes[other])
+        return self.node("where", condition, one, other) if alike is None else alike
+
+    def _alike(self, condition: int, one: Node, other: Node) -> int | None:
+        """A selection between the same operation on operands of which only one differs: of that one."""
+        if one[0] != other[0] or one[0] not in _SELECTABLE:
+            return None
+        differ = [place for place in range(1, len(one)) if one[place] != other[place]]
+        if len(differ) != 1:
+            return None
+        (place,) = differ
+        operands = [int(o) for o in one[1:]]
+        operands[place - 1] = self.add("where", condition, int(one[place]), int(other[place]))
+        return self.add(str(one[0]), *operands)
+
+
+# --- constants that were computed ---
+
+
+def folded_error(
+    function: Callable[..., float | bool], name: str, result: float, operands: Sequence[tuple[float, float]]
+) -> float:
+    """The error bound of ``result``, the value of a function of operands (value, error bound of it)."""
+    values = [value for value, _ in operands]
+    exact = name in _EXACT or _is_exact(name, result, values)
+    total = 0.0 if exact else max(abs(result) * UNIT, SMALLEST)  # what is below floats is rounded to one
+    if name not in _ROUNDED:
+        total *= LIBRARY
+    for place, (value, off) in enumerate(operands):
+        if off:
+            total += _moved(function, values, place, value, off, result)
+    return total
+
+
+def _moved(
+    function: Callable[..., float | bool],
+    values: Sequence[float],
+    place: int,
+    value: float,
+    off: float,
+    result: float,
+) -> float:
+    """How far the result moves with one operand, to first order: by a larger move than rounding can hide."""
+    moved = 0.0
+    for near in (value - WIDE * off, value + WIDE * off):
+        try:
+            found = function(*values[:place], near, *values[place + 1 :])
+        except (ArithmeticError, ValueError):
+            return math.inf
+        moved = max(moved, abs(found - result))
+    return moved / WIDE * 1.01
+
+
+def _is_exact(name: str, result: float, values: Sequence[float]) -> bool:
+    """Whether an operation on exact numbers was exact."""
+    if name not in _ROUNDED or not all(map(math.isfinite, (result, *values))):
+        return False
+    above, below = result.as_integer_ratio()
+    (a, b), *others = (float(value).as_integer_ratio() for value in values)
+    if name == "sqrt":
+        return above * above * b == a * below * below
+    ((c, d),) = others
+    if name == "div":
+        return above * b * c == a * d * below
+    if name == "mul":
+        return above * b * d == a * c * below
+    c = c if name == "add" else -c
+    return above * b * d == (a * d + c * b) * below
+
+
+# --- the operations that some results need, in order ---
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """``order`` lists the nodes to compute; ``last`` is the place in it after which a node is not read."""
+
+    order: tuple[int, ...]
+    last: dict[int, int]
+
+
+def operands(flow: Graph, node: int) -> tuple[int, ...]:
+    """The nodes that a node reads."""
+    operation, *rest = flow.nodes[node]
+    if operation in LEAVES:
+        return ()
+    return tuple(int(o) for o in (rest[1:] if operation in SELECTORS else rest))
+
+
+def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
+    """Depth first from the wanted nodes, so that what is computed is soon read.
+
+    The sine and the cosine of one angle stand side by side.
+    """
+    order: list[int] = []
+    placed: set[int] = set()
+    partner = _partners(flow, wanted)
+
+    def place(node: int) -> None:
+        stack = [(node, False)]
+        while stack:
+            at, ready = stack.pop()
+            if at in placed or flow.nodes[at][0] in LEAVES:
+                continue
+            if ready:
+                placed.add(at)
+                order.append(at)
+                if at in partner and partner[at] not in placed:
+                    placed.add(partner[at])
+                    order.append(partner[at])
+                continue
+            stack.append((at, True))
+            stack.extend((o, False) for o in reversed(operands(flow, at)))
+
+    for node in wanted:
+        place(node)
+    last = {node: place for place, node in enumerate(order)}
+    for at, node in enumerate(order):
+        for operand in operands(flow, node):
+            last[operand] = at
+    for node in wanted:
+        last[node] = len(order)
+    return Schedule(tuple(order), last)
+
+
+def _partners(flow: Graph, wanted: Sequence[int]) -> dict[int, int]:
+    needed: set[int] = set()
+    waiting = list(wanted)
+    while waiting:
+        node = waiting.pop()
+        if node not in needed:
+            needed.add(node)
+            waiting.extend(operands(flow, node))
+    by_angle: dict[int, dict[str, int]] = {}
+    for node in needed:
+        operation, *rest = flow.nodes[node]
+        if operation in ("sind", "cosd"):
+            by_angle.setdefault(int(rest[0]), {})[str(operation)] = node
+    pairs = [tuple(found.values()) for found in by_angle.values() if len(found) == 2]
+    return {one: other for a, b in pairs for one, other in ((a, b), (b, a))}
