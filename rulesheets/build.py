@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from rulesheets.checks import check, check_figures
-from rulesheets.declarations import declared, valued
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.expand import Expansion, expand
+from rulesheets.inputs import declared, valued
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import (
     Call,
@@ -27,8 +27,7 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
 from rulesheets.syntax.source import Span
 from rulesheets.units.library import Library
-from rulesheets.units.quantity import library_of, unit_named
-from rulesheets.units.weights import differences
+from rulesheets.units.quantity import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"[\d.]\[")
 _PI = re.compile("Pi|PI")

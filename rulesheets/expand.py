@@ -1,25 +1,18 @@
-"""Calls expanded: every rule of every call becomes guarded equations under full names.
+"""Sines, cosines and tangents of numbers written as parts of π: ``sin(pi)`` is 0, ``cos(2*pi/3)`` is -0.5.
 
-A call of a rule function stands for the rules of that function with their names bound:
-
-* an argument or a result whose actual is a plain variable *is* that variable;
-* any other actual gets a dotted variable and an equation (``f.a = AO/2``);
-* a parameter is the variable of that name in the calling scope;
-* every other name is local: ``f.name``, in the second call of f ``f#2.name``,
-  in a call inside a call ``f.g.name``.
-
-Equations come rule by rule in source order, those of a call right after the rule that
-calls. Bodies of calls are worked off a stack, so that only the nesting of one rule recurses.
+Floats have no π, so that they make 1.2e-16 of ``sin(pi)``: a coefficient, where a rule has none. What is
+exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 
-from rulesheets.circular import with_round_values
+from rulesheets.functions.floats import cosd, sind, tand
 from rulesheets.model import Equation, Premise, Requirement
-from rulesheets.parse.ranges import ends
+from rulesheets.parse.builder import ends
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -33,16 +26,91 @@ from rulesheets.syntax.nodes import (
     IfRule,
     Inequality,
     Name,
+    Negative,
     Not,
+    Number,
     Or,
+    Product,
+    Quotient,
     RuleBody,
     RuleSheet,
+    Sum,
     children,
     names,
     rebuilt,
 )
 from rulesheets.syntax.program import Program, components, operands, rules_of
 from rulesheets.syntax.source import Source, Span
+
+_DEGREES = {"sin": sind, "cos": cosd, "tan": tand}
+_ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})
+
+
+def with_round_values(expression: Expression) -> Expression:
+    """The expression with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1 put in."""
+    parts = children(expression)
+    if not parts:
+        return expression
+    found: list[Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        found.append(with_round_values(part))  # type: ignore[arg-type]
+    if any(new is not old for new, old in zip(found, parts, strict=True)):
+        expression = rebuilt(expression, tuple(found))
+    if isinstance(expression, Call) and expression.function in _DEGREES:
+        number = _round_value(expression.function, expression.arguments[0])
+        return expression if number is None else Number(number, expression.span)
+    return expression
+
+
+def _round_value(function: str, angle: Expression) -> float | None:
+    share = _share_of_pi(angle)
+    if share is None:
+        return None
+    degrees = 180 * share % 360
+    if degrees.denominator != 1:
+        return None
+    try:
+        value = _DEGREES[function](float(degrees))
+    except ZeroDivisionError:
+        return None
+    return value if value in _ROUND else None
+
+
+def _share_of_pi(angle: Expression) -> Fraction | None:
+    """q where the angle is written as q·π, q a rational number other than 0; else None."""
+    match angle:
+        case Call("pi"):
+            return _rational(Number(1.0))
+        case Negative(operand):
+            share = _share_of_pi(operand)
+            return None if share is None else -share
+        case Sum(terms):
+            shares = [_share_of_pi(term) for term in terms]
+            known = [share for share in shares if share is not None]
+            return sum(known[1:], known[0]) if known and len(known) == len(shares) else None
+        case Product(left, right):
+            for one, other in ((left, right), (right, left)):
+                share, factor = _share_of_pi(one), _rational(other)
+                if share is not None and factor is not None:
+                    return share * factor
+        case Quotient(left, right):
+            share, divisor = _share_of_pi(left), _rational(right)
+            return share / divisor if share is not None and divisor else None
+    return None
+
+
+def _rational(expression: Expression) -> Fraction | None:
+    match expression:
+        case Number(value):
+            return Fraction(value)
+        case Negative(operand):
+            number = _rational(operand)
+            return None if number is None else -number
+        case Quotient(left, right):
+            above, below = _rational(left), _rational(right)
+            return above / below if above is not None and below else None
+    return None
+
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 

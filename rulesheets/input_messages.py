@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rulesheets.diagnosis import Diagnosis, error, labels
+from rulesheets.diagnosis import Diagnosis, error, labels, meant, suggestion
 from rulesheets.model import Model, Variable
-from rulesheets.spelling import meant, suggestion
 from rulesheets.syntax.source import Span
 
 

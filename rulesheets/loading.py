@@ -1,17 +1,331 @@
-"""From a file or a text to a model: read, parsed, checked and expanded."""
+"""From a file or a text, with the files that it uses, to a model."""
 
 from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 
 from rulesheets.build import build
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.checks import messages
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, suggestion
+from rulesheets.functions.registered import run_python
 from rulesheets.model import Model
-from rulesheets.reading import confined, files_read, read_source
-from rulesheets.spelling import suggestion
-from rulesheets.syntax.source import Source, escaped
-from rulesheets.uses import gather, outside
+from rulesheets.parse import parse
+from rulesheets.syntax.nodes import Function, RuleSheet, UnitRow, Use
+from rulesheets.syntax.program import Program, rules_of
+from rulesheets.syntax.source import Source, Span, escaped
+
+ENDING = ".tk"
+"""What the name of a rule sheet ends in."""
+
+_LARGEST = 64 * 2**20
+"""Bytes beyond which a file is not taken for a rule sheet."""
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\\n``.
+
+    Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or no text.
+    """
+    name = os.fspath(path)
+    expect_regular(name)
+    try:
+        with open(name, "rb") as file:
+            data = file.read(_LARGEST + 1)
+    except FileNotFoundError:
+        raise RuleSheetError(error("E301", f"there is no file {name}", notes=near_files(name))) from None
+    except IsADirectoryError:
+        notes = ("name a file in it; a folder is a sheet where it holds a model.tk",)
+        raise RuleSheetError(error("E302", f"{name} is a folder, not a file", notes=notes)) from None
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
+    return Source(name, decoded(name, data))
+
+
+def is_sheet(path: str) -> bool:
+    """Whether a file has the name of a rule sheet, links resolved: of no other is a line ever shown."""
+    return os.path.realpath(path).lower().endswith(ENDING)
+
+
+def confined(path: str, within: str | None) -> bool:
+    """Whether a file lies in the folder ``within``, links resolved. None is the whole file system."""
+    if within is None:
+        return True
+    folder = os.path.realpath(within)
+    return os.path.realpath(path).startswith(os.path.join(folder, ""))
+
+
+def files_read(file: str | None, used: Iterable[Source]) -> tuple[str, ...]:
+    """The paths of a sheet (None: a text in no file) and of the files that it uses."""
+    paths = (*filter(None, [file]), *(source.name for source in used))
+    return tuple(map(os.path.abspath, paths))
+
+
+def near_files(path: str) -> tuple[str, ...]:
+    """The note on a file that is not there: its folder is not either, or holds one that is spelt alike."""
+    folder, name = os.path.split(path)
+    if not os.path.isdir(folder or "."):
+        return (f"there is no folder {folder} either",)
+    ending = os.path.splitext(name)[1]
+    return suggestion(name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending)))
+
+
+def expect_regular(name: str) -> None:
+    """Raise RuleSheetError (E304) for a pipe or a device: reading it may never end."""
+    if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
+        notes = ("a dash in place of the sheet reads it from standard input",)
+        raise RuleSheetError(
+            error("E304", f"{name} cannot be read: it is a pipe or a device, not a file", notes=notes)
+        )
+
+
+def decoded(name: str, data: bytes) -> str:
+    """The text of the bytes of a sheet. Raises RuleSheetError (E303, E305)."""
+    if len(data) > _LARGEST:
+        raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
+    nul = data.find(b"\0")
+    if nul >= 0:
+        raise RuleSheetError(_not_text(name, data, nul))
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as wrong:
+        raise RuleSheetError(_not_text(name, data, wrong.start)) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
+    """Says what the file seems to be, and where the first byte stands that is no text."""
+    readable = data[:place].decode("utf-8", "replace")
+    source = Source(name, readable.replace("\r\n", "\n"))
+    here = Span(source, len(source.text), len(source.text) + 1)
+    if b"\0" in data:
+        return error(
+            "E303",
+            f"{name} is a binary file, not a rule sheet",
+            notes=("a rule sheet is a UTF-8 text file",),
+        )
+    return error(
+        "E303",
+        f"{name} is not UTF-8 text",
+        *([Label(here, f"byte 0x{data[place]:02x} is no character")] if is_sheet(name) else []),
+        notes=("save the sheet in the encoding UTF-8",),
+    )
+
+
+@dataclass(frozen=True)
+class File:
+    """A parsed file: ``key`` tells it from others, ``folder`` is what its ``use`` paths are relative to."""
+
+    key: str
+    shown: str
+    folder: str
+    sheet: RuleSheet
+
+
+def gather(
+    source: Source, folder: str, path: str | None = None, within: str | None = None, python: bool = False
+) -> Program:
+    """Parse a sheet and, each once, the files that it uses directly or through others.
+
+    ``path`` is the file of the sheet itself, None for a text that is in no file; ``within`` the folder
+    that used files must lie in; ``python``: files of Python may be run. Raises RuleSheetError for what
+    cannot be read or parsed, circles and doubly defined functions.
+    """
+    key = os.path.realpath(path) if path else source.name
+    first = File(key, source.name, folder, parsed(source, path))
+    gathering = _Gathering(within, python)
+    gathering.follow(first)
+    if gathering.complaints:
+        raise RuleSheetError(*gathering.complaints)
+    return Program(
+        first.sheet, gathering.functions, tuple(gathering.texts), tuple(gathering.units), tuple(gathering.ran)
+    )
+
+
+@dataclass
+class _Gathering:
+    within: str | None
+    python: bool
+    functions: dict[str, Function] = field(default_factory=dict)
+    complaints: list[Diagnosis] = field(default_factory=list)
+    texts: list[Source] = field(default_factory=list)
+    units: list[UnitRow] = field(default_factory=list)
+    seen: set[str] = field(default_factory=set)
+    ran: list[str] = field(default_factory=list)
+
+    def follow(self, first: File) -> None:
+        """Depth-first over the uses, with a stack, so that no chain of files is too long."""
+        trail = [first]
+        pending = [self.enter(first)]
+        while trail:
+            step = next(pending[-1], None)
+            if step is None:
+                trail.pop()
+                pending.pop()
+                continue
+            file = self.open(*step, trail)
+            if file is not None:
+                trail.append(file)
+                pending.append(self.enter(file))
+
+    def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
+        self.seen.add(file.key)
+        self.units += (row for row in file.sheet.units if isinstance(row, UnitRow))
+        for function in file.sheet.functions:
+            earlier = self.functions.setdefault(function.name.lower(), function)
+            if earlier is not function:
+                self.complaints.append(messages.duplicate_function(function, earlier))
+        for use in file.sheet.uses:
+            if use.python:
+                for path in use.paths:
+                    self.run(path, place_of(path, use), file)
+        uses = (use for use in file.sheet.uses if not use.python)
+        return ((path, place_of(path, use)) for use in uses for path in use.paths)
+
+    def run(self, path: str, place: Span | None, file: File) -> None:
+        """Run a file of Python that registers functions, if that is allowed."""
+        shown = os.path.normpath(os.path.join(file.folder, path))
+        if not self.python:
+            self.complaints.append(_not_allowed(path, place))
+        elif not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+        elif not os.path.exists(shown):
+            self.complaints.append(_missing(path, shown, place))
+        elif shown not in self.ran:
+            self.ran.append(shown)
+            try:
+                run_python(shown)
+            except RuleSheetError as wrong:
+                used = labels((place, "used here"))
+                self.complaints.extend(replace(one, labels=used) for one in wrong.diagnoses)
+
+    def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
+        """The file that a ``use`` names; None where it was read before or cannot be used."""
+        shown = os.path.normpath(os.path.join(trail[-1].folder, path))
+        key = os.path.realpath(shown)
+        if not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+            return None
+        circle = [file.key for file in trail]
+        if key in circle:
+            shown_trail = [file.shown for file in trail[circle.index(key) :]]
+            self.complaints.append(_circle(shown_trail, place))
+            return None
+        if key in self.seen:
+            return None
+        if not os.path.exists(shown):
+            self.complaints.append(_missing(path, shown, place))
+            return None
+        source = _read(shown, place)
+        self.texts.append(source)
+        file = File(key, shown, os.path.dirname(shown), parsed(source, shown))
+        self.complaints.extend(_only_functions(file, path, place))
+        return file
+
+
+def _read(path: str, place: Span | None) -> Source:
+    """The text of a used file; what keeps it from being read is told with the place of the ``use``."""
+    try:
+        return read_source(path)
+    except RuleSheetError as wrong:
+        used = labels((place, "used here"))
+        raise RuleSheetError(
+            *(replace(one, labels=(*one.labels, *used)) for one in wrong.diagnoses)
+        ) from None
+
+
+def parsed(source: Source, path: str | None) -> RuleSheet:
+    """The rule sheet that a text says; ``path`` is its file.
+
+    Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is no rule sheet.
+    """
+    try:
+        return parse(source)
+    except RuleSheetError:
+        if path is None or is_sheet(path):
+            raise
+        raise RuleSheetError(_no_sheet(source.name)) from None
+
+
+def _no_sheet(name: str) -> Diagnosis:
+    note = f"a sheet that ends in {ENDING} is shown where it is wrong"
+    return error("E312", f"{name} is no rule sheet", notes=(note,))
+
+
+def outside(path: str, place: Span | None = None) -> Diagnosis:
+    return error(
+        "E311",
+        f"{path} lies outside the folder that sheets are confined to",
+        *labels((place, "")),
+        notes=("links count as the files that they lead to",),
+    )
+
+
+def place_of(path: str, use: Use) -> Span | None:
+    """Where a ``use`` names the path, quotes included."""
+    if use.span is None:
+        return None
+    start = use.span.text.find(f'"{path}"')
+    if start < 0:
+        return use.span
+    start += use.span.start
+    return Span(use.span.source, start, start + len(path) + 2)
+
+
+def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
+    notes = near_files(shown) or ("paths are relative to the file that names them",)
+    return error(
+        "E306",
+        f"there is no file {path} to use",
+        *labels((place, f"looked for {shown}")),
+        notes=notes,
+    )
+
+
+def _not_allowed(path: str, place: Span | None) -> Diagnosis:
+    return error(
+        "E313",
+        f"the sheet needs the Python file {path}, which is not allowed to run",
+        *labels((place, "named here")),
+        notes=(
+            "a Python file can do anything that you can: read it, and if you trust it, give --allow-python "
+            "(allow_python=True in Python)",
+        ),
+    )
+
+
+def _circle(shown: list[str], place: Span | None) -> Diagnosis:
+    ring = " → ".join(os.path.basename(name) for name in (*shown, shown[0]))
+    message = "a file uses itself" if len(shown) == 1 else "files use each other in a circle"
+    return error(
+        "E307",
+        message,
+        *labels((place, "closes the circle")),
+        notes=(f"the way round: {ring}; move what both need into a file of its own",),
+    )
+
+
+def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
+    rule = next(rules_of(file.sheet), None)
+    figure = next(iter(file.sheet.figures), None)
+    if rule is not None:
+        found, where, label = "rules", rule.span, "a rule outside any function"
+    elif figure is not None:
+        found, where, label = "figures", figure.span, "a figure"
+    elif file.sheet.variables is not None:
+        found, where, label = "a variables section", None, ""
+    else:
+        return
+    yield error(
+        "E308",
+        f"{path} cannot be used: it has {found} of its own",
+        *labels((place, "used here"), (where if is_sheet(file.key) else None, label)),
+        notes=("a used file may hold functions and units only; move them into a file of their own",),
+    )
+
 
 MAIN_SHEET = "model.tk"
 

@@ -8,12 +8,10 @@ from functools import cached_property
 from importlib import import_module
 from typing import TypeAlias
 
-from rulesheets.diagnosis import Diagnosis
-from rulesheets.spelling import plural
+from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.syntax import nodes
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import Library, library
-from rulesheets.units.unit import Unit
+from rulesheets.units.library import Library, Unit, library
 
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""

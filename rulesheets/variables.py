@@ -43,8 +43,8 @@ from rulesheets.inputs import (
     variable_named,
     with_tolerances,
 )
+from rulesheets.loading import read_source
 from rulesheets.model import Model, Tolerance, Value
-from rulesheets.reading import read_source
 from rulesheets.syntax.source import Source, Span
 
 __all__ = [

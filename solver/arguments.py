@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rulesheets.inputs import is_symbol
-from rulesheets.kinds import quantities
-from rulesheets.spelling import meant, plural
+from rulesheets.diagnosis import meant, plural
+from rulesheets.inputs import is_symbol, quantities
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

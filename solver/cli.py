@@ -16,8 +16,7 @@ from importlib.metadata import version
 from typing import NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
-from rulesheets.diagnosis import RuleSheetError, render
-from rulesheets.spelling import closest, suggestion
+from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
 from rulesheets.syntax.source import escaped
 from solver.report.table import screen_of, shown_on
 

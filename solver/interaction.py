@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.model import Model, Value, expect_model
-from solver.files.messages import missing_extra
+from solver.files.replacing import missing_extra
 
 if TYPE_CHECKING:
     from solver.page.widget import Cell

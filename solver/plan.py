@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import TimeIsUp, time_limit
-from rulesheets.diagnosis import Diagnosis
+from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
-from rulesheets.spelling import plural
 from solver.arguments import arguments
 from solver.column import column_of
 from solver.facts import OutOfTime

@@ -60,7 +60,7 @@ class UnknownName(KeyError):
         self.known = tuple(known)
 
     def __str__(self) -> str:
-        from rulesheets.spelling import suggestion
+        from rulesheets.diagnosis import suggestion
 
         name = self.args[0]
         meant = suggestion(name, self.known) if isinstance(name, str) else ()
@@ -171,7 +171,7 @@ class Result:
         return latex
 
     def __repr__(self) -> str:
-        from rulesheets.spelling import plural
+        from rulesheets.diagnosis import plural
 
         known = self.solutions[0] if self.solutions else self.partial
         told = [_told(name, known[name]) for name in self.wanted if name in known and name not in self.inputs]

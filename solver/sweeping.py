@@ -17,7 +17,7 @@ from rulesheets.inputs import variable_named
 from rulesheets.model import Model, Value, expect_model
 from rulesheets.units.quantity import scaling
 from solver.files.columns import joined
-from solver.files.messages import missing_extra
+from solver.files.replacing import missing_extra
 from solver.interruption import Interrupted
 from solver.path.planner import planner
 from solver.plan import Plan, prepare

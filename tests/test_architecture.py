@@ -58,7 +58,7 @@ DOORS = {
     "matplotlib": ("solver.pictures",),
     "rich": ("solver.report.table",),
     "PIL": ("solver.pictures",),
-    "pyarrow": ("solver.files.parquet",),
+    "pyarrow": ("solver.files.columns",),
     "distributed": ("solver.sweeps.cluster",),
     "starlette": ("solver.page.server",),
     "anywidget": ("solver.page.widget",),
@@ -68,8 +68,8 @@ DOORS = {
     "pygments": ("solver.editor.lexer",),
     "lsprotocol": ("solver.editor.server",),
     "llvmlite": ("solver.trace.llvm",),
-    "flint": ("rulesheets.functions",),
-    "mpmath": ("rulesheets.functions", "rulesheets.evaluate"),
+    "flint": ("rulesheets.evaluate",),
+    "mpmath": ("rulesheets.evaluate",),
     "scipy": ("solver.numerics", "solver.structure", "rulesheets.functions"),
 }
 """The rooms through which a heavy dependency may come in."""

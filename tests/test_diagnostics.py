@@ -11,10 +11,9 @@ from pathlib import Path
 import pytest
 
 import rulesheets
-from rulesheets.catalogue import CATALOGUE
-from rulesheets.diagnosis import RuleSheetError, render
+from rulesheets.diagnosis import CATALOGUE, RuleSheetError, render
+from rulesheets.loading import read_source
 from rulesheets.parse import parse
-from rulesheets.reading import read_source
 from rulesheets.units.check import check_units
 
 ROOT = Path(__file__).parent / "diagnostics"

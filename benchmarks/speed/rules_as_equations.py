@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.speed.solvers import fsolve_on
 from rulesheets.evaluate import NotDifferentiable, differentiate, holds
 from rulesheets.model import Model, Value
-from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import subtract
 from solver.kernel.code.scalar import compile_expressions
 from solver.path.steps import Evaluate, Select, SolveBlock, equations_of
 from solver.plan import Plan

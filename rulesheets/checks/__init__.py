@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rulesheets.checks.calls import check_calls, check_nesting, check_recursion, check_size
 from rulesheets.checks.figures import check_figures
 from rulesheets.checks.names import (
+    Scope,
+    check_calls,
     check_declared,
     check_givens,
     check_head,
     check_names,
+    check_nesting,
     check_ranges,
+    check_recursion,
     check_rows,
+    check_size,
     check_symbols,
     check_tuples,
 )
-from rulesheets.checks.scope import Scope
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.syntax.program import Program
 

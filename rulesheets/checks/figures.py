@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from rulesheets.checks import messages
-from rulesheets.checks.calls import check_builtin
-from rulesheets.diagnosis import Diagnosis, error, labels
+from rulesheets.checks.names import check_builtin
+from rulesheets.diagnosis import Diagnosis, error, labels, meant, suggestion
 from rulesheets.marks import PLACES, marks_of, parts
-from rulesheets.spelling import meant, suggestion
 from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
 from rulesheets.syntax.source import Span

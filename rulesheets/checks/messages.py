@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rulesheets.diagnosis import Diagnosis, error, labels
+from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, error, labels, plural, suggestion
 from rulesheets.functions import TABLE
-from rulesheets.spelling import PROPERTIES, WRITE_IN_PYTHON, plural, suggestion
 from rulesheets.syntax.nodes import Call, CallRule, Function
 from rulesheets.syntax.source import Span
 

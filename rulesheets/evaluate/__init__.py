@@ -8,15 +8,17 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rulesheets.evaluate.calculus import NotDifferentiable, differentiate, simplify
-from rulesheets.evaluate.conditions import holds
-from rulesheets.evaluate.enclosure import enclose
-from rulesheets.evaluate.gradient import derivatives, rounded_derivatives
-from rulesheets.evaluate.number import value
-from rulesheets.evaluate.undefined import Undefined
+from rulesheets.evaluate.gradient import (
+    NotDifferentiable,
+    derivatives,
+    differentiate,
+    rounded_derivatives,
+    simplify,
+)
+from rulesheets.evaluate.number import Undefined, enclose, holds, value
 
 if TYPE_CHECKING:
-    from rulesheets.evaluate.precise import extended, extended_derivatives
+    from rulesheets.evaluate.digits import extended, extended_derivatives
 
 __all__ = [
     "NotDifferentiable",
@@ -36,4 +38,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in ("extended", "extended_derivatives"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("rulesheets.evaluate.precise"), name)
+    return getattr(import_module("rulesheets.evaluate.digits"), name)

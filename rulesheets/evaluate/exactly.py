@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import isqrt
 
-from rulesheets.evaluate.arithmetic import Arithmetic
+from rulesheets.evaluate.number import Arithmetic
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 
 LARGEST = 64
@@ -75,7 +75,7 @@ def _root(number: int) -> int:
 def _in_balls(function: str, arguments: list[Fraction]) -> Fraction:
     """What ball arithmetic gives without a radius (the sine of 30 degrees); nothing without the extra."""
     try:
-        from rulesheets.functions.balls import FUNCTIONS, exact_ball, exact_fraction
+        from rulesheets.evaluate.balls import FUNCTIONS, exact_ball, exact_fraction
     except ImportError:
         raise Inexact(function) from None
     number = exact_fraction(FUNCTIONS[function](*map(exact_ball, arguments)))

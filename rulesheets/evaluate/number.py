@@ -1,17 +1,176 @@
-"""The value of an expression in floats."""
+"""Expressions and conditions in floats: values, reasons why there is none, and enclosures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TypeAlias
+from collections.abc import Callable, Collection, Mapping
+from functools import reduce
+from sys import float_info
+from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
-from rulesheets.evaluate.arithmetic import Arithmetic
-from rulesheets.evaluate.undefined import Undefined, number_text
-from rulesheets.functions import TABLE
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Sum
+from rulesheets.functions.intervals import Interval, add, divide, multiply, power, square
+from rulesheets.functions.intervals.forms import unknown
+from rulesheets.functions.row import Forms
+from rulesheets.functions.table import TABLE
+from rulesheets.syntax.nodes import (
+    And,
+    Call,
+    Comparison,
+    Condition,
+    Expression,
+    Given,
+    Name,
+    Negative,
+    Not,
+    Number,
+    Or,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+)
 
-__all__ = ["Floats", "Undefined", "Values", "number_text", "value"]
+
+def number_text(x: float) -> str:
+    """Six digits of x, or all where six would pass it off as a whole number."""
+    text = f"{x:.6g}"
+    return repr(x) if float(text) != x and float(text).is_integer() else text
+
+
+class Undefined(ArithmeticError):
+    """An operation that has no value at its arguments; the text reads ``sqrt of -3.2``.
+
+    ``operation`` is the name of a function, or ``/``, ``^``, ``overflow``, ``symbol``;
+    ``expression`` is the part of the tree that it stands for. ``overflow``: there is a value, that no float
+    holds.
+    """
+
+    def __init__(
+        self, operation: str, arguments: tuple[float, ...], expression: Expression, overflow: bool = False
+    ) -> None:
+        super().__init__(_reading(operation, arguments))
+        self.overflow = overflow or operation == "overflow"
+        self.operation = operation
+        self.arguments = arguments
+        self.expression = expression
+
+    @property
+    def argument(self) -> float:
+        """The argument to blame: the divisor, the base, the first of a function's."""
+        return self.arguments[0]
+
+    @property
+    def hole(self) -> bool:
+        """Whether it divides by 0, be it by a power, or asks for the direction of the origin: a point without
+        a value among points that have one.
+        """
+        return (
+            self.operation == "/"
+            or (self.operation == "^" and self.arguments[0] == 0.0)
+            or (self.operation in TABLE and TABLE[self.operation].direction)
+        )
+
+
+def _reading(operation: str, arguments: tuple[float, ...]) -> str:
+    texts = [number_text(argument) for argument in arguments]
+    match operation:
+        case "/":
+            return f"division by {texts[0]}"
+        case "^":
+            base = f"({texts[0]})" if arguments[0] < 0.0 and arguments[1] != int(arguments[1]) else texts[0]
+            return f"{base}^{texts[1]}"
+        case "overflow":
+            return "a number too large to hold"
+        case "symbol":
+            return "arithmetic with a symbol"
+        case _:
+            return f"{operation} of {texts[0]}" if len(texts) == 1 else f"{operation} of ({', '.join(texts)})"
+
+
+T = TypeVar("T")
+
+
+class Arithmetic(Generic[T]):
+    """The value of an expression in numbers of the type T; ``of`` raises Undefined where it has none."""
+
+    __slots__ = ()
+    operations: ClassVar[dict[type, Callable[..., Any]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        cls.operations = {
+            Number: cls.number,
+            Name: cls.name,
+            Symbol: cls.symbol,
+            Negative: cls.negative,
+            Sum: cls.sum,
+            Product: cls.product,
+            Quotient: cls.quotient,
+            Power: cls.power,
+            Call: cls.call,
+        }
+
+    def of(self, node: Expression) -> T:
+        value: T = self.operations[type(node)](self, node)
+        return value
+
+    # --- what an arithmetic says of its numbers ---
+
+    def number(self, node: Number) -> T:
+        """A number of the sheet, which is taken exactly."""
+        raise NotImplementedError
+
+    def name(self, node: Name) -> T:
+        """A variable. Raises KeyError for one without a value."""
+        raise NotImplementedError
+
+    def divided(self, node: Quotient, above: T, below: T) -> T:
+        raise NotImplementedError
+
+    def raised(self, node: Power, base: T, exponent: T) -> T:
+        raise NotImplementedError
+
+    def applied(self, node: Call, arguments: list[T]) -> T:
+        """The function of a call."""
+        raise NotImplementedError
+
+    # --- the walk ---
+
+    def symbol(self, node: Symbol) -> T:
+        raise Undefined("symbol", (), node)
+
+    def negative(self, node: Negative) -> T:
+        value: T = -self.operations[type(node.operand)](self, node.operand)
+        return value
+
+    def sum(self, node: Sum) -> T:
+        """The terms added left to right."""
+        operations, terms = self.operations, node.terms
+        total: T = operations[type(terms[0])](self, terms[0])
+        for term in terms[1:]:
+            total = total + operations[type(term)](self, term)
+        return total
+
+    def product(self, node: Product) -> T:
+        operations, left, right = self.operations, node.left, node.right
+        value: T = operations[type(left)](self, left) * operations[type(right)](self, right)
+        return value
+
+    def quotient(self, node: Quotient) -> T:
+        operations, left, right = self.operations, node.left, node.right
+        above = operations[type(left)](self, left)
+        return self.divided(node, above, operations[type(right)](self, right))
+
+    def power(self, node: Power) -> T:
+        operations, base, exponent = self.operations, node.base, node.exponent
+        return self.raised(
+            node, operations[type(base)](self, base), operations[type(exponent)](self, exponent)
+        )
+
+    def call(self, node: Call) -> T:
+        operations = self.operations
+        return self.applied(node, [operations[type(item)](self, item) for item in node.arguments])
+
 
 Values: TypeAlias = Mapping[str, float | str]
 """Numbers and symbols by the full names of variables."""
@@ -72,3 +231,146 @@ def value(expression: Expression, values: Values) -> float:
     if result - result != 0.0:
         raise Undefined("overflow", (result,), expression)
     return result
+
+
+_TOLERANCE = 16.0 * float_info.epsilon
+
+
+def equal(left: float, right: float) -> bool:
+    """Equality of floats within the comparison tolerance, 16 eps of the larger."""
+    return abs(left - right) <= _TOLERANCE * max(abs(left), abs(right))
+
+
+Same: TypeAlias = Callable[[Comparison, float, float], bool]
+"""Whether the two sides of a comparison, of these values, are equal."""
+
+
+def _equal_sides(comparison: Comparison, left: float, right: float) -> bool:
+    return equal(left, right)
+
+
+def holds(
+    condition: Condition, values: Values, given: Collection[str] = (), same: Same = _equal_sides
+) -> bool:
+    """Whether ``condition`` is true; ``given`` are the names of the inputs.
+
+    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``), the orders are exact. A symbol
+    equals itself only; compared with anything else every relation but ``<>`` is false.
+    Terms of ``and`` and ``or`` that cannot be evaluated do not matter where another term
+    settles the outcome. Raises KeyError (a variable without a value) or Undefined where
+    the condition cannot be settled.
+    """
+    match condition:
+        case Comparison():
+            return _compare(condition, values, same)
+        case And(terms):
+            return not _any(terms, False, values, given, same)
+        case Or(terms):
+            return _any(terms, True, values, given, same)
+        case Not(term):
+            return not holds(term, values, given, same)
+        case Given():
+            return condition.name in given
+
+
+def meets(comparison: Comparison, values: Values) -> bool:
+    """Whether numbers are as a requirement asks, with the comparison tolerance in every relation.
+
+    Numbers that are equal within it satisfy ``<=`` and ``>=``, and neither ``<`` nor ``>``.
+    Raises KeyError and Undefined as :func:`holds` does.
+    """
+    operator, left, right = comparison.operator, comparison.left, comparison.right
+    if operator not in ("=", "<>") and _compare(Comparison("=", left, right), values, _equal_sides):
+        return operator in ("<=", ">=")
+    return _compare(comparison, values, _equal_sides)
+
+
+def _any(
+    terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same
+) -> bool:
+    """Whether some term comes out as ``wanted``."""
+    obstacle: KeyError | Undefined | None = None
+    for term in terms:
+        try:
+            if holds(term, values, given, same) is wanted:
+                return True
+        except (KeyError, Undefined) as error:
+            obstacle = obstacle or error
+    if obstacle is not None:
+        raise obstacle
+    return False
+
+
+def _operand(expression: Expression, values: Values) -> float | str:
+    if isinstance(expression, Name):
+        return values[expression.name]
+    if isinstance(expression, Symbol):
+        return expression.name
+    return value(expression, values)
+
+
+def _compare(comparison: Comparison, values: Values, same: Same) -> bool:
+    left = _operand(comparison.left, values)
+    right = _operand(comparison.right, values)
+    if isinstance(left, str) or isinstance(right, str):
+        return (left == right) is (comparison.operator == "=") and comparison.operator in ("=", "<>")
+    match comparison.operator:
+        case "=":
+            return same(comparison, left, right)
+        case "<>":
+            return not same(comparison, left, right)
+        case "<":
+            return left < right
+        case "<=":
+            return left <= right
+        case ">":
+            return left > right
+        case _:
+            return left >= right
+
+
+def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
+    """Bounds of ``expression`` where every variable lies between its two ends in ``box``.
+
+    They contain every value that the expression has, in exact arithmetic, where all its
+    operations are defined; nan where it is defined nowhere on the box. Raises KeyError for a
+    variable that is not in the box and Undefined for arithmetic with a symbol.
+    """
+    return Intervals(box).of(expression)
+
+
+class Intervals(Arithmetic[Interval]):
+    """Pairs of floats, which Python has no signs for."""
+
+    def __init__(self, box: Mapping[str, Interval]) -> None:
+        self.box = box
+
+    def number(self, node: Number) -> Interval:
+        return node.value, node.value
+
+    def name(self, node: Name) -> Interval:
+        return self.box[node.name]
+
+    def negative(self, node: Negative) -> Interval:
+        low, high = self.of(node.operand)
+        return -high, -low
+
+    def sum(self, node: Sum) -> Interval:
+        return reduce(lambda total, part: add(*total, *part), map(self.of, node.terms))
+
+    def product(self, node: Product) -> Interval:
+        factor = self.of(node.left)
+        return square(*factor) if node.left == node.right else multiply(*factor, *self.of(node.right))
+
+    def divided(self, node: Quotient, above: Interval, below: Interval) -> Interval:
+        return divide(*above, *below)
+
+    def raised(self, node: Power, base: Interval, exponent: Interval) -> Interval:
+        return power(*base, *exponent)
+
+    def applied(self, node: Call, arguments: list[Interval]) -> Interval:
+        bounds: Interval = FLOAT_INTERVALS[node.function](*(end for pair in arguments for end in pair))
+        return bounds
+
+
+FLOAT_INTERVALS = Forms(TABLE, lambda row: unknown if row.interval is None else row.interval)

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.functions.degrees import DEGREE, RADIAN, SPLITTER
+from rulesheets.functions.floats import DEGREE, RADIAN, SPLITTER
 from rulesheets.functions.row import Forms, Function
 from rulesheets.functions.table import TABLE
 

@@ -17,8 +17,7 @@ from typing import Any
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.functions.row import Function, Inverse
 from rulesheets.functions.table import PLANNED, TABLE
-from rulesheets.syntax.construct import call
-from rulesheets.syntax.nodes import Call, Expression
+from rulesheets.syntax.nodes import Call, Expression, call
 from rulesheets.syntax.program import walk
 
 PYTHON = "<python>"

@@ -6,8 +6,19 @@ import math
 from collections.abc import Callable
 
 from rulesheets.functions.row import Slopes
-from rulesheets.syntax.construct import ONE, ZERO, add, call, divide, multiply, negative, power, subtract
-from rulesheets.syntax.nodes import Expression, Number
+from rulesheets.syntax.nodes import (
+    ONE,
+    ZERO,
+    Expression,
+    Number,
+    add,
+    call,
+    divide,
+    multiply,
+    negative,
+    power,
+    subtract,
+)
 
 _TWO = Number(2.0)
 _RADIAN = Number(math.pi / 180.0)

@@ -1,4 +1,4 @@
-"""Logical lines → sections → a rule sheet."""
+"""A text → RuleSheet: each line goes to the section that it stands in."""
 
 from __future__ import annotations
 
@@ -7,21 +7,109 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.parse import mistakes
-from rulesheets.parse.drafts import (
-    FigureDraft,
-    FunctionDraft,
-    Head,
-    head_word,
-    misspelt_head,
-    nearest_section,
-)
+from rulesheets.parse.builder import Head
+from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
-from rulesheets.parse.reader import read_line
-from rulesheets.parse.units import unit_row
 from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import UnitRow
 from rulesheets.syntax.source import Source, Span
+
+_HEAD = re.compile(
+    r"""\s*(?:
+        (?P<section>variables|rules|(?<![^\S\n])units)\s*\Z
+      | (?P<use>use)\b\s*(?:["\w]|\Z)
+      | (?P<parameters>parameters)\b\s*(?:[\w:]|\Z)
+      | (?P<function>function)\b\s*(?:[\w(:]|\Z)
+      | (?P<figure>figure)\b\s*(?:\s(?!in\s*\[)\w|\Z)
+      | (?P<planned>list(?=\s+function\b)|procedure(?=\s+\w|\s*\Z))
+    )""",
+    re.IGNORECASE | re.VERBOSE,
+)
+_LONE = re.compile(r"\s*([^\W\d]\w*)\s*(:?)\s*\Z")
+_ALMOST = frozenset({"rule", "variable", "equation", "equations", "formula", "formulas"})
+"""Lone words that are taken for a misspelt head even where names stand alone."""
+
+
+def head_word(code: str) -> str | None:
+    """The word that makes a line the head of a section, in lower case; None for any other line."""
+    found = _HEAD.match(code)
+    return str(found[found.lastgroup or 0]).lower() if found else None
+
+
+def misspelt_head(code: str, section: str) -> str | None:
+    """A lone word, perhaps with a colon, that means nothing but a head that it is not."""
+    lone = _LONE.match(code)
+    if lone and (section != "variables" or lone[2] or lone[1].lower() in _ALMOST):
+        return lone[1]
+    return None
+
+
+def nearest_section(word: str, section: str) -> str:
+    """The section that most likely begins at a misspelt head, for reading on."""
+    if word.lower() in ("variable", "variables"):
+        return "variables"
+    return "rules" if word.lower() in _ALMOST | {"rules"} and section != "function" else section
+
+
+@dataclass
+class FigureDraft:
+    """What is known of a figure so far; ``end`` is where it ends."""
+
+    name: str
+    unit: str | None
+    start: int
+    end: int
+    comment: str
+    above: tuple[nodes.CommentLine, ...]
+    marks: list[nodes.Mark | nodes.CommentLine] = field(default_factory=list)
+
+    def node(self, source: Source) -> nodes.Figure:
+        span = Span(source, self.start, self.end)
+        return nodes.Figure(self.name, self.unit, tuple(self.marks), self.comment, span, self.above)
+
+
+@dataclass
+class FunctionDraft:
+    """What is known of a function so far; ``begun`` once its rules have begun, ``end`` where it ends."""
+
+    head: Head
+    start: int
+    end: int
+    comment: str
+    above: tuple[nodes.CommentLine, ...]
+    parameters: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
+    begun: bool = False
+
+    def node(self, source: Source) -> nodes.Function:
+        return nodes.Function(
+            self.head.name,
+            self.head.arguments,
+            self.head.results,
+            tuple(self.parameters),
+            tuple(self.rules),
+            self.comment,
+            Span(source, self.start, self.end),
+            self.above,
+            "; ".join(self.remarks),
+        )
+
+
+_NAME = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
+
+
+def unit_row(code: str, span: Span) -> UnitRow:
+    """The row of a line. Raises RuleSheetError (E128) for one that defines no unit."""
+    left, equals, right = code.partition("=")
+    names = tuple(map(str.strip, left.split(",")))
+    if not all(map(_NAME.fullmatch, names)) or bool(equals) is not bool(right.strip()):
+        notes = ("write smoot = 1.7018 m, or widget alone for a unit of a kind of its own",)
+        raise RuleSheetError(error("E128", "this line defines no unit", Label(span), notes=notes))
+    return UnitRow(names, " ".join(right.split()), span=span)
+
 
 _ENOUGH = 50
 """Complaints after which the rest of a sheet is not read."""

@@ -43,7 +43,7 @@ from rulesheets.units.dimensions import (
 )
 from rulesheets.units.display import SYSTEMS
 from rulesheets.units.library import library
-from rulesheets.units.weights import Weights
+from rulesheets.units.quantity import Weights
 
 NUMBER = "1 (a number)"
 DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")

@@ -35,8 +35,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import Library
-from rulesheets.units.unit import ANGLE, Unit
+from rulesheets.units.library import ANGLE, Library, Unit
 
 Exponents = dict[str, Any]
 """Integers or fractions by the names of base units, and a float for SIZE."""

@@ -1,20 +1,190 @@
-"""Units by name: ``units.txt`` with prefixes, a sheet's own, and pint for names that are in neither."""
+"""A unit as a number: an exact factor to SI, exponents of base units, and where its scale begins."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache, cached_property, reduce
 from importlib.metadata import version
 from importlib.util import find_spec
+from operator import mul
 from pathlib import Path
 from typing import Any
 
 from rulesheets import store
-from rulesheets.units.text import UnitError, read
-from rulesheets.units.unit import Unit
+
+ANGLE = "rad"
+"""The base unit that is a number of its own dimension: kept apart in conversions, ignored by dimensions."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """``reading · factor · π^pi + offset`` is the quantity in base units, whose exponents are ``bases``.
+
+    ``offset`` is not 0 for temperatures in °C and gauge pressures; such a unit inside a product is that of a
+    difference.
+    """
+
+    factor: Fraction = Fraction(1)
+    pi: int = 0
+    bases: Mapping[str, Fraction] = field(default_factory=dict)
+    offset: Fraction = Fraction(0)
+
+    def __mul__(self, other: Unit) -> Unit:
+        bases = dict(self.bases)
+        for base, exponent in other.bases.items():
+            bases[base] = bases.get(base, Fraction(0)) + exponent
+        kept = {base: exponent for base, exponent in bases.items() if exponent}
+        return Unit(self.factor * other.factor, self.pi + other.pi, kept)
+
+    def __pow__(self, exponent: Fraction) -> Unit:
+        """Raises ValueError for a root of a factor that is no power of integers or holds π."""
+        bases = {base: one * exponent for base, one in self.bases.items() if exponent}
+        power = self.pi * exponent
+        if power.denominator != 1:
+            raise ValueError("a root of an angle in turns or degrees")
+        return Unit(_rational_power(self.factor, exponent), int(power), bases)
+
+    def __truediv__(self, other: Unit) -> Unit:
+        return self * other ** Fraction(-1)
+
+    @property
+    def scale(self) -> float:
+        """One of this unit in base units."""
+        return float(self.factor) * math.pi**self.pi
+
+    @property
+    def dimension(self) -> dict[str, Fraction]:
+        """The exponents of base units; angles and decibels are numbers."""
+        return {base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")}
+
+
+def _rational_power(number: Fraction, exponent: Fraction) -> Fraction:
+    if exponent.denominator == 1:
+        return number**exponent.numerator
+    parts = [round(part ** (1 / exponent.denominator)) for part in number.as_integer_ratio()]
+    root = Fraction(*parts)
+    if root**exponent.denominator != number:
+        raise ValueError(f"no exact root of {number}")
+    return root**exponent.numerator
+
+
+def ratio(source: Unit, target: Unit) -> float:
+    """How many of ``target`` one of ``source`` is, correctly rounded but for a power of π."""
+    return float(source.factor / target.factor) * math.pi ** (source.pi - target.pi)
+
+
+def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float, float]:
+    """The factor and the number that turn readings in ``source`` into readings in ``target``."""
+    shift = Fraction(0) if difference else source.offset - target.offset
+    return ratio(source, target), float(shift / target.factor) / math.pi**target.pi
+
+
+def convert(number: float, source: Unit, target: Unit, difference: bool = False) -> float:
+    """A reading in ``source`` as a reading in ``target``; of a ``difference`` no scale begins anywhere."""
+    if source.pi == target.pi:
+        shift = Fraction(0) if difference else source.offset - target.offset
+        return float((Fraction(number) * source.factor + shift) / target.factor)
+    factor, start = affine(source, target, difference)
+    return number * factor + start
+
+
+_COMMENT = re.compile(r"\{[^}]*\}|\\\w+")
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_WORD = re.compile(
+    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/\d+)?)|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
+    r"|(?P<sign>[-·⋅*/()])|(?P<name>(?:[^\W\d_]|[°%‰$€£¥'℃℉])(?:(?![⁰¹²³⁴⁵⁶⁷⁸⁹])[\w°%])*))"
+)
+_EXPONENT = re.compile(r"\s*(?:\(\s*(-?\d+(?:/\d+|\.\d+)?)\s*\)|(-?\d+(?:\.\d+)?)|([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))")
+_TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
+
+
+class UnitError(ValueError):
+    """A text that is no unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is why."""
+
+    def __init__(self, message: str, place: int, name: str = "") -> None:
+        super().__init__(message)
+        self.place, self.name = place, name
+
+
+def read(text: str, lookup: Callable[[str], Unit | None]) -> Unit:
+    """The unit of a text; ``lookup`` gives that of a name. Raises UnitError."""
+    blanked = _COMMENT.sub(lambda found: " " * len(found.group()), text)
+    if blanked.strip() in ("", "-", "–"):
+        return Unit()
+    reader = _Reader(blanked, lookup)
+    unit = reader.product()
+    if reader.place < len(blanked.rstrip()):
+        raise UnitError(f"`{blanked[reader.place :].strip()}` is not read", reader.place)
+    return unit
+
+
+class _Reader:
+    def __init__(self, text: str, lookup: Callable[[str], Unit | None]) -> None:
+        self.text, self.lookup, self.place = text, lookup, 0
+
+    def product(self) -> Unit:
+        """Factors up to the end or a closing parenthesis."""
+        factors: list[Unit] = []
+        below = divided = False
+        while (word := _WORD.match(self.text, self.place)) and word["sign"] != ")":
+            sign = word["sign"]
+            if sign in ("/", "*"):
+                below, self.place = sign == "/", word.end()
+                divided = divided or below
+            elif sign in ("-", "·", "⋅"):
+                self.place = word.end()
+            else:
+                factor = self.factor(word)
+                factors.append(Unit() / factor if below else factor)
+        if not factors:
+            raise UnitError("a unit is missing", self.place)
+        return factors[0] if len(factors) == 1 and not divided else reduce(mul, factors, Unit())
+
+    def factor(self, word: re.Match[str]) -> Unit:
+        start, self.place = word.start(), word.end()
+        if word["number"]:
+            unit = Unit(Fraction(word["number"]))
+        elif word["sign"] == "(":
+            unit = self.product()
+            closing = _WORD.match(self.text, self.place)
+            if closing is None or closing["sign"] != ")":
+                raise UnitError("a parenthesis is not closed", start)
+            self.place = closing.end()
+        elif word["name"]:
+            unit = self.named(word["name"], self.text.index(word["name"], start))
+        else:
+            raise UnitError("an exponent has nothing before it", start)
+        return self.raised(unit)
+
+    def named(self, name: str, place: int) -> Unit:
+        """A name, or one with its exponent behind it: ``m3``."""
+        found = self.lookup(name)
+        if found is not None:
+            return found
+        parts = _TRAILING.fullmatch(name)
+        base = self.lookup(parts[1]) if parts else None
+        if parts is None or base is None:
+            raise UnitError(f"no unit is called {name}", place, name)
+        return base ** Fraction(parts[2])
+
+    def raised(self, unit: Unit) -> Unit:
+        word = _WORD.match(self.text, self.place)
+        if word is None or word["raise"] is None:
+            return unit
+        exponent = _EXPONENT.match(self.text, word.end())
+        if exponent is None:
+            raise UnitError("an exponent is missing", word.start())
+        self.place = exponent.end()
+        number = exponent[1] or exponent[2] or exponent[3].translate(_SUPERSCRIPTS)
+        try:
+            return unit ** Fraction(number)
+        except ValueError as wrong:
+            raise UnitError(str(wrong), word.start()) from None
+
 
 _SMALL, _LARGE = "m u n p f a z y r q", "k M G T P E Z Y R Q"
 PREFIXES = {"c": -2, "d": -1, "da": 1, "h": 2, "µ": -6, "μ": -6} | {
@@ -173,6 +343,3 @@ def _registry() -> Any:
 def library(own: tuple[str, ...] = ()) -> Library:
     """The units of a sheet: those that every sheet has, and its ``own`` definitions."""
     return Library(own)
-
-
-__all__ = ["Library", "UnitError", "library"]

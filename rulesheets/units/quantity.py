@@ -1,18 +1,31 @@
-"""A number with a unit, for a variable: converted to the unit that its rules work in."""
+"""Values with units, in the units of their variables; differences of temperatures without their zero."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels
-from rulesheets.model import Model, Variable
-from rulesheets.spelling import suggestion
-from rulesheets.syntax.nodes import UnitRow
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, suggestion
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.functions import TABLE
+from rulesheets.model import Equation, Model, Variable
+from rulesheets.syntax.nodes import (
+    Call,
+    Condition,
+    Expression,
+    Name,
+    Negative,
+    Product,
+    Quotient,
+    Sum,
+    UnitRow,
+    names,
+)
+from rulesheets.syntax.program import walk
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import MONEY, Library, library
-from rulesheets.units.text import UnitError
-from rulesheets.units.unit import Unit, affine, convert
+from rulesheets.units.library import MONEY, Library, Unit, UnitError, affine, convert, library
 
 _BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
 _PLAIN = re.compile(
@@ -153,3 +166,197 @@ def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float
     """Factor and shift to the display unit, for the variables that have one."""
     variables = (model.variables[name] for name in names if name in model.variables)
     return {v.name: displaying(v) for v in variables if v.unit and v.display_unit}
+
+
+_DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")
+"""How the names of differences begin: they decide where rules leave it open."""
+PLACES, TRIES = 3, 8
+NOISE = 1e-9
+"""Share of the slopes that may be left of their sum by rounding."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule with its slopes by temperatures, each by a kelvin, at some places."""
+
+    equation: Equation
+    slopes: tuple[dict[str, float], ...]
+
+    def holds(self, differences: set[str]) -> bool:
+        """Whether it holds on as all points move together."""
+        moved = (sum(s for name, s in row.items() if name not in differences) for row in self.slopes)
+        sizes = (sum(map(abs, row.values())) for row in self.slopes)
+        return all(abs(total) <= NOISE * size for total, size in zip(moved, sizes, strict=True))
+
+    def points(self, differences: set[str]) -> list[str]:
+        varied = {name for row in self.slopes for name, slope in row.items() if slope}
+        return [name for name in self.slopes[0] if name in varied - differences]
+
+
+class Weights:
+    """``differences`` are the temperatures of a model that are none of a scale."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        measures = ((name, variable.measure) for name, variable in model.variables.items())
+        self.units = {name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}}
+        self.rules = [rule for equation in model.equations if (rule := self._rule(equation)) is not None]
+        named = (name for name, unit in self.units.items() if _named_so(name, model.variables[name].unit))
+        self.differences = set(named)
+        self.differences -= {name for rule in self.rules for name in self._denied(rule)}
+        for settle in (self._only_one, self._alone_on_a_side, self._of_differences, self._only_one):
+            while sum(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
+                pass
+
+    def _rule(self, equation: Equation) -> Rule | None:
+        """The slopes of a rule, None where it has no temperature or they are not to be had."""
+        here = [name for name in equation.names if name in self.units]
+        rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
+        if not here or any(row is None or row.source for row in rows):  # a file's own Python is not run
+            return None
+        found: list[dict[str, float]] = []
+        for attempt in range(TRIES):
+            spread = (0.618 * (attempt + 1) * (place + 1) % 1 for place in range(len(equation.names)))
+            values = {name: 1 + share for name, share in zip(equation.names, spread, strict=True)}
+            try:
+                left, right = (derivatives(side, values)[1] for side in (equation.left, equation.right))
+            except (Undefined, KeyError, ValueError, OverflowError):
+                continue
+            row = {n: (left.get(n, 0.0) - right.get(n, 0.0)) / float(self.units[n].factor) for n in here}
+            if all(slope == slope for slope in row.values()):
+                found.append(row)
+            if len(found) == PLACES:
+                break
+        return Rule(equation, tuple(found)) if len(found) > 1 else None
+
+    # --- what must be a difference ---
+
+    def _denied(self, rule: Rule) -> list[str]:
+        """Differences by their names that a rule calls points: ``dTm = (T1 + T2)/2``."""
+        if rule.holds(self.differences):
+            return []
+        named = self.differences & rule.slopes[0].keys()
+        return [name for name in named if rule.holds(self.differences - {name})]
+
+    def _candidates(self, rule: Rule) -> list[str]:
+        """The points one of which is a difference, if the others are points indeed."""
+        points = rule.points(self.differences)
+        return [name for name in points if len(points) > 2 and rule.holds(self.differences | {name})]
+
+    def _only_one(self, rule: Rule) -> bool:
+        found = self._candidates(rule)
+        self.differences.update(found if len(found) == 1 else ())
+        return len(found) == 1
+
+    def _alone_on_a_side(self, rule: Rule) -> bool:
+        """``dT = T1 - T2`` is said of dT, though T2 might be the difference."""
+        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
+        found = [name for name in self._candidates(rule) if name in sides]
+        self.differences.update(found[:1])
+        return bool(found)
+
+    def _of_differences(self, rule: Rule) -> bool:
+        """``LMTD = (a - b)/ln(a/b)``: what is computed from differences alone is one."""
+        for side, other in (
+            (rule.equation.left, rule.equation.right),
+            (rule.equation.right, rule.equation.left),
+        ):
+            rest = set(names(other)) & self.units.keys()
+            plain = isinstance(side, Name) and rule.points(self.differences) == [side.name]
+            if plain and rest and rest <= self.differences and not isinstance(other, Sum):
+                self.differences.add(side.name)  # type: ignore[union-attr]
+                return True
+        return False
+
+    # --- what is wrong ---
+
+    def warnings(self, sure: bool) -> Iterator[tuple[Equation, Diagnosis]]:
+        """Points of °C and °F where only absolute temperatures or differences fit, and zeros that differ."""
+        for rule in self.rules:
+            points = rule.points(self.differences)
+            scaled = [name for name in points if self.units[name].offset]
+            if not scaled or self._open(rule.equation):
+                continue
+            if rule.holds(self.differences):
+                other = next((n for n in points if self._apart(n, scaled[0])), None)
+                if other is not None:
+                    yield rule.equation, self._zeros(rule.equation, scaled[0], other)
+            elif not (self._candidates(rule) or self._balanced(rule) or (sure and self._of_energy(rule))):
+                yield rule.equation, self._absolute(rule.equation, scaled[0])
+
+    def _apart(self, one: str, other: str) -> bool:
+        return self.units[one].offset != self.units[other].offset
+
+    def _open(self, equation: Equation) -> bool:
+        """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be absolute."""
+        sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
+        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
+            sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
+        return any(
+            any(self._degree(term) == 1 for term in terms) and any(self._degree(term) == 0 for term in terms)
+            for terms in sums
+        )
+
+    def _balanced(self, rule: Rule) -> bool:
+        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``."""
+        signs = {slope > 0.0 for slope in rule.slopes[0].values() if slope}
+        return self._linear(rule) and len(signs) == 2
+
+    def _linear(self, rule: Rule) -> bool:
+        return max(self._degree(rule.equation.left), self._degree(rule.equation.right)) == 1
+
+    def _degree(self, node: Expression) -> int:
+        """The degree of an expression in temperatures, 9 where it is no polynomial of them."""
+        match node:
+            case Name(name):
+                return int(name in self.units)
+            case Negative(inner):
+                return self._degree(inner)
+            case Sum(terms):
+                return max(map(self._degree, terms))
+            case Product(left, right):
+                return min(self._degree(left) + self._degree(right), 9)
+            case Quotient(left, right) if self._degree(right) == 0:
+                return self._degree(left)
+            case _:
+                return 0 if self.units.keys().isdisjoint(names(node)) else 9
+
+    def _of_energy(self, rule: Rule) -> bool:
+        """``h = c*T`` counts an energy from the zero of the scale, and may mean to."""
+        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
+        units = (self.model.variables[name].measure for name in sides)
+        return self._linear(rule) and any(unit is None or unit.bases.get("m") == 2 for unit in units)
+
+    def _absolute(self, equation: Equation, name: str) -> Diagnosis:
+        unit = self.model.variables[name].unit
+        zero = _zero(self.units[name])
+        message = f"{name} is in {unit}, and this rule needs an absolute temperature or a difference"
+        notes = (f"write {name} + {zero:.6g}, or give it in K; a difference of temperatures is in K, too",)
+        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), notes)
+
+    def _zeros(self, equation: Equation, name: str, other: str) -> Diagnosis:
+        one, two = (self.model.variables[n].unit for n in (name, other))
+        apart = abs(float(self.units[name].offset - self.units[other].offset))
+        message = f"{name} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
+        notes = ("give both in one unit, or write the number between them",)
+        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), notes)
+
+
+def differences(model: Model) -> frozenset[str]:
+    """The variables of a model that are differences of temperatures."""
+    if not any(v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()):
+        return frozenset()
+    return frozenset(Weights(model).differences)
+
+
+def _zero(unit: Unit) -> float:
+    """Absolute zero below the zero of a scale, in its own degrees."""
+    return float(unit.offset / unit.factor)
+
+
+def _named_so(name: str, unit: str | None) -> bool:
+    return bool(_DIFFERENCE.match(name.rpartition(".")[2])) or "delta" in (unit or "") or "Δ" in (unit or "")
+
+
+def _parts(equation: Equation) -> Iterator[Condition | Expression]:
+    return chain(walk(equation.left), walk(equation.right))

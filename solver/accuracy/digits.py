@@ -18,10 +18,9 @@ from rulesheets.evaluate import (
     extended,
     extended_derivatives,
 )
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation
-from rulesheets.syntax.construct import subtract
-from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit
 from solver.numerics.elimination import ELIMINATED, Singular, eliminate, eliminate_rows, solve_exactly

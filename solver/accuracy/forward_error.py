@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import subtract
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import DoubleRoot
 from solver.path.steps import Evaluate, Select, SolveBlock, Step

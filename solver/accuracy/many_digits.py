@@ -16,7 +16,7 @@ from typing import Any
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, children, operands
 

@@ -19,8 +19,18 @@ from typing import TypeAlias
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.construct import divide, map_leaves, subtract
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Sum, Symbol, names
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Sum,
+    Symbol,
+    divide,
+    map_leaves,
+    names,
+    subtract,
+)
 from rulesheets.syntax.program import walk
 
 EPSILON = 2.0**-52

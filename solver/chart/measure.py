@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.model import Model, Value
 from solver.chart.methods import TOLERANCES, Case, End, Method, methods
 from solver.chart.reference import ActiveRules, State, active_rules, applies, exact_state

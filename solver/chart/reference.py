@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from rulesheets.evaluate import Undefined
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import subtract
 from solver.accuracy.digits import linearized
 from solver.derivatives.linearization import active_equations, linearize
 from solver.numerics.elimination import eliminate

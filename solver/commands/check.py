@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 from argparse import ArgumentParser, Namespace
 
-from rulesheets.diagnosis import render
+from rulesheets.diagnosis import plural, render
 from rulesheets.model import Model
-from rulesheets.spelling import plural
 from rulesheets.units.check import check_units, inferred
 from solver.commands.inputs import add_sheet_options, load_sheet
 from solver.report.json import diagnosis_json

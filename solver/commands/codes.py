@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from rulesheets.catalogue import CATALOGUE
-from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.spelling import suggestion
+from rulesheets.diagnosis import CATALOGUE, RuleSheetError, error, suggestion
 from solver.report.table import columns
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 from rulesheets.diagnosis import RuleSheetError, error, render
-from rulesheets.format.text import readable
+from rulesheets.format import readable
 from rulesheets.model import Model, Value
 from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import shown

@@ -6,10 +6,8 @@ import sys
 from argparse import ArgumentParser, Namespace
 
 from rulesheets.format import format_sheet
-from rulesheets.loading import find_sheet
-from rulesheets.reading import read_source
+from rulesheets.loading import find_sheet, parsed, read_source
 from rulesheets.syntax.source import escaped
-from rulesheets.uses import parsed
 from solver.files.replacing import write_file
 
 

@@ -9,11 +9,9 @@ from dataclasses import dataclass
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, render
 from rulesheets.input_messages import guess_with_tolerance, symbol_for_number, unknown_variable
-from rulesheets.inputs import parse_input, with_tolerances
-from rulesheets.kinds import quantities
-from rulesheets.loading import find_variable_sheet, load, loads
+from rulesheets.inputs import parse_input, quantities, with_tolerances
+from rulesheets.loading import decoded, find_variable_sheet, load, loads
 from rulesheets.model import Model, Tolerance, Value
-from rulesheets.reading import decoded
 from rulesheets.syntax.source import Source, Span
 from rulesheets.units.display import with_display_unit, with_display_units
 from rulesheets.variables import read_variable_sheet

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import RuleSheetError
-from solver.files.messages import missing_extra
+from solver.files.replacing import missing_extra
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace

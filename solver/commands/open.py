@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.loading import find_sheet, shipped_models
-from solver.files.messages import missing_extra
+from solver.files.replacing import missing_extra
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -10,8 +10,7 @@ from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import not_finite, symbol_for_number
-from rulesheets.inputs import parse_input
-from rulesheets.kinds import quantities
+from rulesheets.inputs import parse_input, quantities
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import converted, parted
 from rulesheets.variables import parse_value, variable_named

@@ -8,15 +8,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
-from rulesheets.kinds import quantities
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, suggestion
+from rulesheets.inputs import quantities
 from rulesheets.model import Model, Variable
-from rulesheets.spelling import suggestion
 from rulesheets.units.quantity import scaling
 from solver.commands.inputs import Option
 from solver.commands.over import read_over
 from solver.files.columns import Array
-from solver.files.rows import heading, pieces
+from solver.files.tables import heading, pieces
 from solver.sweeps.chunks import Chunk, file_chunks, first_lessons, grid_chunks, grid_lessons
 
 

@@ -10,10 +10,9 @@ from dataclasses import replace
 from itertools import chain
 
 from rulesheets.deadline import expired
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
-from rulesheets.kinds import symbolic
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
+from rulesheets.inputs import symbolic
 from rulesheets.model import Model, Variable
-from rulesheets.spelling import plural
 from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import displays, shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request

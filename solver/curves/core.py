@@ -10,8 +10,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from rulesheets.model import Model
-from rulesheets.syntax.construct import subtract
 from rulesheets.syntax.nodes import names as names_in
+from rulesheets.syntax.nodes import subtract
 from solver.path.isolate import is_linear
 from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
 

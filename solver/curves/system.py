@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.construct import subtract
-from rulesheets.syntax.nodes import Call, Name
+from rulesheets.syntax.nodes import Call, Name, subtract
 from solver.derivatives.linearization import active_equations
 from solver.kernel.code.scalar import compile_expressions
 from solver.numerics.continuation import Problem, Vector

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.conditions import equal
+from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Number, Quotient

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from rulesheets.evaluate import Undefined, extended_derivatives
-from rulesheets.evaluate.precise import in_many_digits
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.digits import ManyDigits, Work

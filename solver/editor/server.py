@@ -19,12 +19,10 @@ from pygls.uris import from_fs_path
 from pygls.workspace import TextDocument
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.format import format_sheet
-from rulesheets.format.text import readable
+from rulesheets.format import format_sheet, readable
 from rulesheets.functions import TABLE
-from rulesheets.reading import read_source
+from rulesheets.loading import parsed, read_source
 from rulesheets.syntax.source import Source
-from rulesheets.uses import parsed
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
 from solver.page.lane import Lane, Workers
 

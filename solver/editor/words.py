@@ -16,8 +16,8 @@ from typing import Any
 
 from rulesheets.functions.table import TABLE
 from rulesheets.marks import KINDS, Shape
-from rulesheets.parse.drafts import head_word
 from rulesheets.parse.layout import logical_lines
+from rulesheets.parse.sections import head_word
 
 HEADS = ("units", "variables", "rules", "function", "figure", "parameters", "use")
 RESERVED = ("if", "then", "else", "call", "and", "or", "not")

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.digits import linearized

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from solver.accuracy.digits import linearized
 from solver.kernel.question import Question
 from solver.numerics.elimination import eliminate

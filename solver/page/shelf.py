@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from rulesheets.loading import MAIN_SHEET, shipped_model, shipped_models
-from rulesheets.reading import read_source
+from rulesheets.loading import MAIN_SHEET, read_source, shipped_model, shipped_models
 from solver.files.replacing import write_file
 
 LARGEST = 500_000

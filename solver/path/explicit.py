@@ -8,8 +8,7 @@ from sys import float_info
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
-from rulesheets.syntax.construct import add, call, multiply, substitute, subtract
-from rulesheets.syntax.nodes import Expression, Number, names
+from rulesheets.syntax.nodes import Expression, Number, add, call, multiply, names, substitute, subtract
 from solver.path.isolate import TARGET, Isolation
 
 CLOSE = math.sqrt(float_info.epsilon)

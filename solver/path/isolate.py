@@ -15,8 +15,17 @@ from math import inf
 
 from rulesheets.functions import TABLE, Function, named
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import (
+from rulesheets.syntax.nodes import (
     ZERO,
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
     add,
     call,
     divide,
@@ -27,7 +36,6 @@ from rulesheets.syntax.construct import (
     substitute,
     subtract,
 )
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.path import rational
 
 

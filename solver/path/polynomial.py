@@ -11,8 +11,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.syntax.construct import ONE, ZERO, add, multiply, negative, power
-from rulesheets.syntax.nodes import Expression, Number
+from rulesheets.syntax.nodes import ONE, ZERO, Expression, Number, add, multiply, negative, power
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
 """Letters with their exponents, sorted."""

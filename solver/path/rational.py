@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rulesheets.syntax.construct import ONE, ZERO, add, divide, is_number, multiply, negative
 from rulesheets.syntax.nodes import (
+    ONE,
+    ZERO,
     Expression,
     Name,
     Negative,
@@ -19,7 +20,12 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    add,
+    divide,
+    is_number,
+    multiply,
     names,
+    negative,
 )
 
 if TYPE_CHECKING:

@@ -9,8 +9,22 @@ from __future__ import annotations
 
 from rulesheets.functions import TABLE, named
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import add, call, divide, multiply, negative, power, subtract
-from rulesheets.syntax.nodes import Call, Expression, Negative, Number, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Negative,
+    Number,
+    Product,
+    Quotient,
+    Sum,
+    add,
+    call,
+    divide,
+    multiply,
+    negative,
+    power,
+    subtract,
+)
 
 _TWO = Number(2.0)
 _TANGENTS = named(lambda row: row.half_turn)

@@ -9,7 +9,7 @@ from math import prod
 import numpy as np
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
-from rulesheets.format.text import readable
+from rulesheets.format import readable
 from solver.files.columns import Array, Columns
 
 CURVES = 8

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError, error, suggestion
 from rulesheets.model import Model
-from rulesheets.spelling import suggestion
 from rulesheets.syntax.nodes import Figure as Declared
 from solver.pictures.diagram import diagram, lacking
 from solver.pictures.layout import View

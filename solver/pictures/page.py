@@ -11,7 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rulesheets.format.text import readable
+from rulesheets.format import readable
 from solver.pictures.diagram import Diagram, Place, bar
 from solver.pictures.ink import INK, Pen, style
 from solver.pictures.layout import (

@@ -15,7 +15,7 @@ import numpy as np
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
-from rulesheets.units.unit import ANGLE, Unit
+from rulesheets.units.library import ANGLE, Unit
 from solver.ranking.sizes import MANY, Scalings, Suggestions
 
 

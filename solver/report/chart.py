@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from rulesheets.spelling import plural
+from rulesheets.diagnosis import plural
 from solver.chart.measure import Mark
 from solver.report.table import table
 

@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rulesheets.diagnosis import render
-from rulesheets.format.text import readable
+from rulesheets.diagnosis import plural, render
+from rulesheets.format import readable
 from rulesheets.model import Model, Variable
-from rulesheets.spelling import plural
 from rulesheets.units.quantity import shown
 from solver.derivatives.sensitivities import Sensitivities
 from solver.derivatives.tolerances import Band, ToleranceBands

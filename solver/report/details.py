@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite
 
+from rulesheets.diagnosis import plural
 from rulesheets.model import Equation, Requirement
-from rulesheets.spelling import plural
 from rulesheets.syntax.source import Span
 from solver.attempts import Attempt
 from solver.path.steps import SolveBlock

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.diagnosis import render
-from rulesheets.format.text import readable
+from rulesheets.format import readable
 from rulesheets.showing import ROWS, html_table, more
 from rulesheets.syntax.nodes import Name
 from solver.derivation import Derivation, Direct, Together

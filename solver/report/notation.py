@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
-from rulesheets.format import format_condition, format_expression
-from rulesheets.format.text import DIGITS, readable
+from rulesheets.format import DIGITS, format_condition, format_expression, readable
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.construct import substitute
 from rulesheets.syntax.nodes import (
     And,
     Condition,
@@ -25,6 +23,7 @@ from rulesheets.syntax.nodes import (
     children,
     names,
     rebuilt,
+    substitute,
 )
 
 

@@ -6,9 +6,8 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from rulesheets.diagnosis import render
-from rulesheets.format.text import readable
-from rulesheets.spelling import plural
+from rulesheets.diagnosis import plural, render
+from rulesheets.format import readable
 from rulesheets.syntax.source import escaped
 from solver.path.steps import Evaluate, Path, Select, SolveBlock
 from solver.report.details import attempts_text, conditions_text, proof_lines, rule_status_table

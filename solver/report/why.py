@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
+from rulesheets.diagnosis import plural
 from rulesheets.model import Equation
-from rulesheets.spelling import plural
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
 from solver.derivation import Closing, Derivation, Direct, Guard, Known, Link, Together

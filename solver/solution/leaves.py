@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.evaluate.conditions import meets
+from rulesheets.evaluate.number import meets
 from rulesheets.model import Equation, Model, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression
@@ -391,7 +391,7 @@ class Casework:
 
 def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indeterminacy | None:
     """The fact that an equation is 0/0 at the values, if it is."""
-    from rulesheets.evaluate.limit import indeterminate
+    from rulesheets.evaluate.digits import indeterminate
 
     for side in (equation.left, equation.right):
         found = indeterminate(side, values)

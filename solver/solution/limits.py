@@ -14,8 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
-from rulesheets.evaluate.limit import DIGITS, beside, indeterminate
-from rulesheets.evaluate.precise import extended_derivatives
+from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Number, Quotient, children, operands, rebuilt
 from solver.accuracy.rule_check import BACKWARD, check_rule

@@ -16,8 +16,8 @@ from itertools import pairwise
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, extended, holds
-from rulesheets.evaluate.conditions import equal
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
+from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Comparison, Condition
 from solver.accuracy.digits import (

@@ -15,8 +15,18 @@ from typing import TYPE_CHECKING, Any
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.construct import subtract
-from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Given, Name, Not, Or, Symbol
+from rulesheets.syntax.nodes import (
+    And,
+    Comparison,
+    Condition,
+    Expression,
+    Given,
+    Name,
+    Not,
+    Or,
+    Symbol,
+    subtract,
+)
 from solver.facts import DoubleRoot
 from solver.path.cases import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
@@ -77,7 +87,7 @@ class _Obstacle(Exception):
 
 def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
     """The proof of a solved leaf, as far as it goes."""
-    from rulesheets.functions.balls import precision
+    from rulesheets.evaluate.balls import precision
 
     with precision(BITS):
         try:
@@ -110,7 +120,7 @@ class _Parted(Exception):
 
 class _Proving:
     def __init__(self, model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> None:
-        from rulesheets.functions.balls import ball
+        from rulesheets.evaluate.balls import ball
 
         self.model, self.leaf, self.inputs = model, leaf, inputs
         self.values = leaf.branch.values
@@ -140,7 +150,7 @@ class _Proving:
                     self._uncontradicted(rule)
 
     def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
-        from rulesheets.functions.balls import ball
+        from rulesheets.evaluate.balls import ball
         from solver.kernel.balls.krawczyk import Square, proved_root
 
         equations = [self.model.equations[index] for index in indices]
@@ -184,7 +194,7 @@ class _Proving:
         """Left and right of a rule that checks must overlap."""
         if any(isinstance(self.values[name], str) for name in equation.names):
             return
-        from rulesheets.evaluate.enclosing_ball import enclosing_ball
+        from rulesheets.evaluate.balls import enclosing_ball
 
         try:
             left, right = (enclosing_ball(side, self.balls) for side in (equation.left, equation.right))
@@ -216,7 +226,7 @@ class _Proving:
                 return name in self.inputs
 
     def _compared(self, comparison: Comparison) -> bool | None:
-        from rulesheets.evaluate.enclosing_ball import enclosing_ball
+        from rulesheets.evaluate.balls import enclosing_ball
 
         sides = comparison.left, comparison.right
         if any(map(self._symbolic, sides)):
@@ -250,7 +260,7 @@ class _Proving:
     # --- what is proved ---
 
     def proof(self) -> Proof:
-        from rulesheets.functions.balls import ball
+        from rulesheets.evaluate.balls import ball
 
         radius, nearest = {}, True
         for name, found in self.balls.items():

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.evaluate.conditions import equal
+from rulesheets.evaluate.number import equal
 from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Condition, Name, names
 from solver.accuracy.forward_error import slopes

@@ -14,7 +14,7 @@ from threading import Lock
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
-from solver.files.messages import missing_extra
+from solver.files.replacing import missing_extra
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 from solver.sweeps.workers import in_order

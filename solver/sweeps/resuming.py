@@ -9,8 +9,8 @@ import numpy as np
 
 from rulesheets.diagnosis import RuleSheetError
 from solver.files.columns import Array, Columns, free_name, stacked
-from solver.files.messages import other_sweep
-from solver.files.rows import heading, pieces
+from solver.files.replacing import other_sweep
+from solver.files.tables import heading, pieces
 from solver.result import Status
 from solver.sweeps.chunks import Chunk
 from solver.sweeps.work import Solved

@@ -14,8 +14,7 @@ from functools import cached_property, reduce
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import subtract
-from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol
+from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
 from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
 from solver.path.cases import activity, comparisons
 from solver.path.planner import Planner

@@ -2,7 +2,7 @@
 
 Of sines and cosines of degrees the angle is reduced to the nearest right angle, exactly, and what is left is
 taken to radians with one rounding: a change of the angle by no more than its last digit. Multiples of 30
-degrees are exact where the exact answer is a float, as in ``rulesheets.functions.degrees``, which is more
+degrees are exact where the exact answer is a float, as in ``rulesheets.functions.floats``, which is more
 accurate and takes longer.
 """
 

@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from rulesheets.model import Model, Value, Variable
-from rulesheets.syntax.construct import subtract
+from rulesheets.syntax.nodes import subtract
 from solver.facts import Conflict, Unmet
 from solver.kernel.code.block import kernel_of
 from solver.path.cases import EQUAL, activity, value_of_equality

@@ -16,8 +16,8 @@ from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.construct import ZERO, add, is_number, multiply, negative
 from rulesheets.syntax.nodes import (
+    ZERO,
     Call,
     Expression,
     Name,
@@ -25,8 +25,12 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    add,
     children,
+    is_number,
+    multiply,
     names,
+    negative,
     operands,
     rebuilt,
 )

@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import assert_never
 
-from rulesheets.diagnosis import Diagnosis, Label, Severity
+from rulesheets.diagnosis import Diagnosis, Label, Severity, plural
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Model, Value
-from rulesheets.spelling import plural
 from rulesheets.syntax.nodes import Name
 from solver.facts import (
     AsksNothing,

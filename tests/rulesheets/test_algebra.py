@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rulesheets import loads
 from rulesheets.algebra import equation_to_sympy, expression_to_sympy, listing, sympy_equations
-from rulesheets.algebra.forms import MATHEMATICS, PRINTED
-from rulesheets.algebra.names import latex_name
+from rulesheets.algebra.convert import MATHEMATICS, PRINTED
+from rulesheets.algebra.printing import latex_name
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Name

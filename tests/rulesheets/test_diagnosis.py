@@ -6,8 +6,7 @@ import re
 
 import pytest
 
-from rulesheets.catalogue import CATALOGUE
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, render
+from rulesheets.diagnosis import CATALOGUE, Diagnosis, Label, RuleSheetError, Severity, error, render
 from rulesheets.syntax.source import Source, Span
 
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
+from rulesheets.loading import read_source
 from rulesheets.parse import parse
 from rulesheets.parse.grammar import Grammar, Unparsed
 from rulesheets.parse.layout import logical_lines
-from rulesheets.reading import read_source
 from rulesheets.syntax.nodes import (
     And,
     Call,

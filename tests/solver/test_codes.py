@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rulesheets.catalogue import CATALOGUE
+from rulesheets.diagnosis import CATALOGUE
 from solver.cli import main
 
 ROOT = Path(__file__).parent.parent.parent

@@ -19,8 +19,8 @@ import solver
 from benchmarks.interval_systems import SYSTEMS, IntervalSystem, economics, more_cosnard, yamamura
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import Undefined, extended
-from rulesheets.functions.balls import FUNCTIONS, around, ball, precision, whole_power
-from rulesheets.functions.extended import context, functions
+from rulesheets.evaluate.balls import FUNCTIONS, around, ball, precision, whole_power
+from rulesheets.evaluate.digits import context, functions
 from solver.cli import main
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
@@ -177,7 +177,7 @@ def test_a_root_with_a_zero_is_proved() -> None:
 
 
 def test_balls_refuse_what_is_undefined() -> None:
-    from rulesheets.evaluate.enclosing_ball import enclosing_ball
+    from rulesheets.evaluate.balls import enclosing_ball
     from rulesheets.syntax.nodes import Call, Name, Number, Quotient
 
     for expression in (
@@ -205,7 +205,7 @@ def test_without_the_extra_it_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch
 
 
 def test_extended_values_agree_with_balls() -> None:
-    from rulesheets.evaluate.enclosing_ball import enclosing_ball
+    from rulesheets.evaluate.balls import enclosing_ball
 
     equation = rulesheets.loads("y = sind(x)^2/3 + exp(-x/7) - ln(x)*atan2d(x, 2)").equations[0]
     with precision(200):

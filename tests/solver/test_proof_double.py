@@ -17,8 +17,8 @@ pytest.importorskip("flint")
 import rulesheets
 import solver
 from rulesheets.evaluate import differentiate
+from rulesheets.evaluate.balls import ball, precision
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.functions.balls import ball, precision
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, Sum
 from solver.cli import main
 from solver.kernel.balls.krawczyk import Square

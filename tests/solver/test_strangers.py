@@ -246,7 +246,7 @@ def test_commas_are_decimal_between_semicolons(folder: Path, separator: str) -> 
     assert found.tolerances["u"].size == 0.5
     lines = [("f", "u"), ("50,5", "200"), ("-,5", "1,0E2")]
     path.write_text("".join(separator.join(line) + "\n" for line in lines))
-    from solver.files.rows import pieces
+    from solver.files.tables import pieces
 
     ((f, u),) = pieces(str(path), ("f", "u"))
     assert f.tolist() == [50.5, -0.5]

@@ -23,16 +23,14 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.kinds import symbolic
+from rulesheets.inputs import symbolic
 from solver import sweeping
 from solver.cli import INTERRUPTED, main
 from solver.commands import progress
 from solver.commands.progress import clock, progress_line
-from solver.files import parquet
-from solver.files.columns import Columns, csv_head, csv_rows, stacked
+from solver.files.columns import Columns, ParquetTable, csv_head, csv_rows, stacked
 from solver.files.replacing import Replacement
-from solver.files.rows import heading, pieces
-from solver.files.tables import write_table
+from solver.files.tables import heading, pieces, write_table
 from solver.interruption import Interrupted
 from solver.plan import Plan
 from solver.result import Status
@@ -125,13 +123,13 @@ def test_parquet_has_doubles_texts_and_nulls(tmp_path: Path) -> None:
 
 def test_row_groups_do_not_depend_on_the_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     arrow = pytest.importorskip("pyarrow.parquet")
-    monkeypatch.setattr(parquet, "ROW_GROUP", 100)
+    monkeypatch.setattr("solver.files.columns.ROW_GROUP", 100)
     files = []
     for cuts in ([0, 1000], [0, 10, 250, 255, 999, 1000]):
         files.append(tmp_path / f"{len(cuts)}.parquet")
         whole = columns({"x": list(np.arange(1000.0))}, [0] * 1000)
         with Replacement(str(files[-1])) as file:
-            table = parquet.ParquetTable(file, "x", ["x"], [])
+            table = ParquetTable(file, "x", ["x"], [])
             for one, other in pairwise(cuts):
                 table.add(whole.rows(one, other))
             table.close()

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.functions.intervals import forms
-from rulesheets.functions.intervals.bounds import EPSILON, ULPS
+from rulesheets.functions.intervals import EPSILON, ULPS, forms
 from rulesheets.functions.row import Forms, Function
 from rulesheets.functions.table import TABLE
 

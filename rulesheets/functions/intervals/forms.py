@@ -15,9 +15,8 @@ from math import atan2 as radians_of
 from math import ceil, floor, fmod, inf, isfinite, isinf, isnan, lgamma, nan, nextafter, pi
 from math import tan as tangent
 
-from rulesheets.functions import degrees, special
-from rulesheets.functions.intervals import bounds
-from rulesheets.functions.intervals.bounds import (
+from rulesheets.functions import floats
+from rulesheets.functions.intervals import (
     EMPTY,
     EPSILON,
     ULPS,
@@ -147,8 +146,8 @@ def tand(low: float, high: float) -> Interval:
         return EMPTY
     if high > start + 180.0:
         return LINE
-    below = -inf if low == start else down(degrees.tand(low), ULPS)
-    return below, inf if high == start + 180.0 else up(degrees.tand(high), ULPS)
+    below = -inf if low == start else down(floats.tand(low), ULPS)
+    return below, inf if high == start + 180.0 else up(floats.tand(high), ULPS)
 
 
 def _branch_start(angle: float) -> float:
@@ -197,7 +196,7 @@ def each_end(value: Callable[[float], float]) -> Callable[[float, float], Interv
     """Range of a rising function that floats compute exactly."""
 
     def at(x: float) -> float:
-        return x if isnan(x) or (isinf(x) and value is not special.sgn) else value(x)
+        return x if isnan(x) or (isinf(x) and value is not floats.sgn) else value(x)
 
     return lambda low, high: (at(low), at(high))
 
@@ -209,11 +208,11 @@ def step(x_low: float, x_high: float, a_low: float, a_high: float) -> Interval:
 
 
 def smallest(*ends: float) -> Interval:
-    return reduce(bounds.least, ends[::2]), reduce(bounds.least, ends[1::2])
+    return reduce(least, ends[::2]), reduce(least, ends[1::2])
 
 
 def largest(*ends: float) -> Interval:
-    return reduce(bounds.greatest, ends[::2]), reduce(bounds.greatest, ends[1::2])
+    return reduce(greatest, ends[::2]), reduce(greatest, ends[1::2])
 
 
 def frac(low: float, high: float) -> Interval:
@@ -279,7 +278,7 @@ def digamma(low: float, high: float) -> Interval:
     """Rising for positive arguments; elsewhere the whole line."""
     if isnan(low):
         return EMPTY
-    return (_below(special.digamma, low), _above(special.digamma, high)) if low > 0.0 else LINE
+    return (_below(floats.digamma, low), _above(floats.digamma, high)) if low > 0.0 else LINE
 
 
 def beta(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
@@ -297,7 +296,7 @@ def _beta(a: float, b: float, side: float) -> float:
         return inf if side > 0.0 else 0.0
     try:
         logarithms = abs(lgamma(a)) + abs(lgamma(b)) + abs(lgamma(a + b))
-        value = special.beta(a, b)
+        value = floats.beta(a, b)
     except (OverflowError, ValueError):
         return inf if side > 0.0 else 0.0
     error = SPECIAL_ULPS * EPSILON * (1.0 + logarithms)
@@ -332,7 +331,7 @@ def jn(n_low: float, n_high: float, x_low: float, x_high: float) -> Interval:
         return EMPTY
     if n_low != n_high or not n_low.is_integer():
         return -1.0, 1.0
-    return Slow(lambda x: special.jn(n_low, x), 1.0, (-1.0, 1.0))(x_low, x_high)
+    return Slow(lambda x: floats.jn(n_low, x), 1.0, (-1.0, 1.0))(x_low, x_high)
 
 
 @dataclass(frozen=True)
@@ -354,8 +353,8 @@ class SecondKind:
         return below, self.greatest
 
 
-_rising_i0 = Even(Monotone(special.i0, image=(1.0, inf), ulps=SPECIAL_ULPS))
-_rising_i1 = Monotone(special.i1, ulps=SPECIAL_ULPS)
+_rising_i0 = Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS))
+_rising_i1 = Monotone(floats.i1, ulps=SPECIAL_ULPS)
 
 
 def i0(low: float, high: float) -> Interval:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from rulesheets.diagnosis import Diagnosis, Label, error
+from rulesheets.diagnosis import Diagnosis, Label, closest, error, plural
 from rulesheets.marks import KINDS, Kind, Shape
 from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
-from rulesheets.parse.mistakes.operand import MISSING, bad_number, broken_line, two_operands
-from rulesheets.parse.mistakes.stop import Stop, first_of
-from rulesheets.spelling import closest, plural
+from rulesheets.parse.mistakes.operand import MISSING, Stop, bad_number, broken_line, first_of, two_operands
 from rulesheets.syntax.nodes import Mark, Name
 from rulesheets.syntax.source import Span
 

@@ -1,15 +1,161 @@
-"""Operands that are missing, or stand side by side."""
+"""Where reading a line stopped, and what was wrong with the term or the condition there."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
-from rulesheets.diagnosis import Diagnosis
+from rulesheets.diagnosis import Diagnosis, Label, closest, error
 from rulesheets.functions import TABLE
-from rulesheets.parse.layout import Word
-from rulesheets.parse.mistakes.stop import Mistake, Stop
-from rulesheets.spelling import closest
-from rulesheets.syntax.source import Span
+from rulesheets.parse.layout import Line, Word
+from rulesheets.syntax.source import Source, Span
+
+OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}
+_LINKS = frozenset({"_AND", "_OR", "NOT"})
+_OPERANDS = frozenset({"NAME", "NUMBER", "SYMBOL", "LPAR", "GIVEN"})
+_ENDS = frozenset({"NAME", "NUMBER", "SYMBOL", "RPAR"})
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The words of a line, and the index of the first one that does not fit (their number at the end)."""
+
+    source: Source
+    line: Line
+    words: tuple[Word, ...]
+    index: int
+
+    @property
+    def word(self) -> Word | None:
+        """The word that does not fit, None at the end of the line."""
+        return self.at(self.index)
+
+    @property
+    def before(self) -> Word | None:
+        return self.at(self.index - 1)
+
+    @property
+    def after(self) -> Word | None:
+        return self.at(self.index + 1)
+
+    def at(self, index: int) -> Word | None:
+        return self.words[index] if 0 <= index < len(self.words) else None
+
+    # --- what kinds of words stand here ---
+
+    @property
+    def kind(self) -> str:
+        """The kind of the word that does not fit; empty at the end of the line."""
+        return self.word.type if self.word is not None else ""
+
+    @property
+    def kind_before(self) -> str:
+        return self.before.type if self.before is not None else ""
+
+    @property
+    def relates(self) -> bool:
+        """Whether the word is ``=`` or a sign of order."""
+        return self.kind == "RELATION" or self.word == "="
+
+    @property
+    def begins_operand(self) -> bool:
+        return self.word is not None and self.word.type in _OPERANDS
+
+    @property
+    def follows_operand(self) -> bool:
+        return self.before is not None and self.before.type in _ENDS
+
+    @property
+    def lacks_operand(self) -> bool:
+        """Whether something should stand between the word before and this one."""
+        before = self.before
+        return before is None or before in OPERATORS or before == "(" or before.type in _LINKS
+
+    @property
+    def adjacent(self) -> bool:
+        """Whether no blank parts the word from the one before."""
+        return (
+            self.word is not None and self.before is not None and self.word.start_pos == self.before.end_pos
+        )
+
+    def line_ends_before(self, index: int) -> bool:
+        """Whether a line of text ends between a word and the one before it."""
+        if not 0 < index < len(self.words):
+            return False
+        return "\n" in self.line.code[self.words[index - 1].end_pos : self.words[index].start_pos]
+
+    def count(self, kind: str) -> int:
+        """How many words of a kind stand before the stop."""
+        return sum(word.type == kind for word in self.words[: self.index])
+
+    @property
+    def condition(self) -> tuple[Word, ...] | None:
+        """The words after an ``if`` that waits for its ``then``, up to the stop; None outside."""
+        for index in range(min(self.index, len(self.words)) - 1, -1, -1):
+            if self.words[index].type == "_THEN":
+                return None
+            if self.words[index].type == "IF":
+                return self.words[index + 1 : self.index]
+        return None
+
+    # --- places ---
+
+    def span(self, first: Word | None, last: Word | None = None) -> Span:
+        """The place of a word, or of all from one to another; the end of the line for None."""
+        if first is None:
+            return Span(self.source, self.line.end, self.line.end + 1)
+        last = last or first
+        return Span(self.source, self.line.start + first.start_pos, self.line.start + last.end_pos)
+
+    @property
+    def here(self) -> Span:
+        return self.span(self.word)
+
+    @property
+    def whole(self) -> Span:
+        return self.span(self.words[0], self.words[-1])
+
+    def text(self, first: Word, last: Word) -> str:
+        return " ".join(self.line.code[first.start_pos : last.end_pos].split())
+
+    def error(self, code: str, message: str | None, span: Span, label: str, *notes: str) -> Diagnosis:
+        return error(code, message, Label(span, label), notes=notes)
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """One row of a table of mistakes: ``when`` it is this one, and what is said where.
+
+    ``at`` is ``here``, ``before``, ``both`` (the word before and the one here) or ``whole``. Texts may name
+    ``{word}``, ``{before}`` and ``{after}``, the words around the stop.
+    """
+
+    when: Callable[[Stop], object]
+    code: str
+    message: str
+    note: str
+    at: str = "here"
+    label: str = ""
+
+    def __call__(self, stop: Stop) -> Diagnosis | None:
+        if not self.when(stop):
+            return None
+        words = {"word": stop.word, "before": stop.before, "after": stop.after}
+        before, word = stop.before or stop.word, stop.word
+        places = {"here": (word,), "before": (before,), "both": (before, word)}
+        span = stop.whole if self.at == "whole" else stop.span(*places[self.at])
+        label, note = self.label.format(**words), self.note.format(**words)
+        return stop.error(self.code, self.message.format(**words), span, label, note)
+
+
+Explanation = Callable[[Stop], Diagnosis | None]
+
+
+def first_of(explanations: Iterable[Explanation], stop: Stop) -> Diagnosis | None:
+    """What the first of the explanations says that applies."""
+    return next((found for explain in explanations if (found := explain(stop)) is not None), None)
+
 
 _NUMBERLIKE = re.compile(r"[\d.][\d.]*(?:e[+-]?[\d.]*)?", re.IGNORECASE)
 _FIRST = ("call", "function", "parameters", "variables", "rules", "procedure")
@@ -188,4 +334,115 @@ def open_across_lines(stop: Stop) -> Diagnosis | None:
     note = "add ) where it ends, or an operator if it goes on in the next line"
     return stop.error(
         "E102", "this parenthesis is open at the end of its line", stop.span(open_ones[-1]), "", note
+    )
+
+
+def explain_condition(stop: Stop) -> Diagnosis | None:
+    """A diagnosis if reading stops in a condition, or at a ``then`` or ``else`` without one."""
+    condition = stop.condition
+    if condition is None:
+        return first_of(_WITHOUT_IF, stop)
+    if stop.lacks_operand:
+        return None
+    if stop.word is None or stop.word in (",", ":", "{") or (stop.begins_operand and stop.follows_operand):
+        return _end_of_condition(stop, condition)
+    if stop.word.type in ("_THEN", "_AND", "_OR") or stop.word == ")":
+        return _no_condition(stop, condition)
+    if stop.relates:
+        return _chain(stop, condition)
+    if stop.word.type == "_ELSE":
+        return _then_missing(stop)
+    return None
+
+
+def _relates(word: Word) -> bool:
+    return word.type == "RELATION" or word == "="
+
+
+def _piece(condition: tuple[Word, ...]) -> tuple[Word, ...]:
+    """What stands after the last ``and``, ``or`` or ``not``, parentheses around it left out."""
+    start = 0
+    for index, word in enumerate(condition):
+        if word.type in ("_AND", "_OR", "NOT") or (start and word == ","):
+            start = index + 1
+    piece = condition[start:]
+    while len(piece) > 1 and piece[0] == "(" and sum(w == "(" for w in piece) > sum(w == ")" for w in piece):
+        piece = piece[1:]
+    return piece
+
+
+def _next_piece(stop: Stop) -> str:
+    """What follows the stop, up to the end of this part of the condition."""
+    following = stop.words[stop.index + 1 :]
+    ends = (
+        i for i, word in enumerate(following) if word.type in ("_THEN", "_AND", "_OR") or word in (",", ")")
+    )
+    last = next(ends, len(following)) - 1
+    return stop.text(following[0], following[last]) if last >= 0 else "…"
+
+
+def _stray(stop: Stop) -> bool:
+    """A ``then`` or ``else`` that no ``if`` waits for."""
+    if stop.kind not in ("_THEN", "_ELSE") or stop.after == "=":
+        return False
+    return stop.kind == "_THEN" or stop.count("IF") <= stop.count("_ELSE")
+
+
+_WITHOUT_IF = (
+    Mistake(
+        lambda stop: _stray(stop) and stop.count("IF"),
+        *("E112", "there is one `{word}` too many", "use else if for a chain of conditions"),
+    ),
+    Mistake(_stray, "E112", "`{word}` has no `if`", "write if condition then rule else rule"),
+)
+
+
+def _end_of_condition(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
+    misspelt = misspelt_keyword(stop)
+    if misspelt is not None:
+        return misspelt
+    later = {word.type for word in stop.words[stop.index :]}
+    if "_THEN" in later:
+        return _no_condition(stop, condition) if stop.word == "," else None
+    return _then_missing(stop)
+
+
+def _then_missing(stop: Stop) -> Diagnosis:
+    first = max(i for i in range(min(stop.index, len(stop.words))) if stop.words[i].type == "IF")
+    condition = stop.text(stop.words[first], stop.words[stop.index - 1])
+    place = stop.here if stop.word is not None else stop.span(stop.before)
+    label = "it should stand before this" if stop.word is not None else "it should follow here"
+    return stop.error("E109", "`then` is missing", place, label, f"write {condition} then …")
+
+
+def _no_condition(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
+    piece = _piece(condition)
+    if any(map(_relates, piece)):
+        return None
+    if not piece:
+        return stop.error("E110", "a condition is missing", stop.here, "before this", "write if x > 0 then …")
+    text = stop.text(piece[0], piece[-1])
+    return stop.error(
+        "E110",
+        f"{text} is not a condition: it is neither true nor false",
+        stop.span(piece[0], piece[-1]),
+        "",
+        f"compare it with something, as in {text} > 0",
+    )
+
+
+def _chain(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
+    piece = _piece(condition)
+    places = [index for index, word in enumerate(piece) if _relates(word)]
+    if not places or places[-1] + 1 == len(piece):
+        return None
+    middle = stop.text(piece[places[-1] + 1], piece[-1])
+    third = _next_piece(stop)
+    whole = stop.text(piece[0], piece[-1])
+    return stop.error(
+        "E110",
+        "a comparison has two sides only",
+        stop.here,
+        "a third one follows",
+        f"write two comparisons: {whole} and {middle} {stop.word} {third}",
     )

@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rulesheets.diagnosis import Diagnosis
-from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
-from rulesheets.parse.mistakes.heads import section_with_colon
-from rulesheets.parse.mistakes.operand import MISSING, bad_number, broken_line
-from rulesheets.parse.mistakes.stop import Explanation, Mistake, Stop, first_of
+from rulesheets.parse.mistakes.foreign import foreign_form, section_with_colon, unreadable
+from rulesheets.parse.mistakes.operand import (
+    MISSING,
+    Explanation,
+    Mistake,
+    Stop,
+    bad_number,
+    broken_line,
+    first_of,
+)
 
 _SHAPE = 'a row reads name = value [unit] " comment'
 

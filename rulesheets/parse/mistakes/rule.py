@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.parse.mistakes.condition import explain_condition
-from rulesheets.parse.mistakes.foreign import foreign_form, unreadable
-from rulesheets.parse.mistakes.heads import section_with_colon, unknown_section
-from rulesheets.parse.mistakes.operand import MISSING, broken_line, open_across_lines, two_operands
-from rulesheets.parse.mistakes.stop import Explanation, Mistake, Stop, first_of
+from rulesheets.parse.mistakes.foreign import foreign_form, section_with_colon, unknown_section, unreadable
+from rulesheets.parse.mistakes.operand import (
+    MISSING,
+    Explanation,
+    Mistake,
+    Stop,
+    broken_line,
+    explain_condition,
+    first_of,
+    open_across_lines,
+    two_operands,
+)
 from rulesheets.syntax.nodes import Call, Condition, Equality, Expression, Inequality, Name, children
 
 _KEYWORDS = frozenset({"IF", "_THEN", "_ELSE", "CALL", "_AND", "_OR", "NOT"})

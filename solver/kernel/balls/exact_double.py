@@ -7,9 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from rulesheets.evaluate import Undefined
-from rulesheets.evaluate.enclosing_ball import continuous, jumps
+from rulesheets.evaluate.balls import Ball, around, continuous, exact_ball, exact_fraction, jumps
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.functions.balls import Ball, around, exact_ball, exact_fraction
 from rulesheets.syntax.nodes import Expression, Number, operands
 from solver.kernel.balls.krawczyk import Square
 from solver.kernel.code.interval_code import ROUNDED

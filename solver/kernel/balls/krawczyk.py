@@ -12,8 +12,7 @@ from collections.abc import Mapping, Sequence
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
-from rulesheets.evaluate.enclosing_ball import continuous, enclosing_ball, jumps
-from rulesheets.functions.balls import Ball, around, ball, preconditioned
+from rulesheets.evaluate.balls import Ball, around, ball, continuous, enclosing_ball, jumps, preconditioned
 from rulesheets.syntax.nodes import Expression
 
 INFLATIONS = 24

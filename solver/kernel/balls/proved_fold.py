@@ -15,10 +15,8 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
-from rulesheets.evaluate.enclosing_ball import continuous, enclosing_ball, jumps
-from rulesheets.functions.balls import Ball, around, ball, solved
-from rulesheets.syntax.construct import add, is_number, multiply, subtract
-from rulesheets.syntax.nodes import Expression, Name, Number
+from rulesheets.evaluate.balls import Ball, around, ball, continuous, enclosing_ball, jumps, solved
+from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, subtract
 from solver.kernel.balls.krawczyk import Square, only_root, proved_root
 
 MU, PLACE = "#mu", "#t"

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.model import Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import subtract
-from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.nodes import Expression, subtract
 from solver.kernel.code.chain import Chain, chains, compile_chain, directions, exhaustive, jumps
 from solver.kernel.code.scalar import compile_expressions
 from solver.kernel.code.sparse_system import SparseSystem

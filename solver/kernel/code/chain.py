@@ -16,8 +16,7 @@ from typing import Any
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import add, substitute, subtract
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, add, substitute, subtract
 from solver.kernel.code.scalar import Emitter
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Stage
@@ -152,7 +151,7 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
 
 def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
     """Whether a preimage of a periodic operation lies outside the range whatever its target is."""
-    from rulesheets.evaluate.enclosure import enclose
+    from rulesheets.evaluate.number import enclose
 
     at = next(i for i, stage in enumerate(stages) if stage.period)
     expression: Expression = TARGET

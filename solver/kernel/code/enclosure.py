@@ -13,8 +13,18 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import add, exchange, is_number, multiply, negative
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Quotient,
+    add,
+    exchange,
+    is_number,
+    multiply,
+    negative,
+)
 from solver.kernel.code.chain import Assignment, Chain, directions, jumps
 from solver.kernel.code.interval_code import FLOATS, IntervalEmitter, Operations, Pair
 from solver.kernel.code.quotients import by_slopes

@@ -12,11 +12,20 @@ from dataclasses import dataclass
 from math import inf, isfinite, isnan, nan
 from typing import Any, TypeAlias
 
-from rulesheets.evaluate.arithmetic import Arithmetic
-from rulesheets.functions.intervals.arithmetic import add, divide, multiply, power, scaled, square, within
-from rulesheets.functions.intervals.bounds import EMPTY, Interval, greatest
-from rulesheets.functions.intervals.bounds import least as smaller
-from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
+from rulesheets.evaluate.number import FLOAT_INTERVALS, Arithmetic
+from rulesheets.functions.intervals import (
+    EMPTY,
+    Interval,
+    add,
+    divide,
+    greatest,
+    multiply,
+    power,
+    scaled,
+    square,
+    within,
+)
+from rulesheets.functions.intervals import least as smaller
 from rulesheets.functions.intervals.forms import cut
 from rulesheets.functions.slopes import ROUNDED as ROUNDED_SLOPES
 from rulesheets.syntax.nodes import Call, Name, Negative, Number, Power, Product, Quotient, Sum, Symbol

@@ -13,8 +13,19 @@ from typing import TYPE_CHECKING
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.functions import TABLE
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import exchange, substitute
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    exchange,
+    substitute,
+)
 from solver.kernel.code.chain import Chain
 
 if TYPE_CHECKING:

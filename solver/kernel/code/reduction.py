@@ -12,8 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rulesheets.syntax import nodes
-from rulesheets.syntax.construct import substitute, subtract
-from rulesheets.syntax.nodes import Expression, Name
+from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
 from solver.kernel.code.block import BlockKernel
 from solver.kernel.code.chain import RESIDUAL, Assignment, Chain, through
 from solver.path.isolate import Isolation, isolate

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import inf, nan
 from typing import Any
 
-from rulesheets.evaluate.arithmetic import Arithmetic
+from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms
 from rulesheets.syntax.nodes import (

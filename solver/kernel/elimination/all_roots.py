@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from rulesheets.evaluate.enclosure import enclose
+from rulesheets.evaluate.number import enclose
 from solver.kernel.blur import astray
 from solver.kernel.candidates import Candidates
 from solver.kernel.elimination.exact import Polynomial

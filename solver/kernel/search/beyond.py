@@ -131,6 +131,6 @@ class _Residual:
 
     @property
     def _context(self) -> Any:
-        from rulesheets.functions.extended import context
+        from rulesheets.evaluate.digits import context
 
         return context(DIGITS)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.syntax.nodes import Expression, Name, Number, children, rebuilt
 from solver.accuracy.rule_check import BACKWARD
 from solver.kernel.code.chain import Chain

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.digits import SPARE, Unresolved

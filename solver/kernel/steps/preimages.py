@@ -150,7 +150,7 @@ class _WholeTurns:
 
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""
-        from rulesheets.evaluate.enclosure import enclose
+        from rulesheets.evaluate.number import enclose
 
         known = self.preimages.values
         box = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}

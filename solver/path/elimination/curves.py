@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from rulesheets.syntax.construct import add, multiply, negative
-from rulesheets.syntax.nodes import Name
+from rulesheets.syntax.nodes import Name, add, multiply, negative
 from solver.path.closed_form import Circle, Let, Parabola
 from solver.path.elimination.system import System
 from solver.path.polynomial import (

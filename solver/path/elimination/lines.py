@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.syntax.construct import call, divide, multiply
-from rulesheets.syntax.nodes import Name
+from rulesheets.syntax.nodes import Name, call, divide, multiply
 from solver.path.closed_form import Let
 from solver.path.elimination.system import Line, System
 from solver.path.polynomial import (

@@ -8,7 +8,6 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from rulesheets.model import Equation
-from rulesheets.syntax.construct import add, call, divide
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -19,6 +18,9 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    add,
+    call,
+    divide,
     names,
 )
 from solver.path.closed_form import Coefficient, Formula, Let

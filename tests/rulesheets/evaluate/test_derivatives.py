@@ -16,7 +16,7 @@ from rulesheets.evaluate import (
     simplify,
     value,
 )
-from rulesheets.functions.extended import context
+from rulesheets.evaluate.digits import context
 from rulesheets.syntax.nodes import (
     Call,
     Expression,

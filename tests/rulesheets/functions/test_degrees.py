@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rulesheets.evaluate.digits import context, functions
 from rulesheets.functions import TABLE
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.functions.extended import context, functions
 
 # Enough digits for a float times 10**300 reduced to less than a turn.
 EXACT = functions(700)

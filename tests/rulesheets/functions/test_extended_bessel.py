@@ -6,8 +6,8 @@ import mpmath
 import pytest
 import scipy.special
 
+from rulesheets.evaluate.digits import context, functions
 from rulesheets.functions.digits import MOST_ORDER as MOST
-from rulesheets.functions.extended import context, functions
 
 DIGITS = 40
 

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rulesheets.evaluate.digits import functions
+from rulesheets.evaluate.number import FLOAT_INTERVALS
 from rulesheets.functions import TABLE
-from rulesheets.functions.extended import functions
-from rulesheets.functions.intervals import arithmetic
+from rulesheets.functions import intervals as arithmetic
 from rulesheets.functions.intervals import arrays as on_arrays
 from rulesheets.functions.intervals.arrays import INTERVALS
-from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
 from tests.rulesheets.functions.test_intervals import assert_contains, quiet, real_power
 
 __all__ = ["quiet"]

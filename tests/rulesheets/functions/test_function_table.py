@@ -9,8 +9,8 @@ import mpmath
 import pytest
 
 from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.digits import context, functions
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.functions.extended import context, functions
 from rulesheets.syntax.nodes import Call, Name, Number
 
 # Arguments at which a function is smooth; those of one argument are tried at each, of two at each pair.

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
+from rulesheets.evaluate.digits import context, functions
+from rulesheets.evaluate.number import FLOAT_INTERVALS
 from rulesheets.functions import TABLE
-from rulesheets.functions.extended import context, functions
 from rulesheets.functions.intervals.arrays import INTERVALS, add, divide, multiply, power
-from rulesheets.functions.intervals.floats import FLOAT_INTERVALS
 
 MP = context(40)
 EXACT = functions(40)

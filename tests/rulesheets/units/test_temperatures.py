@@ -7,7 +7,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.units.check import check_units
-from rulesheets.units.weights import differences
+from rulesheets.units.quantity import differences
 from solver.report.sheet import displayed, sheet_rows
 
 WALL = """variables

@@ -6,7 +6,7 @@ import pytest
 
 import rulesheets
 import solver
-from rulesheets.functions.extended import context, functions
+from rulesheets.evaluate.digits import context, functions
 from solver.accuracy import rule_check
 
 

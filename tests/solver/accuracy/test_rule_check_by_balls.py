@@ -44,7 +44,7 @@ def _changed(value: float, dice: random.Random, drawn: float) -> float:
 @pytest.mark.parametrize("part", range(3))
 def test_no_rule_holds_that_no_change_admitted_satisfies(part: int) -> None:
     flint = pytest.importorskip("flint")
-    from rulesheets.evaluate.enclosing_ball import enclosing_ball
+    from rulesheets.evaluate.balls import enclosing_ball
 
     judged = 0
     for seed in range(part * SHEETS // 3, (part + 1) * SHEETS // 3):

@@ -12,7 +12,7 @@ import pytest
 
 import solver
 from rulesheets.functions.table import TABLE
-from rulesheets.parse.drafts import head_word
+from rulesheets.parse.sections import head_word
 from solver.editor.words import FILE, HEADS, RESERVED, Names, Symbol, words, written
 
 ROOT = Path(__file__).parents[3]

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.format.text import readable
+from rulesheets.format import readable
 from solver.report.sheet import certain, exact, magnitude
 
 

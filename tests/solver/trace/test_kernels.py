@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.functions.degrees import atan2d, cosd, sind
+from rulesheets.functions.floats import atan2d, cosd, sind
 from rulesheets.model import Model
 from rulesheets.syntax import nodes
 from solver.plan import Plan

@@ -12,10 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, enclose, value
-from rulesheets.functions.intervals import arithmetic
+from rulesheets.functions import intervals as arithmetic
 from rulesheets.functions.intervals.arrays import scaled, square
-from rulesheets.syntax.construct import call
-from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum, call
 from solver.kernel.code.interval_arrays import ARRAYS
 from solver.kernel.code.interval_code import FLOATS, IntervalEmitter
 

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.syntax.construct import call, subtract
-from rulesheets.syntax.nodes import Name, Number, Product, Sum
+from rulesheets.syntax.nodes import Name, Number, Product, Sum, call, subtract
 from solver.kernel.code.chain import RESIDUAL, Assignment, Chain, compile_chain
 from solver.kernel.code.enclosure import Enclosure, sides
 

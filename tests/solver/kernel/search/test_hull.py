@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, enclose
-from rulesheets.syntax.construct import call
-from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum, call
 from solver.kernel.search.hull import Hull
 from tests.solver.kernel.code.test_interval_code import ENDS
 

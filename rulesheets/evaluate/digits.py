@@ -1,0 +1,339 @@
+"""Expressions and functions to any number of digits, by mpmath (imported here only): values, slopes, limits.
+
+Each precision has a context of its own (in each thread), so nothing here touches mpmath's global one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache, partial
+from threading import get_ident
+from typing import Any, TypeAlias
+
+import mpmath
+from mpmath.libmp import NoConvergence
+
+from rulesheets.evaluate.gradient import Part, Traced, accumulated
+from rulesheets.evaluate.number import Arithmetic, Undefined, value
+from rulesheets.functions.digits import Extended
+from rulesheets.functions.row import Forms, Function
+from rulesheets.functions.slopes import ROUNDED
+from rulesheets.functions.table import TABLE
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, names, operands
+from rulesheets.syntax.program import walk
+
+
+def context(digits: int) -> Any:
+    """The context that works with ``digits`` decimal digits, one of each thread: mpmath changes the
+    precision of a context while it computes."""
+    return _context(get_ident(), digits)
+
+
+@cache
+def _context(thread: int, digits: int) -> Any:
+    made = mpmath.MPContext()
+    made.dps = digits
+    return made
+
+
+def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
+    """A function of mpmath numbers for every row of ``TABLE``.
+
+    Outside its domain, or without a form in many digits, one raises ValueError or ZeroDivisionError.
+    """
+    return _functions(get_ident(), digits)
+
+
+@cache
+def _functions(thread: int, digits: int) -> Mapping[str, Callable[..., Extended]]:
+    return Forms(TABLE, partial(_over_reals, context(digits)))
+
+
+def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
+    """The function over the reals: complex and infinite answers are refused."""
+    match row.digits:
+        case None:
+            return partial(_missing, row.name)
+        case str() as name:
+            function = getattr(mp, name)
+        case form:
+            function = partial(form, mp)
+
+    def value(*arguments: Extended) -> Extended:
+        try:
+            result = function(*arguments)
+        except NoConvergence as endless:
+            raise ValueError("no value within the limits of mpmath") from endless
+        if isinstance(result, mp.mpc) or not mp.isfinite(result):
+            raise ValueError("no real value")
+        return mp.mpf(result)
+
+    return value
+
+
+def _missing(name: str, *arguments: Extended) -> Extended:
+    raise ValueError(f"{name} is known in floats only")
+
+
+ExtendedValues: TypeAlias = Mapping[str, Any]
+"""Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""
+
+
+LARGE_BITS = 40
+"""Binary digits before the point from which on an exponent is large."""
+SPARE = 5
+MOST_BITS = 100_000
+"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
+
+
+def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
+    """The value of ``expression`` computed with ``digits`` decimal digits, an mpmath number.
+
+    Floats, those of the expression included, are taken as the exact numbers that they are.
+    Raises Undefined where an operation has no real value, KeyError for a variable without one.
+    """
+    return Digits(values, digits).of(expression)
+
+
+def extended_derivatives(
+    expression: Expression, values: ExtendedValues, digits: int
+) -> tuple[Extended, dict[str, Extended]]:
+    """Value and partial derivatives by every variable in the expression, with ``digits`` decimal digits.
+
+    Raises Undefined where the expression or one of its slopes has no real value, KeyError for a variable
+    without one.
+    """
+    part = TracedDigits(Digits(values, digits)).of(expression)
+    return part.value, accumulated(part, context(digits).zero)[0]
+
+
+def in_many_digits(expression: Expression) -> bool:
+    """Whether every function in it is known to more digits than those of floats."""
+    calls = (part for part in walk(expression) if isinstance(part, Call))
+    return all(TABLE[call.function].digits is not None for call in calls)
+
+
+class Digits(Arithmetic[Extended]):
+    """Numbers of mpmath. ``slope``: floats of slopes stand for the exact numbers next to them."""
+
+    def __init__(self, values: ExtendedValues, digits: int, slope: bool = False) -> None:
+        self.values, self.digits, self.slope = values, digits, slope
+
+    def number(self, node: Number) -> Extended:
+        exact = ROUNDED.get(node.value) if self.slope else None
+        return _exact(node.value, self.digits) if exact is None else self.of(exact)
+
+    def name(self, node: Name) -> Extended:
+        number = self.values[node.name]
+        if isinstance(number, str):
+            raise Undefined("symbol", (), node)
+        return context(self.digits).mpf(number)
+
+    def divided(self, node: Quotient, above: Extended, below: Extended) -> Extended:
+        if below == 0:
+            raise Undefined("/", (0.0,), node)
+        return above / below
+
+    def raised(self, node: Power, base: Extended, exponent: Extended) -> Extended:
+        negative_root = base < 0 and exponent != int(exponent)
+        if negative_root or (base == 0 and exponent < 0):
+            raise Undefined("^", (float(base), float(exponent)), node)
+        size = exponent.exp + exponent.bc if exponent else 0
+        if size <= LARGE_BITS or not base:
+            return base**exponent
+        return self._large_power(node, base, exponent, size)
+
+    def _large_power(self, node: Power, base: Extended, exponent: Extended, size: int) -> Extended:
+        """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares,
+        and squares again, for whole exponents, and for others it takes no more digits."""
+        if size > MOST_BITS:
+            raise Undefined("overflow", (math.inf,), node)
+        mp = context(self.digits + SPARE + size // 3)
+        found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
+        odd = base < 0 and int(exponent) % 2 == 1
+        return +context(self.digits).mpf(-found if odd else found)
+
+    def applied(self, node: Call, arguments: list[Extended]) -> Extended:
+        for argument in arguments:
+            if argument and abs(argument.exp + argument.bc) > MOST_BITS:
+                raise Undefined("overflow", (math.inf,), node)
+        try:
+            return functions(self.digits)[node.function](*arguments)
+        except (ValueError, ZeroDivisionError, OverflowError):
+            raise Undefined(node.function, tuple(map(float, arguments)), node) from None
+
+
+class TracedDigits(Traced[Extended]):
+    """Parts in many digits."""
+
+    numbers: Digits
+
+    def slope(self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression) -> Extended:
+        values = {str(place): part.value for place, part in enumerate(arguments)}
+        try:
+            return Digits(values, self.numbers.digits, slope=True).of(template)
+        except Undefined as error:
+            raise Undefined(error.operation, error.arguments, node) from None
+
+
+@lru_cache(maxsize=4096)
+def _exact(value: float, digits: int) -> Extended:
+    """A number of a rule, which is met again and again."""
+    return context(digits).mpf(value)
+
+
+DIGITS = 160
+DISTANCES = (1e-20, 1e-40)
+AGREEMENT = 1e-16
+"""Relative difference of the values at the two distances; it is of the order of the larger one."""
+TRIALS = (0.7390851, 2.6651441)
+"""Numbers that stand for what has no value."""
+_SHARES = ((1.0, 0.7, 1.3, 0.9, 1.1), (0.6, -1.2, 0.8, -0.7, 1.4), (-0.9, 1.1, 0.5, 1.3, -0.6))
+"""Directions of the lines: how far each variable moves, by turns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Indeterminate:
+    """A part of an expression that has no value at a point, and takes one of the ``form`` 0/0 there.
+
+    ``limit`` is its two-sided limit, None where it has none; ``is_open``: it depends on what has no value.
+    """
+
+    part: Expression
+    form: str
+    limit: float | None
+    is_open: bool = False
+
+
+def indeterminate(expression: Expression, values: Mapping[str, float | str]) -> Indeterminate | None:
+    """The innermost part of an expression that is indeterminate at the values, whatever the others are."""
+    found = _indeterminate(expression, values)
+    unknown = [name for name in dict.fromkeys(names(expression)) if name not in values]
+    if found is not None or not unknown:
+        return found
+    numbers = ({name: x * (1.0 + 0.173 * k) for k, name in enumerate(unknown)} for x in TRIALS)
+    first, second = (_indeterminate(expression, {**values, **trial}) for trial in numbers)
+    if first is None or second is None or first.limit is None:
+        return None
+    return Indeterminate(first.part, first.form, None, is_open=True)
+
+
+def _indeterminate(expression: Expression, values: Mapping[str, float | str]) -> Indeterminate | None:
+    for chain in _undefined(expression, values):
+        for part, above in zip(chain, (*chain[1:], None), strict=True):
+            form = _form(part, values)
+            found = limit(part, values) if form or part is not chain[0] else None
+            if form or found is not None:
+                return Indeterminate(part, form or ("1^∞" if isinstance(part, Power) else "0·∞"), found)
+            if above is None or not _may_compensate(above, part, values):
+                break
+    return None
+
+
+def _undefined(expression: Expression, values: Mapping[str, float | str]) -> Iterator[tuple[Expression, ...]]:
+    """Parts that have no value though their own parts have, each with all that it stands in, inside out."""
+    stack: list[tuple[Expression, ...]] = [(expression,)]
+    while stack:
+        chain = stack.pop()
+        if _has_value(chain[0], values):
+            continue
+        inner = [part for part in operands(chain[0]) if not _has_value(part, values)]
+        stack.extend((part, *chain) for part in inner)
+        if not inner and _read(chain[0], values):
+            yield chain
+
+
+def _read(part: Expression, values: Mapping[str, float | str]) -> bool:
+    return all(name in values for name in names(part))
+
+
+def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
+    if not _read(part, values):
+        return False
+    try:
+        value(part, values)
+    except Undefined as undefined:
+        return undefined.overflow
+    except TypeError:
+        return True  # a symbol, which has no limit
+    return True
+
+
+def _form(part: Expression, values: Mapping[str, float | str]) -> str:
+    """``0/0`` for a quotient whose numerator and divisor are 0, in many digits as in floats."""
+    if isinstance(part, Quotient) and all(_vanishes(side, values) for side in (part.left, part.right)):
+        return "0/0"
+    return ""
+
+
+def _vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
+    try:
+        return not extended(part, values, 50) and not extended(part, values, 100)
+    except Undefined:
+        return False
+
+
+def _may_compensate(above: Expression, part: Expression, values: Mapping[str, float | str]) -> bool:
+    """Whether an expression may have a limit where a part of it becomes infinite."""
+    match above:
+        case Product(left, right):
+            other = right if left is part else left
+            return _read(other, values) and _vanishes(other, values)
+        case Quotient() | Power() | Call():
+            return _read(above, values)
+        case _:
+            return False
+
+
+def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:
+    """The two-sided limit at a point, along every line through it; None where there is none.
+
+    Where the expression has no value beside the point if all variables move, they move one by one.
+    """
+    moving = [name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)]
+    lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]
+    try:
+        return _common(expression, values, lines)
+    except Undefined:
+        pass
+    found: list[float] = []
+    for name in moving:
+        try:
+            alone = _common(expression, values, [{name: 1.0}])
+        except Undefined:
+            continue
+        if alone is None:
+            return None
+        found.append(alone)
+    return found[0] if found and all(_alike(found[0], other) for other in found) else None
+
+
+def _common(
+    expression: Expression, values: Mapping[str, float | str], lines: Sequence[Mapping[str, float]]
+) -> float | None:
+    """The limit that both sides of all lines agree on. Raises Undefined where one has no value."""
+    sides = [(line, side) for line in lines for side in (1, -1)]
+    far, near = (
+        [extended(expression, beside(values, line, side * distance), DIGITS) for line, side in sides]
+        for distance in DISTANCES
+    )
+    if all(abs(b) <= AGREEMENT * abs(a) for a, b in zip(far, near, strict=True)):
+        return 0.0
+    if all(_alike(near[0], number) for number in (*far, *near)):
+        return float(near[0])
+    return None
+
+
+def beside(values: Mapping[str, float | str], line: Mapping[str, float], distance: float) -> ExtendedValues:
+    """A point at a distance, relative to each value, on a line through the values."""
+    mp = context(DIGITS)
+    moved: dict[str, object] = dict(values)
+    for name, share in line.items():
+        at = mp.mpf(values[name])
+        moved[name] = at + mp.mpf(share) * mp.mpf(distance) * (abs(at) or 1)
+    return moved
+
+
+def _alike(one: Extended | float, other: Extended | float) -> bool:
+    return bool(abs(one - other) <= AGREEMENT * max(abs(one), abs(other)))
