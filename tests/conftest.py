@@ -26,10 +26,14 @@ QUICK = (
         "solver/test_codes.py",
     ),
     *("solver/accuracy/test_attained.py", "solver/trace/test_folding.py"),
-    *("solver/derivatives/test_tolerances.py", "solver/kernel/steps", "solver/numerics/test_newton.py"),
+    *(
+        "solver/derivatives/test_tolerances.py",
+        "solver/kernel/test_whole_turns.py",
+        "solver/numerics/test_newton.py",
+    ),
     *("solver/path/test_closed_form.py", "solver/ranking/test_homogeneity.py", "solver/report/test_table.py"),
     *("solver/solution/test_turns.py", "solver/structure/test_matching.py", "solver/trace/test_record.py"),
-    *("solver/verdicts/test_close_answers.py", "solver/kernel/elimination/test_unattained.py"),
+    *("solver/verdicts/test_close_answers.py", "solver/kernel/test_unattained.py"),
 )
 """At least one of each room: what `pytest -m quick` runs, beside tests that say so themselves."""
 

@@ -12,7 +12,7 @@ from benchmarks.speed.solvers import fsolve_on
 from rulesheets.evaluate import NotDifferentiable, differentiate, holds
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.kernel.code.scalar import compile_expressions
+from solver.kernel.emitter import compile_expressions
 from solver.path.steps import Evaluate, Select, SolveBlock, equations_of
 from solver.plan import Plan
 from solver.verdicts.verdict import Verdict

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from rulesheets.model import Model, Value
 from solver.chart.plain_newton import plain_newton
 from solver.chart.reference import ActiveRules, State
-from solver.kernel.code.block import BlockKernel
+from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, ScipyRoot, scipy_root
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock

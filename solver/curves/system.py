@@ -13,7 +13,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Name, subtract
 from solver.derivatives.linearization import active_equations
-from solver.kernel.code.scalar import compile_expressions
+from solver.kernel.emitter import compile_expressions
 from solver.numerics.continuation import Problem, Vector
 from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph

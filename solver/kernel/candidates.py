@@ -1,4 +1,4 @@
-"""From candidates to answers: refined on the whole block, checked, distinct."""
+"""From candidates to answers: refined on the whole block, checked, distinct; and what a block came to."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from solver.accuracy.rule_check import gross
 from solver.attempts import Attempt, Method
 from solver.facts import DoubleRoot, Fact, OutOfRange
-from solver.kernel.blur import EPSILON, Uncertainty, is_ordinary, uncertainty
+from solver.kernel.chain import Chain
 from solver.kernel.question import Question
+from solver.kernel.root_check import EPSILON, Uncertainty, is_ordinary, uncertainty
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.termination import Outcome
 
@@ -113,7 +114,7 @@ class Candidates:
 
     def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
         """Keep the float next to a root that floats converge to, if every equation holds there."""
-        from solver.kernel.sharp_root import multiple_root, sharp_root
+        from solver.kernel.root_check import multiple_root, sharp_root
 
         point = self.question.named(x)
         if not self.nearly(point):
@@ -334,3 +335,55 @@ def _near(
             if apart > tolerance * 0.01 * largest:
                 return False
     return True
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A short interval of the tear of a ``chain`` that a search could not settle.
+
+    ``turn``: the period of the tear, where it is an angle.
+    """
+
+    chain: Chain
+    low: float
+    high: float
+    turn: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BlockOutcome:
+    """``answers`` are distinct, the preferred one first; ``complete`` where they are proven to be all.
+
+    ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then
+    the one answer holds what it does determine). ``attempts`` are the methods that were tried.
+    ``suspects`` are points that satisfy the block so nearly that floats do not tell whether two roots lie
+    there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
+    ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
+    answers; if they were, all would be known where ``whole`` says so. ``blurred`` are where floats converge
+    and cannot tell whether the block is satisfied. ``doubtful``: rounding may have decided whether a linear
+    block determines its unknowns, or contradicts itself. ``remote``: there is a root beyond 1e60.
+    ``cut``: there are more answers than are listed.
+    """
+
+    answers: tuple[Answer, ...] = ()
+    complete: bool = False
+    facts: tuple[Fact, ...] = ()
+    free: tuple[str, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
+    suspects: tuple[Mapping[str, float], ...] = ()
+    stretches: tuple[Stretch, ...] = ()
+    refused: tuple[Mapping[str, float], ...] = ()
+    whole: bool = False
+    blurred: tuple[Mapping[str, float], ...] = ()
+    doubtful: bool = False
+    remote: bool = False
+    cut: bool = False
+
+    @property
+    def delicate(self) -> bool:
+        unclear = self.suspects or self.refused or self.blurred
+        return self.doubtful or self.remote or bool(unclear) or any(answer.double for answer in self.answers)
+
+    @classmethod
+    def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:
+        return cls(complete=True, facts=(OutOfRange(equations[0], name, value),))

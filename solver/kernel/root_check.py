@@ -1,30 +1,230 @@
-"""The second half of the check of an answer: is there a root of its block within its own error bar?
+"""How far rounding leaves the point of a block open, and whether there is a root within that.
 
 A rule holds if values within a few ulp of those reported satisfy it. Next to a removable 0/0 the slopes are
 so large that this lets anything pass: ``(a - b)/(x - 1)`` takes any value at all as its differences round. So
 where a block is not ordinary it is solved on from the answer in many digits. The answer stands if this ends
 at a root within the error bar, and if moving the unknowns by that bar does not reach a place where a rule
 divides by zero.
+
+Where a rule loses digits as it is evaluated (``1 - cos(x)`` at a small x), residuals in floats end the search
+some roundings away from the root. Computed to many digits they lead on: iterative refinement, the slopes
+staying those of floats (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, section 25.2).
+At a root of multiplicity m, where slopes vanish, too, Newton's steps shrink by (m - 1)/m each: m is told
+from two of them, and m times the second leads to the root (E. Schröder, Math. Ann. 2 (1870) 317-365).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.evaluate.digits import context
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.digits import linearized
-from solver.kernel.blur import ORDINARY, Uncertainty, uncertainty
-from solver.kernel.question import Question
-from solver.kernel.sharp_root import sharp_root
+from solver.accuracy.rule_check import BACKWARD, gross, size
+from solver.kernel.question import SPARSE, Question, Sparse
 from solver.numerics.elimination import eliminate
+from solver.numerics.linear_algebra import inverse
+from solver.numerics.sparse_newton import SparseFactor
+
+EPSILON = 2.0**-52
+ORDINARY = 1e8
+"""Condition up to which the backward error of an answer says enough."""
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
+    terms, the largest of the block. ``relative``: of a large block the largest error beside the size of its
+    unknown, estimated at once.
+    """
+
+    errors: list[float]
+    steepness: float = 0.0
+    relative: float | None = None
+
+
+def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
+    """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
+    if len(point) > SPARSE and question.sparse is not None:
+        return _sparse_uncertainty(question, question.sparse, point)
+    try:
+        jacobian = question.jacobian(list(point.values()))
+    except (ArithmeticError, ValueError):
+        return Uncertainty(
+            [0.0] * len(point)
+        )  # a slope is infinite there: nothing speaks for a multiple root
+    sizes = _sizes_of_rules(question, point)
+    return Uncertainty(_blur(jacobian, sizes), _steepness(sizes))
+
+
+def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
+    """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
+    as the terms of that are. Linear rules are not steep, however much cancels in their brackets."""
+    straight = zip(question.kernel.straight, _sizes_of_rules(question, point), strict=True)
+    sizes = [(moves, max(moves, terms) if linear else terms) for linear, (moves, terms) in straight]
+    x = np.array(list(point.values()))
+    entries = sparse[1](x)
+    try:
+        factor = SparseFactor(entries, len(x))
+    except ArithmeticError:
+        return Uncertainty([math.inf] * len(x), _steepness(sizes), math.inf)
+    slopes, rows, columns = entries
+    terms, reach = np.array([term for _, term in sizes]), np.full(len(x), np.inf)
+    with np.errstate(all="ignore"):
+        np.minimum.at(reach, columns, np.where(slopes, terms[rows] / np.abs(slopes), np.inf))
+    weight = np.maximum(np.abs(x), np.where(np.isfinite(reach), reach, 0.0))
+    weight = np.where(weight > 0.0, weight, 1.0)
+    relative = factor.spread(np.array(_tolerances(sizes)), weight)
+    if not math.isfinite(relative):
+        relative = math.inf
+    return Uncertainty((relative * weight).tolist(), _steepness(sizes), relative)
+
+
+def _steepness(sizes: Sequence[tuple[float, float]]) -> float:
+    return max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
+
+
+def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
+    """Whether rules and block are so well-conditioned at a point that it is near a root if the rules hold."""
+    if found.relative is not None:
+        return found.steepness <= ORDINARY and found.relative <= ORDINARY * EPSILON
+    return found.steepness <= ORDINARY and all(
+        error <= ORDINARY * EPSILON * abs(v)
+        for error, v in zip(found.errors, point.values(), strict=True)
+        if v
+    )
+
+
+def astray(question: Question, point: Mapping[str, float], share: float) -> bool:
+    """Whether a point that was computed is plainly no answer: an equation misses by more than a share of its
+    terms, and than what rounding of the point itself explains. A number that cancellation has left no digit
+    of says nothing against the others.
+    """
+    x, here = list(point.values()), {**question.here, **point}
+    try:
+        misses = question.residual(x)
+        far = [
+            abs(miss) > share * gross(equation, here)
+            for miss, equation in zip(misses, question.kernel.equations, strict=True)
+        ]
+        if not any(far):
+            return False
+        jacobian = question.jacobian(x)
+    except (ArithmeticError, ValueError):
+        return False
+    off = _blur(jacobian, _sizes_of_rules(question, point))
+    explained = [sum(abs(s) * e for s, e in zip(row, off, strict=True) if s) for row in jacobian]
+    return any(is_far and abs(m) > e for is_far, m, e in zip(far, misses, explained, strict=True))
+
+
+def _sizes_of_rules(question: Question, point: Mapping[str, float]) -> list[tuple[float, float]]:
+    """How far each rule moves with its variables, and the size of its terms."""
+    everything = {**question.here, **point}
+    return [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
+
+
+def _blur(jacobian: Sequence[Sequence[float]], sizes: Sequence[tuple[float, float]]) -> list[float]:
+    errors = _spread(jacobian, _tolerances(sizes))
+    return [error if math.isfinite(error) else math.inf for error in errors]
+
+
+def _tolerances(sizes: Sequence[tuple[float, float]]) -> list[float]:
+    return [max(BACKWARD * moves, EPSILON * terms) for moves, terms in sizes]
+
+
+def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
+    """|J⁻¹|·t (n,) for a Jacobian (n, n); infinite where it is singular."""
+    inverted = inverse(jacobian)
+    if inverted is None:
+        return [math.inf] * len(tolerance)
+    with np.errstate(all="ignore"):
+        errors: list[float] = (np.abs(inverted) @ np.array(tolerance)).tolist()
+    return errors
+
+
+REFINED_DIGITS = 60
+REFINEMENTS = 8
+MULTIPLE_DIGITS, MULTIPLE_ROUNDS = 150, 16
+"""At a root of multiplicity m the residual is the m-th power of the distance."""
+MOST = 8
+"""Multiplicity that is looked for."""
+REGULAR = 0.02
+"""By how much the shrinking of steps may miss that of a multiplicity."""
+REFINED = 1e-20
+"""Share of its size by which the last step moves an unknown: no float shows it."""
+
+
+def sharp_root(question: Question, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
+    """The root near ``start`` (n,), to the last place; None where the steps don't settle.
+
+    ``sizes`` (n,) of the unknowns are what steps are measured by where an unknown is 0.
+    """
+    mp, names = context(REFINED_DIGITS), question.unknowns
+    try:
+        factor = question.factor(start, sizes)
+        if factor.rank < factor.columns:
+            return None
+        x = [mp.mpf(v) for v in start]
+        for _ in range(REFINEMENTS):
+            step = _step(factor, _misses(question, dict(zip(names, x, strict=True))))
+            x = [v - d for v, d in zip(x, step, strict=True)]
+            if all(abs(d) <= REFINED * max(abs(v), size) for v, d, size in zip(x, step, sizes, strict=True)):
+                return [float(v) for v in x]
+    except (Undefined, ArithmeticError, ValueError):
+        return None
+    return None
+
+
+def multiple_root(question: Question, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
+    """The multiple root near ``start`` (n,), to the last place; None where the steps tell of none."""
+    mp, names = context(MULTIPLE_DIGITS), question.unknowns
+    x, before = [mp.mpf(v) for v in start], None
+    try:
+        for _ in range(MULTIPLE_ROUNDS):
+            at = {**question.here, **dict(zip(names, x, strict=True))}
+            rows, misses = linearized(question.kernel.forms, names, at, MULTIPLE_DIGITS)
+            step = eliminate(rows, misses) if any(misses) else None
+            if step is None:  # nothing is missed here, or no slope is left
+                return [float(v) for v in x] if not any(misses) else None
+            length = max(abs(d) / size for d, size in zip(step, sizes, strict=True))
+            many = _multiplicity(length / before) if before else 1
+            x = [v - many * d for v, d in zip(x, step, strict=True)]
+            if many > 1 and length * many <= REFINED:
+                return [
+                    float(v) if abs(v) > REFINED * size else 0.0 for v, size in zip(x, sizes, strict=True)
+                ]
+            before = length if many == 1 else None
+    except (Undefined, ArithmeticError, ValueError):
+        return None
+    return None
+
+
+def _multiplicity(shrinking: Any) -> int:
+    """m, where steps shrink by (m - 1)/m; else 1."""
+    many = round(float(1 / (1 - shrinking))) if shrinking < 1 - 1 / (2 * MOST) else 1
+    return many if 1 < many <= MOST and abs(shrinking - (many - 1) / many) <= REGULAR else 1
+
+
+def _misses(question: Question, point: dict[str, Any]) -> list[Any]:
+    at = {**question.here, **point}
+    return [extended(form, at, REFINED_DIGITS) for form in question.kernel.forms]
+
+
+def _step(factor: Any, misses: Sequence[Any]) -> list[Any]:
+    """J⁻¹ F, the misses brought to unit size for the floats that solve for it."""
+    largest = max(map(abs, misses))
+    if not largest:
+        return [largest] * len(misses)
+    return [largest * d for d in factor.solve([float(miss / largest) for miss in misses])]
+
 
 DIGITS = 60
 ITERATIONS = 40
@@ -33,7 +233,6 @@ NEAR = 2e-4
 NUDGE = 1e-5
 """Of an error bar, by which another start lies beside a point."""
 HALVINGS = 12
-EPSILON = 2.0**-52
 SAFETY, FAR = 4.0, 100.0
 """Error bars from a root to an answer; and from the answer, beyond which no root is followed any farther."""
 SETTLED = 1e-30

@@ -1,7 +1,10 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
-The methods of its chain (``methods.py``) are tried one after another until the answers are known to be all;
-where they found nothing, those of ``fallback.py``."""
+The methods of ``first_methods`` are tried one after another until the answers are known to be all; where they
+found nothing, trust regions are. Damped Newton keeps the direction of a step and shortens it; in a trust
+region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg, 1944, and D. Marquardt,
+1963), which gets round where the Jacobian is nearly singular.
+"""
 
 from __future__ import annotations
 
@@ -15,23 +18,37 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.attempts import Attempt, Method
 from solver.facts import Fact, NoRoot
-from solver.kernel.budget import Budget
-from solver.kernel.candidates import MOST_ANSWERS, Candidates
-from solver.kernel.code.block import BlockKernel
-from solver.kernel.code.reduction import reduced
-from solver.kernel.elimination.all_roots import counted
-from solver.kernel.elimination.contradiction import contradiction
-from solver.kernel.elimination.formula import solve_by_formula
-from solver.kernel.elimination.linear_block import solve_linear_block
-from solver.kernel.elimination.near_rank import Blur
-from solver.kernel.elimination.polynomial_block import solve_as_polynomial, solve_by_half_angle
-from solver.kernel.elimination.resultant_block import solve_by_resultant
-from solver.kernel.outcome import BlockOutcome, Stretch
-from solver.kernel.question import Question
-from solver.kernel.search.curve_points import without_curves
-from solver.kernel.search.sparse_search import search_sparsely
-from solver.kernel.search.tear_search import TearSearch
-from solver.numerics.newton import NewtonLimits
+from solver.kernel.block import BlockKernel, reduced
+from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
+from solver.kernel.contradiction import contradiction
+from solver.kernel.formula import solve_by_formula
+from solver.kernel.free_curve import without_curves
+from solver.kernel.linear_block import Blur, solve_linear_block
+from solver.kernel.polynomial_block import counted, solve_as_polynomial, solve_by_half_angle
+from solver.kernel.question import Budget, Question
+from solver.kernel.resultant_block import solve_by_resultant
+from solver.kernel.sparse_search import search_sparsely
+from solver.kernel.tear_search import TearSearch
+from solver.numerics.multistart import starting_points
+from solver.numerics.newton import TRUST_REGIONS, NewtonLimits, scipy_root
+
+TRUST_REGION_STARTS = 24
+
+
+def fall_back(question: Question, candidates: Candidates) -> None:
+    """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
+    ranges, scale = [question.domain(name) for name in question.unknowns], question.scale()
+    evaluations = 0
+    for start in starting_points(question.guess(), ranges, scale, TRUST_REGION_STARTS):
+        for method in TRUST_REGIONS:
+            end = scipy_root(question.residual, question.jacobian, start, method, scale)
+            evaluations += end.evaluations
+            candidates.refine(end.x)
+            if not candidates.fruitless:
+                candidates.tried(Method.TRUST_REGION, iterations=evaluations)
+                return
+    candidates.tried(Method.TRUST_REGION, iterations=evaluations)
+
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -132,7 +149,7 @@ def solve_block(
     outcome = _searched(question, budget, assumed, off, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
-    from solver.kernel.search.off_curve import with_isolated
+    from solver.kernel.free_curve import with_isolated
 
     return with_isolated(question, outcome)
 
@@ -154,8 +171,6 @@ def _searched(
     if not assumed and (curve := search.curve()) is not None:
         return curve
     if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
-        from solver.kernel.search.fallback import fall_back
-
         fall_back(question, search.candidates)
     return search.outcome() if assumed else search.isolated(search.outcome())
 
@@ -164,7 +179,7 @@ def _refuted(question: Question, candidates: Candidates, given: Collection[str])
     """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
     if candidates.fruitless and (found := contradiction(question)) is not None:
         return found
-    from solver.kernel.elimination.unattained import unattained
+    from solver.kernel.contradiction import unattained
 
     return unattained(question, given)
 
@@ -198,7 +213,7 @@ class _Search:
         """Where no answer was found in its range: a curve of answers, if there is one."""
         if self.budget.brief or self.kernel.linear or self.candidates.answers or self.candidates.blurred:
             return None
-        from solver.kernel.search.free_curve import free_curve
+        from solver.kernel.free_curve import free_curve
 
         found = free_curve(self.question)
         attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
@@ -273,7 +288,7 @@ class _Search:
     def _boxes(self) -> None:
         if self.whole:
             return
-        from solver.kernel.search.box_search import search_boxes
+        from solver.kernel.box_search import search_boxes
 
         self.complete = search_boxes(self.question, self.candidates, self.budget.thorough)
         self.candidates.tried(Method.BOXES, self.complete)
@@ -300,7 +315,7 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
     if question.guesses or not in_batches:
         _one_by_one(question, candidates)
     if in_batches:
-        from solver.kernel.search.start_search import search_from_starts
+        from solver.kernel.start_search import search_from_starts
 
         try:
             search_from_starts(question, candidates, budget)

@@ -8,7 +8,7 @@ from rulesheets.format import format_condition
 from rulesheets.model import Equation, Model, Premise, Requirement
 from rulesheets.syntax.source import Span, escaped
 from solver.attempts import Method
-from solver.kernel.code.block import BlockKernel
+from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
 from solver.path.outlook import Outlook, question
 from solver.path.planner import planner

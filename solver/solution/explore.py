@@ -12,12 +12,12 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Number
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated
-from solver.kernel.budget import PLAN, STEP, Budget
-from solver.kernel.code.block import kernel_of
-from solver.kernel.elimination.near_rank import Blur
-from solver.kernel.outcome import BlockOutcome
+from solver.kernel.block import kernel_of
+from solver.kernel.candidates import BlockOutcome
+from solver.kernel.linear_block import Blur
+from solver.kernel.question import PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
-from solver.kernel.steps.step import solve_step
+from solver.kernel.step import solve_step
 from solver.path.cases import EQUAL, Pair, activity, value_of_equality
 from solver.path.graph import ModelGraph
 from solver.path.planner import planner
@@ -41,7 +41,8 @@ from solver.solution.leaves import (
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-    from solver.kernel.steps.step import StepOutcome
+    from solver.kernel.candidates import BlockOutcome
+    from solver.kernel.step import StepOutcome
     from solver.path.isolate import Isolation
     from solver.solution.leaves import Twins
 

@@ -44,7 +44,8 @@ if TYPE_CHECKING:
 
     from solver.accuracy.forward_error import ForwardErrors
     from solver.attempts import Attempt
-    from solver.kernel.outcome import BlockOutcome
+    from solver.kernel.candidates import BlockOutcome
+    from solver.path.cases import Pair
     from solver.path.steps import SolveBlock, Step
 
 
@@ -111,7 +112,7 @@ def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
 
-    from solver.kernel.outcome import BlockOutcome
+    from solver.kernel.candidates import BlockOutcome
     from solver.path.steps import SolveBlock
 
     Sense: TypeAlias = tuple[tuple[int, ...], tuple[str, ...]]
@@ -295,7 +296,7 @@ class Exploration:
     ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
     undetermined what they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
     floats can tell; ``outcomes`` are what the blocks came to;
-    ``work`` is what it took, counted (see ``kernel/budget.py``); ``gaps`` are why they may not be all.
+    ``work`` is what it took, counted (see ``kernel/question.py``); ``gaps`` are why they may not be all.
     """
 
     leaves: tuple[Leaf, ...]

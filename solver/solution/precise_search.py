@@ -33,15 +33,13 @@ from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.rule_check import gross, half_unit
 from solver.attempts import Attempt, Method
 from solver.facts import Beside, DoubleRoot, NoRoot, RestsOnRounding
-from solver.kernel.candidates import Answer
-from solver.kernel.code.block import kernel_of
-from solver.kernel.code.chain import Chain
-from solver.kernel.code.enclosure import Enclosure, slope_chain
-from solver.kernel.elimination.near_rank import Blur, undetermined
-from solver.kernel.outcome import BlockOutcome, Stretch
+from solver.kernel.block import kernel_of
+from solver.kernel.candidates import Answer, BlockOutcome, Stretch
+from solver.kernel.chain import Chain
+from solver.kernel.enclosure import Enclosure, slope_chain
+from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
-from solver.kernel.steps.precise_step import PreciseStep, exact_turn
-from solver.kernel.steps.step import StepOutcome
+from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
 from solver.numerics.elimination import eliminate
 from solver.path.cases import activity
 from solver.path.isolate import Isolation

@@ -33,7 +33,7 @@ from solver.path.steps import Evaluate, Select, SolveBlock
 from solver.solution.leaves import Leaf
 
 if TYPE_CHECKING:
-    from solver.kernel.balls.krawczyk import Square
+    from solver.kernel.krawczyk import Square
 
 
 BITS = 400
@@ -151,7 +151,7 @@ class _Proving:
 
     def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
         from rulesheets.evaluate.balls import ball
-        from solver.kernel.balls.krawczyk import Square, proved_root
+        from solver.kernel.krawczyk import Square, proved_root
 
         equations = [self.model.equations[index] for index in indices]
         used.update(indices)
@@ -179,12 +179,12 @@ class _Proving:
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
         if not any(set(indices) & set(equations) for equations in folds):
             return
-        from solver.kernel.balls.exact_double import exact_double_root
+        from solver.kernel.krawczyk import exact_double_root
 
         near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
         if exact_double_root(square, self.balls, near) is not None:
             raise _Double(tuple(square.unknowns))
-        from solver.kernel.balls.proved_fold import unfolded
+        from solver.kernel.krawczyk import unfolded
 
         found = unfolded(square, self.balls, middle)
         if found is not None:

@@ -10,7 +10,7 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.accuracy.rule_check import BACKWARD
-from solver.kernel.code.block import kernel_of
+from solver.kernel.block import kernel_of
 from solver.path.cases import activity
 from solver.path.closed_form import Circle, Coefficient, Let, Parabola
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage

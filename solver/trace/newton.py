@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate, value
 from rulesheets.syntax.nodes import names
-from solver.kernel.code.block import BlockKernel
-from solver.kernel.code.chain import jumps
+from solver.kernel.block import BlockKernel
+from solver.kernel.chain import jumps
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable

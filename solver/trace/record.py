@@ -17,7 +17,7 @@ from dataclasses import replace
 from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Conflict, Unmet
-from solver.kernel.code.block import kernel_of
+from solver.kernel.block import kernel_of
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
 from solver.path.steps import Decide, Evaluate, Select, SolveBlock, Step

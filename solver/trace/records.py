@@ -18,7 +18,7 @@ from typing import Any
 
 from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.code.block import kernel_of
+from solver.kernel.block import kernel_of
 from solver.path.cases import activity
 from solver.path.closed_form import Circle, Let, Parabola
 from solver.path.planner import Planner

@@ -21,8 +21,7 @@ from rulesheets.evaluate.balls import ball, precision
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, Sum
 from solver.cli import main
-from solver.kernel.balls.krawczyk import Square
-from solver.kernel.balls.proved_fold import unfolded
+from solver.kernel.krawczyk import Square, unfolded
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 CRANK = rulesheets.load(MODELS / "offset_slider_crank" / "model.tk")

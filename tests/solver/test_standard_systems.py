@@ -14,10 +14,10 @@ from benchmarks.standard import PROBLEMS, Problem
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.attempts import Method
+from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
-from solver.kernel.code.block import BlockKernel
 from solver.kernel.question import Question
-from solver.kernel.search.fallback import fall_back
+from solver.kernel.solve_block import fall_back
 from solver.path.planner import planner
 
 MULTIPLE = (2, 18, 19)

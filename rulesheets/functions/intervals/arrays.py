@@ -191,7 +191,9 @@ def _may_contain(low: Array, high: Array, offset: float) -> Mask:
     return np.ceil(first) <= np.floor(last)
 
 
-def _box_by_box(form: Callable[..., tuple[float, float]]) -> Callable[..., Interval]:
+def box_by_box(form: Callable[..., tuple[float, float]]) -> Callable[..., Interval]:
+    """A form on one box of floats, applied to every box of arrays."""
+
     def enclosure(*ends: Array) -> Interval:
         arrays = np.broadcast_arrays(*ends) if ends else [np.zeros(())]
         boxes = zip(*(array.ravel().tolist() for array in arrays), strict=True)
@@ -212,9 +214,9 @@ def _form(row: Function) -> Callable[..., Interval]:
         case forms.Wave() as form:
             return _wave(form, ARRAYS[row.name])
         case None:
-            return _box_by_box(forms.unknown)
+            return box_by_box(forms.unknown)
         case form:
-            return magnitudes if row.name == "abs" else _box_by_box(form)
+            return magnitudes if row.name == "abs" else box_by_box(form)
 
 
 INTERVALS = Forms(TABLE, _form)

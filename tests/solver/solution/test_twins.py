@@ -9,8 +9,7 @@ import pytest
 import rulesheets
 import solver
 from solver.facts import DoubleRoot, NoRoot, OutOfRange
-from solver.kernel.candidates import Answer
-from solver.kernel.outcome import BlockOutcome
+from solver.kernel.candidates import Answer, BlockOutcome
 from solver.path.steps import SolveBlock
 from solver.solution import explore
 from solver.solution.leaves import Twins

@@ -12,7 +12,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.kernel.code.block import kernel_of
+from solver.kernel.block import kernel_of
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.trace.newton import BlockNewton

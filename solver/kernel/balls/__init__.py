@@ -1,1 +1,0 @@
-"""Roots proved in balls: existence, uniqueness, folds and double roots."""

@@ -1,0 +1,425 @@
+"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled when used.
+
+A block of several tears may have a single one with its definitions substituted. Where a rule of the block
+just says what one unknown is (``y = K*x``), its right side can stand for the unknown everywhere else. An
+unknown that then occurs more than once in a rule may still be isolated from it
+(``V*(K*x) + (1 - V)*x = z``), and a tear that gives all the others leaves one equation in one unknown, whose
+whole range can be searched. (Substitution before tearing: Elmqvist & Otter, ESM 1994, 326-332.)
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
+from rulesheets.functions.arrays import ARRAYS
+from rulesheets.model import Value, Variable
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
+from solver.kernel.chain import (
+    RESIDUAL,
+    Assignment,
+    Chain,
+    chains,
+    compile_chain,
+    directions,
+    exhaustive,
+    jumps,
+    through,
+)
+from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
+from solver.kernel.enclosure import Enclosure
+from solver.kernel.sparse_system import SparseSystem
+from solver.numerics.multistart import Array
+from solver.path.graph import ModelGraph
+from solver.path.isolate import Isolation, is_linear, isolate
+from solver.path.smooth import smooth
+from solver.path.steps import SolveBlock
+from solver.ranking.sizes import Scalings
+
+if TYPE_CHECKING:
+    from solver.path.closed_form import ClosedForm
+
+
+class BlockKernel:
+    """Residual, Jacobian and chains of a block, each compiled once for a path, when it is first used."""
+
+    def __init__(self, graph: ModelGraph, block: SolveBlock) -> None:
+        self.graph, self.block = graph, block
+        self.equations = [graph.model.equations[e] for e in block.equations]
+        self.unknowns = block.unknowns
+        names = dict.fromkeys(name for e in self.equations for name in e.names)
+        unknowns = frozenset(self.unknowns)
+        self.known = tuple(name for name in names if name not in unknowns)
+        self.forms = [subtract(e.left, e.right) for e in self.equations]
+        self._chains: tuple[Chain, ...] | None = None
+        self._others: tuple[BlockKernel, ...] | None = None
+        self._enclosures: dict[int, Enclosure] = {}
+        self._compiled: dict[int, Callable[..., Any]] = {}
+
+    @cached_property
+    def jumps(self) -> bool:
+        """Whether an equation may jump, where its Jacobian does not show it."""
+        return any(jumps(form) or any(directions(form)) for form in self.forms)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether every equation has its derivatives by formula."""
+        return all(self.partials)
+
+    def domain(self, name: str) -> tuple[float, float]:
+        """Where to search an unknown: its declared range, and of an angle no more than one turn."""
+        variable, turn = self.graph.model.variables[name], self.graph.turn(name)
+        low, high = variable.low, variable.high
+        if turn is None or (low > -math.inf and high < math.inf):
+            return low, high
+        if low > -math.inf:
+            return low, low + turn
+        return (high - turn, high) if high < math.inf else (-turn / 2, turn / 2)
+
+    @property
+    def finite(self) -> bool:
+        """Whether boxes can be searched: finite ranges, and equations that are smooth by formula."""
+        ends = (end for name in self.unknowns for end in self.domain(name))
+        return not self.jumps and self.smooth and all(map(math.isfinite, ends))
+
+    @cached_property
+    def exhaustive(self) -> bool:
+        return exhaustive(self.graph, self.block)
+
+    @cached_property
+    def divisors(self) -> tuple[Expression, ...]:
+        """What the equations divide by that depends on unknowns."""
+        unknowns = frozenset(self.unknowns)
+        found = (divisor for form in self.forms for divisor in divisors(form))
+        return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
+
+    @cached_property
+    def linear(self) -> bool:
+        """Whether every equation, as it is written, is linear in the unknowns."""
+        return all(self.straight)
+
+    @cached_property
+    def straight(self) -> list[bool]:
+        """Which equations, as they are written, are linear in the unknowns."""
+        unknowns = frozenset(self.unknowns)
+        return [is_linear(form, unknowns) for form in self.forms]
+
+    @cached_property
+    def closed(self) -> ClosedForm | None:
+        """Formulas for the unknowns, where elimination leads to them."""
+        from solver.path.elimination import closed_form
+
+        turning = [name for name in self.unknowns if self.graph.is_turning(name)]
+        return closed_form(self.equations, self.unknowns, turning)
+
+    @cached_property
+    def partials(self) -> list[Expression | None]:
+        return [_partial(form, unknown) for form in self.forms for unknown in self.unknowns]
+
+    @cached_property
+    def _residual(self) -> Callable[..., Sequence[float]]:
+        return compile_expressions(self.forms, (*self.unknowns, *self.known))
+
+    @cached_property
+    def _flat(self) -> Callable[..., Sequence[float]]:
+        flat = [partial or nodes.Number(0.0) for partial in self.partials]
+        return compile_expressions(flat, (*self.unknowns, *self.known))
+
+    @cached_property
+    def sparse(self) -> SparseSystem | None:
+        """The block as a sparse system; None where a derivative has no formula."""
+        try:
+            return SparseSystem(self.forms, self.unknowns, self.known)
+        except NotDifferentiable:
+            return None
+
+    @cached_property
+    def arrays(self) -> BlockArrays:
+
+        return BlockArrays(self)
+
+    @property
+    def variables(self) -> list[Variable]:
+        return [self.graph.model.variables[name] for name in self.unknowns]
+
+    def others(self) -> tuple[BlockKernel, ...]:
+        """The same block torn elsewhere."""
+        if self._others is None:
+            self._others = tuple(BlockKernel(self.graph, block) for block in self.block.others)
+        return self._others
+
+    def chains(self) -> tuple[Chain, ...]:
+        if self._chains is None:
+            self._chains = chains(self.graph, self.block)
+        return self._chains
+
+    def chain_function(self, place: int) -> Callable[..., Any]:
+        """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
+        if place not in self._compiled:
+            chain = self.chains()[place]
+            results = (*self.unknowns, *chain.residuals)
+            self._compiled[place] = compile_chain(chain, self.known, results)
+        return self._compiled[place]
+
+    def enclosure(self, place: int) -> Enclosure:
+        """Bounds of the residual of a chain over boxes of its tear."""
+        if place not in self._enclosures:
+            self._enclosures[place] = Enclosure(self.chains()[place], self.known)
+        return self._enclosures[place]
+
+    def residual(self, known: Sequence[float]) -> Callable[[Sequence[float]], Sequence[float]]:
+        return lambda x: self._residual(*x, *known)
+
+    def jacobian(self, known: Sequence[float]) -> Callable[[Sequence[float]], list[Sequence[float]]]:
+        n = len(self.unknowns)
+
+        def rows(x: Sequence[float]) -> list[Sequence[float]]:
+            flat = self._flat(*x, *known)
+            return [flat[i : i + n] for i in range(0, n * n, n)]
+
+        return rows if all(self.partials) else _differences(self.residual(known), n)
+
+    def at_zero(self, values: Mapping[str, Value]) -> tuple[list[float], list[list[float]]]:
+        """Residual and Jacobian where every unknown is 0, by one sweep of each equation, uncompiled.
+
+        Raises ArithmeticError where they are undefined.
+        """
+        point = {**values, **dict.fromkeys(self.unknowns, 0.0)}
+        swept = [derivatives(form, point) for form in self.forms]
+        return [r for r, _ in swept], [[slopes.get(u, 0.0) for u in self.unknowns] for _, slopes in swept]
+
+
+def _partial(form: Expression, unknown: str) -> Expression | None:
+    try:
+        return differentiate(form, unknown)
+    except NotDifferentiable:
+        return None
+
+
+def _differences(
+    residual: Callable[[Sequence[float]], Sequence[float]], n: int
+) -> Callable[[Sequence[float]], list[Sequence[float]]]:
+    """Central differences, for the few functions whose derivative has no formula."""
+
+    def rows(x: Sequence[float]) -> list[Sequence[float]]:
+        columns = []
+        for j in range(n):
+            h = 6e-6 * max(abs(x[j]), 1e-3)
+            up, down = list(x), list(x)
+            up[j], down[j] = x[j] + h, x[j] - h
+            columns.append([(a - b) / (2 * h) for a, b in zip(residual(up), residual(down), strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    return rows
+
+
+def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
+    """The kernel of a block, the same each time it is met."""
+    kernels: dict[SolveBlock, BlockKernel] = graph.kernels
+    if block not in kernels:
+        kernels[block] = BlockKernel(graph, block)
+    return kernels[block]
+
+
+def divisors(expression: Expression) -> Iterator[Expression]:
+    """What a rule divides by, with variables in it (a power of it, or the cosine in a tangent)."""
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        match node:
+            case nodes.Quotient(_, divisor) if nodes.names(divisor):
+                yield divisor
+            case nodes.Power(base, exponent) if nodes.names(base) and not _is_positive(exponent):
+                yield base
+            case nodes.Call("tan" | "tand" as function, arguments):
+                yield nodes.Call(function.replace("tan", "cos"), arguments)
+        stack.extend(nodes.children(node))
+
+
+def _is_positive(exponent: Expression) -> bool:
+    return isinstance(exponent, nodes.Number) and exponent.value > 0.0
+
+
+MAX_CHAINS = 32
+
+
+class BlockArrays:
+    """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
+
+    def __init__(self, kernel: BlockKernel) -> None:
+        self.kernel = kernel
+        self.n = len(kernel.unknowns)
+        self.names = (*kernel.unknowns, *kernel.known)
+        forms = [smooth(e.left, e.right) for e in kernel.equations]
+        partials = _smooth_partials(forms, kernel.unknowns)
+        self.places = list(partials)
+        self._forms = compile_arrays(forms, self.names)
+        self._partials = compile_arrays(list(partials.values()), self.names)
+        self.scalings = Scalings(kernel.equations, self.names)
+        every = kernel.chains()
+        self.chains = [_followed(kernel, chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
+
+    def residual(self, known: Sequence[float], x: Array) -> Array:
+        return self._stacked(self._forms(*x.T, *known), len(x))
+
+    def jacobian(self, known: Sequence[float], x: Array) -> Array:
+        matrices = np.zeros((len(x), self.n, self.n))
+        for (i, j), values in zip(self.places, self._partials(*x.T, *known), strict=True):
+            matrices[:, i, j] = values
+        return matrices
+
+    def starts(self, known: Sequence[float], tears: Array) -> Array:
+        """Each point (k, tears) followed along one of the chains, by turns."""
+        found = np.empty((len(tears), self.n))
+        for place, chain in enumerate(self.chains):
+            mine = tears[place :: len(self.chains)]
+            try:
+                found[place :: len(self.chains)] = self._stacked(chain(*mine.T, *known), len(mine))
+            except ArithmeticError:  # among the known numbers alone, which are no arrays
+                found[place :: len(self.chains)] = np.nan
+        return found
+
+    def _stacked(self, columns: Sequence[Any], k: int) -> Array:
+        return np.stack([np.broadcast_to(column, (k,)) for column in columns], axis=1)
+
+
+def _smooth_partials(
+    forms: Sequence[Expression], unknowns: Sequence[str]
+) -> dict[tuple[int, int], Expression]:
+    """The derivatives that are not 0 everywhere, by row and column.
+
+    Raises NotDifferentiable.
+    """
+    found = {}
+    for (i, form), (j, unknown) in itertools.product(enumerate(forms), enumerate(unknowns)):
+        if unknown in nodes.names(form):
+            found[i, j] = differentiate(form, unknown)
+    return found
+
+
+def _followed(kernel: BlockKernel, chain: Chain) -> Callable[..., Sequence[Any]]:
+    emitter = Emitter((*chain.tears, *kernel.known), ARRAYS, np.power)
+    for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
+        emitter.assign(assignment.name, assignment.expression)
+        emitter.clamp(assignment.name, assignment.low, assignment.high, np.clip)
+    return emitter.function([emitter.argument(name) for name in kernel.unknowns])
+
+
+if TYPE_CHECKING:
+    from rulesheets.syntax.nodes import Condition
+    from solver.path.graph import ModelGraph
+    from solver.path.steps import SolveBlock
+
+    Equations = dict[int, tuple[Expression, Expression]]
+    Definitions = list[tuple[str, Expression]]
+    Order = list[tuple[int, str, Isolation]]
+
+MOST_UNKNOWNS = 40
+LONGEST = 12
+"""Nodes of a right side that is worth repeating wherever its unknown occurs."""
+
+
+class ReducedKernel(BlockKernel):
+    """The kernel of a block that one chain with one tear covers."""
+
+    def __init__(self, graph: ModelGraph, block: SolveBlock, chain: Chain) -> None:
+        super().__init__(graph, replace(block, tears=chain.tears))
+        self._chains = (chain,)
+        self.exhaustive = True  # every isolation of the chain has one preimage
+
+
+def reduced(kernel: BlockKernel) -> BlockKernel | None:
+    """The same block with one tear, after substitution; None where that is not to be had."""
+    kept = kernel.graph.kernels
+    key = "reduced", kernel.block
+    if key not in kept:
+        chain = _chain(kernel.graph, kernel.block)
+        kept[key] = None if chain is None else ReducedKernel(kernel.graph, kernel.block, chain)
+    found: BlockKernel | None = kept[key]
+    return found
+
+
+def _chain(graph: ModelGraph, block: SolveBlock) -> Chain | None:
+    if len(block.unknowns) > MOST_UNKNOWNS:
+        return None
+    bodies = (graph.model.equations[number] for number in block.equations)
+    equations = {body.index: (body.left, body.right) for body in bodies}
+    definitions = _substituted(equations, set(block.unknowns))
+    if not definitions:
+        return None
+    left = [name for name in block.unknowns if name not in dict(definitions)]
+    found = [(tear, order) for tear in left if (order := _order(equations, left, tear)) is not None]
+    if not found:
+        return None
+    tear, order = min(found, key=lambda each: sum(isolation.cost for _, _, isolation in each[1]))
+    assignments: list[Assignment] = []
+    for number, (_, unknown, isolation) in enumerate(order):
+        (steps,) = through(isolation, f"#{number}", graph.model.variables[unknown])
+        assignments += steps
+    for name, expression in reversed(definitions):
+        variable = graph.model.variables[name]
+        ends = variable.low, variable.high, variable.low_open, variable.high_open
+        assignments.append(Assignment(name, expression, *ends))
+    (last,) = equations.keys() - {equation for equation, _, _ in order}
+    residual = Assignment(f"{RESIDUAL}{last}", subtract(*equations[last]))
+    return Chain((tear,), (*assignments, residual), (residual.name,))
+
+
+def _substituted(equations: Equations, unknowns: set[str]) -> Definitions:
+    """Take definitions out of ``equations`` and put them in for what they define; the first of them first."""
+    found: Definitions = []
+    while (definition := _definition(equations, unknowns)) is not None:
+        number, name, expression = definition
+        del equations[number]
+        unknowns = unknowns - {name}
+        for other, sides in equations.items():
+            if any(name in nodes.names(side) for side in sides):
+                left, right = (substitute(side, {name: expression}) for side in sides)
+                equations[other] = left, right
+        found.append((name, expression))
+    return found
+
+
+def _definition(equations: Equations, unknowns: set[str]) -> tuple[int, str, Expression] | None:
+    for number, (left, right) in equations.items():
+        for one, other in ((left, right), (right, left)):
+            if not isinstance(one, Name) or one.name not in unknowns:
+                continue
+            read = set(nodes.names(other)) & unknowns
+            if read and one.name not in read and _length(other) <= LONGEST:
+                return number, one.name, other
+    return None
+
+
+def _length(expression: Expression | Condition) -> int:
+    return 1 + sum(map(_length, nodes.children(expression)))
+
+
+def _order(equations: Equations, unknowns: list[str], tear: str) -> Order | None:
+    """How the other unknowns follow from a tear, each from one equation in one way, if they do."""
+    waiting, unsolved = dict(equations), set(unknowns) - {tear}
+    order: Order = []
+    moving = True
+    while moving and unsolved:
+        moving = False
+        for number, sides in list(waiting.items()):
+            open_ = {name for side in sides for name in nodes.names(side)} & unsolved
+            if len(open_) != 1:
+                continue
+            (unknown,) = open_
+            isolation = isolate(*sides, unknown)
+            if isolation is None or isolation.branches > 1 or isolation.period:
+                continue
+            order.append((number, unknown, isolation))
+            del waiting[number]
+            unsolved.discard(unknown)
+            moving = True
+    return order if not unsolved and len(waiting) == 1 else None

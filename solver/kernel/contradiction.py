@@ -1,0 +1,315 @@
+"""Rules of a block that contradict each other, or a function, whatever the values are.
+
+``x*y = 6`` contradicts ``x*y = 7``; ``erfc(u) = 2`` and ``exp(w) = 0`` ask for a value outside an image.
+
+Every rule is taken as linear in what it adds up, an unknown or any other expression with unknowns in it. If
+the rules contradict each other so, then at all values of these expressions, whatever the unknowns are.
+
+A search over an infinite range can't tell an end of an image that is never attained: towards infinity the
+function comes as near to it as floats are to one another, and nearer. The rules themselves tell, where a sum
+of multiples of them leaves nothing but the function and a number, computed in fractions: they are taken as
+sums of monomials, products of powers of whatever is not added up. ``x/y`` is one, and a rule is multiplied by
+what it divides by, which is not 0 at any answer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from fractions import Fraction
+from math import inf, isfinite
+from typing import TypeAlias
+
+from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.exactly import Inexact, exactly
+from rulesheets.evaluate.number import number_text
+from rulesheets.functions import TABLE
+from rulesheets.model import Value
+from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
+from rulesheets.syntax.nodes import Number as NumberNode
+from rulesheets.syntax.program import walk
+from solver.facts import Conflict, NoValue
+from solver.kernel.question import Question
+from solver.numerics.linear import solve_linear
+
+CLEAR = 1e-9
+"""Least share of the constants of the rules that they have to miss each other by."""
+MAX_RULES = 40
+
+Terms: TypeAlias = "dict[object, float]"
+"""Factors of expressions with unknowns in them; of the constant under None."""
+
+
+def contradiction(question: Question) -> Conflict | None:
+    """The rules of a block that can't hold together, where linear algebra shows it."""
+    forms = question.kernel.forms
+    if len(forms) > MAX_RULES:
+        return None
+    rows = [_terms(form, question.unknowns, question.here) for form in forms]
+    if any(row is None for row in rows):
+        return None
+    found = [row for row in rows if row is not None]
+    atoms = list(dict.fromkeys(atom for row in found for atom in row if atom is not None))
+    matrix = [[row.get(atom, 0.0) for atom in atoms] for row in found]
+    rhs = [-row.get(None, 0.0) for row in found]
+    if not all(math.isfinite(number) for row in (*matrix, rhs) for number in row):
+        return None
+    facts = solve_linear(matrix, rhs)
+    size = max(
+        (abs(m * rhs[row]) for row, m in zip(facts.conflict, facts.multipliers, strict=True)), default=0.0
+    )
+    if not facts.conflict or abs(facts.miss) <= CLEAR * size:
+        return None
+    equations = tuple(question.equations[row] for row in facts.conflict)
+    return Conflict(equations, facts.miss, dict(question.values))
+
+
+def _terms(form: Expression, unknowns: tuple[str, ...], here: Mapping[str, Value]) -> Terms | None:
+    """A rule as a sum; None where a factor or a constant has no value."""
+    total: Terms = {}
+
+    def constant(part: Expression) -> bool:
+        return not set(names(part)).intersection(unknowns)
+
+    def add(part: Expression, factor: float) -> None:
+        match part:
+            case _ if constant(part):
+                total[None] = total.get(None, 0.0) + factor * value(part, here)
+            case Negative(operand):
+                add(operand, -factor)
+            case Sum(terms):
+                for term in terms:
+                    add(term, factor)
+            case Product(left, right) if constant(left):
+                add(right, factor * value(left, here))
+            case Product(left, right) if constant(right):
+                add(left, factor * value(right, here))
+            case Quotient(left, right) if constant(right):
+                add(left, factor / value(right, here))
+            case Product():
+                number, key = _product(part, constant, here)
+                total[key] = total.get(key, 0.0) + factor * number
+            case _:
+                total[part] = total.get(part, 0.0) + factor
+
+    try:
+        add(form, 1.0)
+    except (Undefined, ArithmeticError):
+        return None
+    return total
+
+
+def _product(
+    part: Product, constant: Callable[[Expression], bool], here: Mapping[str, Value]
+) -> tuple[float, object]:
+    """A product as a number and its factors in no order: ``x*y`` and ``y*x`` are the same."""
+    number, factors, stack = 1.0, [], [part.left, part.right]
+    while stack:
+        factor = stack.pop()
+        if constant(factor):
+            number *= value(factor, here)
+        elif isinstance(factor, Product):
+            stack += [factor.left, factor.right]
+        elif isinstance(factor, Negative):
+            number, stack = -number, [*stack, factor.operand]
+        else:
+            factors.append(factor)
+    counts = {factor: factors.count(factor) for factor in factors}
+    return number, frozenset(counts.items())
+
+
+Monomial: TypeAlias = frozenset[tuple[Expression, int]]
+"""Factors with their exponents; none of them for a constant."""
+
+Row: TypeAlias = dict[Monomial, Fraction]
+ONE: Monomial = frozenset()
+
+
+def monomials(expression: Expression, number: Callable[[Expression], Fraction | None]) -> Row:
+    """The sum that an expression is; ``number`` gives the parts that are exactly known.
+
+    Raises ZeroDivisionError for a known divisor that is 0.
+    """
+    row: Row = {}
+
+    def add(part: Expression, factor: Fraction) -> None:
+        known = number(part)
+        if known is not None:
+            row[ONE] = row.get(ONE, Fraction(0)) + factor * known
+            return
+        match part:
+            case Negative(operand):
+                add(operand, -factor)
+            case Sum(terms):
+                for term in terms:
+                    add(term, factor)
+            case Product(left, right) if (known := number(left)) is not None:
+                add(right, factor * known)
+            case Product(left, right) if (known := number(right)) is not None:
+                add(left, factor * known)
+            case Quotient(left, right) if (known := number(right)) is not None:
+                add(left, factor / known)
+            case _:
+                coefficient, monomial = _monomial(part, number)
+                row[monomial] = row.get(monomial, Fraction(0)) + factor * coefficient
+
+    add(expression, Fraction(1))
+    return _cleared({monomial: c for monomial, c in row.items() if c})
+
+
+def _monomial(part: Expression, number: Callable[[Expression], Fraction | None]) -> tuple[Fraction, Monomial]:
+    coefficient, powers = Fraction(1), Counter[Expression]()
+    stack = [(part, 1)]
+    while stack:
+        factor, exponent = stack.pop()
+        known = number(factor)
+        match factor:
+            case _ if known is not None:
+                coefficient *= known**exponent
+            case Product(left, right):
+                stack += [(left, exponent), (right, exponent)]
+            case Quotient(left, right):
+                stack += [(left, exponent), (right, -exponent)]
+            case Negative(operand):
+                coefficient, stack = -coefficient, [*stack, (operand, exponent)]
+            case Power(base, NumberNode(power)) if power in range(1, 65):
+                stack.append((base, exponent * int(power)))
+            case _:
+                powers[factor] += exponent
+    return coefficient, frozenset((factor, exponent) for factor, exponent in powers.items() if exponent)
+
+
+def _cleared(row: Row) -> Row:
+    """The row times what its monomials divide by."""
+    lowest: Counter[Expression] = Counter()
+    for monomial in row:
+        for factor, exponent in monomial:
+            lowest[factor] = min(lowest[factor], exponent)
+    below = {factor: -exponent for factor, exponent in lowest.items() if exponent < 0}
+    if not below:
+        return row
+    found: Row = {}
+    for monomial, coefficient in row.items():
+        powers = dict(monomial)
+        raised = {factor: powers.get(factor, 0) + below.get(factor, 0) for factor in {**powers, **below}}
+        key = frozenset((factor, exponent) for factor, exponent in raised.items() if exponent)
+        found[key] = found.get(key, Fraction(0)) + coefficient
+    return {monomial: c for monomial, c in found.items() if c}
+
+
+def reduced(rows: Sequence[Row], last: Callable[[Monomial], bool]) -> list[Mapping[Monomial, Fraction]]:
+    """Rows that follow from these, in reduced echelon form; monomials that are to be left come ``last``."""
+    columns = sorted({m for row in rows for m in row if m}, key=last)
+    left = [dict(row) for row in rows]
+    done: list[Row] = []
+    for column in columns:
+        pivot = next((row for row in left if row.get(column)), None)
+        if pivot is None:
+            continue
+        left.remove(pivot)
+        pivot = {m: c / pivot[column] for m, c in pivot.items()}
+        left = [_without(column, row, pivot) for row in left]
+        done = [*(_without(column, row, pivot) for row in done), pivot]
+    return [*done, *left]
+
+
+def _without(column: Monomial, row: Row, pivot: Row) -> Row:
+    factor = row.get(column)
+    if not factor:
+        return row
+    both = {m: row.get(m, Fraction(0)) - factor * pivot.get(m, Fraction(0)) for m in {**row, **pivot}}
+    return {m: c for m, c in both.items() if c}
+
+
+ROUNDING = Fraction(1, 2**46)
+"""64 ulp of a number of size 1: what the check of a rule allows."""
+
+
+def unattained(question: Question, given: Collection[str]) -> NoValue | None:
+    """The rule of a block that a function would have to leave the inside of its image for, if there is one.
+
+    ``given``: the known names whose values are exact; others are rounded, and prove nothing.
+    """
+    equations = question.kernel.equations
+    if len(equations) > MAX_RULES or not any(_limited(e.left) or _limited(e.right) for e in equations):
+        return None
+    numbers = {name: value for name, value in question.here.items() if name in given}
+    exact = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, str) and isfinite(v)}
+
+    def number(part: Expression) -> Fraction | None:
+        try:
+            return exactly(part, exact)
+        except (Inexact, ZeroDivisionError):
+            return None
+
+    try:
+        rows = [monomials(form, number) for form in question.kernel.forms]
+    except ZeroDivisionError:
+        return None
+    for row in reduced(rows, lambda monomial: _call(monomial) is not None):
+        asked = [monomial for monomial in row if monomial]
+        call = _call(asked[0]) if len(asked) == 1 else None
+        if call is not None and _outside(call.function, -row.get(ONE, Fraction(0)) / row[asked[0]]):
+            return _no_value(question, call, -row.get(ONE, Fraction(0)) / row[asked[0]])
+    return None
+
+
+def _no_value(question: Question, call: Call, target: Fraction) -> NoValue:
+    unknown = next(name for name in (*names(call), *question.unknowns) if name in question.unknowns)
+    index = next(
+        index
+        for index, equation in zip(question.equations, question.kernel.equations, strict=True)
+        if call in _parts(equation.left) or call in _parts(equation.right)
+    )
+    return NoValue(index, unknown, f"{call.function} = {number_text(_nearest(target))}")
+
+
+def _parts(expression: Expression) -> list[Expression]:
+    return [part for part in walk(expression) if isinstance(part, Call)]
+
+
+def _limited(expression: Expression) -> bool:
+    return any(_image(call.function) is not None for call in _parts(expression) if isinstance(call, Call))
+
+
+def _call(monomial: Monomial) -> Call | None:
+    """The call that a monomial consists of."""
+    match tuple(monomial):
+        case ((Call() as call, 1),):
+            return call
+        case _:
+            return None
+
+
+def _image(function: str) -> tuple[float, float, bool, bool] | None:
+    """The ends of the image of a function, and which of them it never attains."""
+    row = TABLE[function]
+    if row.image is not None:
+        return (*row.image, True, True)
+    preimage = row.inverse
+    if preimage is None or row.source is not None or (preimage.low, preimage.high) == (-inf, inf):
+        return None
+    return preimage.low, preimage.high, preimage.low_open, preimage.high_open
+
+
+def _outside(function: str, target: Fraction) -> bool:
+    """Whether a function never is the target. (Ends such as π/2 are no floats: they say nothing.)"""
+    image = _image(function)
+    if image is None or not all(end in (inf, -inf) or end.is_integer() for end in image[:2]):
+        return False
+    low, high, low_open, high_open = image
+    at_end = (low_open and target == low) or (high_open and target == high)
+    return at_end or _beyond(low, target) or _beyond(-high, -target)
+
+
+def _beyond(low: float, target: Fraction) -> bool:
+    """Whether a number is below the end of an image by more than the rounding of what it was made of."""
+    return low != -inf and target < Fraction(low) - ROUNDING * max(Fraction(1), abs(Fraction(low)))
+
+
+def _nearest(target: Fraction) -> float:
+    try:
+        return float(target)
+    except OverflowError:
+        return inf if target > 0 else -inf

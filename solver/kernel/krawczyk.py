@@ -1,0 +1,439 @@
+"""Roots proved in balls: existence, uniqueness, double roots and folds.
+
+If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root in X,
+whatever the known numbers are within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A. Neumaier,
+*Interval Methods for Systems of Equations*, 1990, section 5.1). F must be continuous in X: where a function
+jumps there, nothing is proved. A double root is proved where rational numbers satisfy the rules with a
+singular Jacobian.
+
+Two roots, or none, where floats see a double one: near a fold the bordered system F(x) + μ u = 0,
+v·(x − x₀) = t is regular, so that Krawczyk's operator proves one curve x(t) with one μ(t) for all t of an
+interval at once (Lyapunov–Schmidt reduction; W. Govaerts, *Numerical Methods for Bifurcations of Dynamical
+Equilibria*, 2000, chapter 3). F = 0 on it where μ = 0. If μ″ has one sign there, μ is convex or concave: with
+its value and slope at one point next to its extreme, and its values at the ends, that proves that it has two
+zeros, or none. The slopes of the rules must be continuous along it: of a kink, where they jump, second
+derivatives know nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations_with_replacement
+
+from rulesheets.deadline import expect_time
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
+from rulesheets.evaluate.balls import (
+    Ball,
+    around,
+    ball,
+    continuous,
+    enclosing_ball,
+    exact_ball,
+    exact_fraction,
+    jumps,
+    preconditioned,
+    solved,
+)
+from rulesheets.evaluate.exactly import Inexact, exactly
+from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, operands, subtract
+from solver.kernel.emitter import ROUNDED
+from solver.numerics.elimination import eliminate
+
+INFLATIONS = 24
+TIGHTENINGS = 12
+WIDENINGS = 6
+TIGHT = 2.0**-110
+"""Relative radius that no float can tell from 0."""
+
+
+class Square:
+    """F = 0 for as many ``forms`` as ``unknowns``; ``partials`` are ∂F_i/∂x_j row by row."""
+
+    def __init__(
+        self, forms: Sequence[Expression], partials: Sequence[Expression], unknowns: Sequence[str]
+    ) -> None:
+        self.forms, self.partials, self.unknowns = forms, partials, unknowns
+
+
+def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
+    """Balls around ``middle`` with exactly one root, for any ``known`` numbers in theirs; None: no proof."""
+    try:
+        return _Proof(square, known).near(list(middle))
+    except (Undefined, OverflowError):
+        return None
+
+
+def only_root(
+    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball], radii: Sequence[float]
+) -> tuple[dict[str, Ball], list[float]] | None:
+    """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around ``middle`` within
+    which it is the only one, for each of these: the given ones or larger; None: no proof."""
+    try:
+        return _Proof(square, known).only(list(middle), list(radii))
+    except (Undefined, OverflowError):
+        return None
+
+
+class _Proof:
+    def __init__(self, square: Square, known: Mapping[str, Ball]) -> None:
+        self.square, self.known = square, known
+        self.jumps = jumps(square.forms, square.unknowns)
+
+    def near(self, middle: list[Ball]) -> dict[str, Ball] | None:
+        """Inflate until the image lies inside; then tighten."""
+        size = max(float(m.abs_upper()) for m in middle) or 1.0
+        least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
+        radii = least
+        for _ in range(INFLATIONS):
+            expect_time()
+            box, image = self._tried(middle, radii)
+            if image is None:
+                return None
+            if _inside(image, box):
+                found = self._exact(middle, box) or self._tightened(image)
+                return dict(zip(self.square.unknowns, found, strict=True))
+            radii = [1.5 * far + tiny for far, tiny in zip(_reach(image, middle), least, strict=True)]
+        return None
+
+    def only(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
+        for _ in range(WIDENINGS):
+            expect_time()
+            box, image = self._tried(middle, radii)
+            if image is None:
+                return None
+            if _inside(image, box):
+                return dict(zip(self.square.unknowns, self._tightened(image), strict=True)), radii
+            radii = [max(radius, 1.5 * far) for radius, far in zip(radii, _reach(image, middle), strict=True)]
+        return None
+
+    def _tried(self, middle: list[Ball], radii: list[float]) -> tuple[list[Ball], list[Ball] | None]:
+        """A box around the middle, and its image."""
+        box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
+        return box, self._image(middle, box)
+
+    def _exact(self, middle: list[Ball], box: list[Ball]) -> list[Ball] | None:
+        """The numbers of the root, where they are short: the middle, or floats, that satisfy F = 0 exactly.
+
+        The box has exactly one root, so that it is this one, for any known numbers.
+        """
+        for point in (middle, [ball(float(m)) for m in middle]):
+            inside = all(x.contains(p) for x, p in zip(box, point, strict=True))
+            if inside and all(r.is_exact() and r.is_zero() for r in self._residual(point)):
+                return point
+        return None
+
+    def _tightened(self, box: list[Ball]) -> list[Ball]:
+        """The image of the image, and so on: each holds the root."""
+        for _ in range(TIGHTENINGS):
+            expect_time()
+            if all(float(x.rad()) <= TIGHT * float(x.abs_upper()) for x in box):
+                break
+            image = self._image([x.mid() for x in box], box)
+            if image is None or not any(k.rad() < 0.5 * x.rad() for k, x in zip(image, box, strict=True)):
+                break
+            box = [x.intersection(k) for x, k in zip(box, image, strict=True)]
+        return box
+
+    def _image(self, middle: Sequence[Ball], box: Sequence[Ball]) -> list[Ball] | None:
+        if not continuous(self.jumps, self._at(box)):
+            return None
+        found = preconditioned(self._jacobian(box), self._jacobian(middle), self._residual(middle))
+        if found is None:
+            return None
+        rest, shift = found
+        apart = [x - m for x, m in zip(box, middle, strict=True)]
+        return [
+            m - s + sum((a * d for a, d in zip(row, apart, strict=True)), ball(0))
+            for m, s, row in zip(middle, shift, rest, strict=True)
+        ]
+
+    def _at(self, point: Sequence[Ball]) -> dict[str, Ball]:
+        return {**self.known, **dict(zip(self.square.unknowns, point, strict=True))}
+
+    def _residual(self, point: Sequence[Ball]) -> list[Ball]:
+        return [enclosing_ball(form, self._at(point)) for form in self.square.forms]
+
+    def _jacobian(self, point: Sequence[Ball]) -> list[list[Ball]]:
+        n, at = len(self.square.unknowns), self._at(point)
+        flat = [enclosing_ball(partial, at, derivative=True) for partial in self.square.partials]
+        return [flat[i : i + n] for i in range(0, n * n, n)]
+
+
+def _inside(image: Sequence[Ball], box: Sequence[Ball]) -> bool:
+    return all(x.contains_interior(k) for x, k in zip(box, image, strict=True))
+
+
+def _reach(image: Sequence[Ball], middle: Sequence[Ball]) -> list[float]:
+    """How far from the middle the image goes."""
+    return [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
+
+
+DENOMINATORS = (1, 10**3, 10**7)
+"""Largest denominators of the rational numbers that floats are taken for, besides what they are."""
+RADIAN = math.pi / 180.0
+SPECK = 2.0**-200
+"""How far around a root its rules must be smooth."""
+
+
+def exact_double_root(
+    square: Square, known: Mapping[str, Ball], near: Sequence[float]
+) -> dict[str, Fraction] | None:
+    """The exact root next to the floats ``near`` at which the Jacobian is singular; None where there is none
+    that is rational, or where a number that it depends on is not known exactly."""
+    given = {name: number for name, ball in known.items() if (number := exact_fraction(ball)) is not None}
+    for candidate in _candidates(near):
+        root = dict(zip(square.unknowns, candidate, strict=True))
+        try:
+            if _singular_root(square, {**given, **root}):
+                return root
+        except Inexact:
+            continue
+    return None
+
+
+def _candidates(near: Sequence[float]) -> Iterator[tuple[Fraction, ...]]:
+    exact = tuple(map(Fraction, near))
+    yield exact
+    for most in DENOMINATORS:
+        yield tuple(number.limit_denominator(most) for number in exact)
+
+
+def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
+    """Whether the rules hold, and the determinant of their Jacobian is 0.
+
+    Derivatives by degrees hold π/180, of which the determinant is a polynomial with rational coefficients. As
+    π is transcendental, it is 0 if and only if it is 0 for more numbers in place of π/180 than its degree.
+    """
+    if any(ROUNDED.keys() & set(_numbers(form)) for form in square.forms):
+        raise Inexact("a number next to π/180")
+    if any(exactly(form, numbers) for form in square.forms) or not _smooth(square, numbers):
+        return False
+    degree = sum(number in ROUNDED for partial in square.partials for number in _numbers(partial))
+    return all(_singular(square, numbers, Fraction(k)) for k in range(1, degree + 2))
+
+
+def _smooth(square: Square, numbers: Mapping[str, Fraction]) -> bool:
+    """Whether neither the rules nor their slopes jump there: a kink is no double root, though 0 stands for
+    its slope."""
+    calls = jumps((*square.forms, *square.partials), square.unknowns)
+    unknown = set(square.unknowns)
+    balls = {n: around(exact_ball(v), SPECK if n in unknown else 0.0) for n, v in numbers.items()}
+    try:
+        return not calls or continuous(calls, balls)
+    except Undefined:
+        return False
+
+
+def _singular(square: Square, numbers: Mapping[str, Fraction], radian: Fraction) -> bool:
+    n = len(square.unknowns)
+    constants = {RADIAN: radian, -RADIAN: -radian, 1 / RADIAN: 1 / radian, -1 / RADIAN: -1 / radian}
+    flat = [exactly(partial, numbers, constants) for partial in square.partials]
+    return eliminate([flat[i : i + n] for i in range(0, n * n, n)], [Fraction(0)] * n) is None
+
+
+def _numbers(form: Expression) -> Iterator[float]:
+    if isinstance(form, Number):
+        yield form.value
+    for part in operands(form):
+        yield from _numbers(part)
+
+
+MU, PLACE = "#mu", "#t"
+"""Names that no sheet can have."""
+MOST_UNKNOWNS = 8
+"""Of a block whose second derivatives are worth forming."""
+REACHES = tuple(10.0**-k for k in range(2, 9))
+"""Shares of the size of the unknowns along which the curve is tried, the longest first."""
+HIGH = 1e3
+"""How much farther than it goes along the curve μ is looked for."""
+STEPS = 8
+"""Newton steps towards the extreme of μ."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """The only ``curve`` in a ``box``, x and μ by name, for all t within ``reach`` of a place."""
+
+    place: Ball
+    reach: float
+    curve: Mapping[str, Ball]
+    box: Mapping[str, Ball]
+
+    def holds(self, point: Mapping[str, Ball]) -> bool:
+        """Whether a point is in the box: if it is one for some t of these, it is on the curve."""
+        return all(self.box[name].contains(number) for name, number in point.items())
+
+
+def unfolded(
+    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]
+) -> tuple[Mapping[str, Ball], ...] | None:
+    """The roots next to the double one that floats see at ``middle``: two, each enclosed, or none.
+
+    None: no proof.
+    """
+    if len(square.unknowns) > MOST_UNKNOWNS:
+        return None
+    try:
+        return _Curve(square, known, middle).unfolded()
+    except (Undefined, NotDifferentiable, OverflowError, ZeroDivisionError):
+        return None
+
+
+class _Curve:
+    """x(t) and μ(t), through ``middle`` at t = 0."""
+
+    def __init__(self, square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> None:
+        self.square, self.known, self.middle = square, known, [m.mid() for m in middle]
+        self.n = len(square.unknowns)
+        self.across, self.along = self._null_vectors()
+        self.bordered = self._bordered()
+        self.second = [self._curved(place) for place in range(self.n)]
+        self.kinks = jumps(square.partials, square.unknowns)
+
+    def unfolded(self) -> tuple[Mapping[str, Ball], ...] | None:
+        """Raises Undefined, and ZeroDivisionError where a matrix can't be proved regular."""
+        place, point = self._extreme()
+        height, tangent = point[MU], self._slopes(point)
+        for reach in REACHES:
+            stretch = self._stretch(place, reach, point)
+            if stretch is None or not continuous(self.kinks, {**self.known, **stretch.box}):
+                continue
+            bend = self._bend(stretch.curve)
+            if bend.contains(0):
+                continue
+            slope = tangent[self.n]
+            extreme = height - slope * slope / (2 * bend)  # μ is no lower where it is convex
+            if not _opposite(extreme, bend) and not extreme.contains(0):
+                return ()
+            ends = [self._at(place + side * ball(reach), list(point.values())) for side in (-1, 1)]
+            if all(end and stretch.holds(end) and _opposite(end[MU], height) for end in ends):
+                return self._two(stretch, point, tangent, (-2 * height / bend).mid())
+        return None
+
+    def _stretch(self, place: Ball, reach: float, point: Mapping[str, Ball]) -> Stretch | None:
+        """The curve around a point of it.
+
+        μ = 0 is in the box that is searched for others, so that F = 0 takes place on the curve alone.
+        """
+        middle = [number.mid() for number in point.values()]
+        thin = self._at(around(place, reach), middle)
+        if thin is None:
+            return None
+        radii = [
+            3 * (float((thin[name] - m).abs_upper()) + reach * abs(float(m)))
+            for name, m in zip(self.square.unknowns, middle, strict=False)
+        ]
+        high = HIGH * float(thin[MU].abs_upper() + point[MU].abs_upper())  # the system is linear in μ
+        known = {**self.known, PLACE: around(place, reach)}
+        found = only_root(self.bordered, known, middle, [*radii, high])
+        if found is None:
+            return None
+        curve, radii = found
+        box = {n: around(m, r) for n, m, r in zip(self.bordered.unknowns, middle, radii, strict=True)}
+        return Stretch(place, reach, curve, box)
+
+    def _two(
+        self, stretch: Stretch, point: Mapping[str, Ball], tangent: Sequence[Ball], square: Ball
+    ) -> tuple[Mapping[str, Ball], ...] | None:
+        """Both roots, at the ``square`` of their distance from the extreme, each enclosed."""
+        apart = square.sqrt().mid()
+        roots = []
+        for side in (-1, 1):
+            near = [
+                (point[name] + side * apart * slope).mid()
+                for name, slope in zip(self.square.unknowns, tangent, strict=False)
+            ]
+            root = proved_root(self.square, self.known, near)
+            if root is None or not self._along(root, stretch):
+                return None
+            roots.append(root)
+        one, other = roots
+        return (one, other) if any(not one[name].overlaps(other[name]) for name in one) else None
+
+    def _along(self, root: Mapping[str, Ball], stretch: Stretch) -> bool:
+        """Whether a root is one of the zeros of μ along the stretch, and not one from elsewhere."""
+        along = self.bordered.forms[-1]
+        t = enclosing_ball(along, {**self.known, **root, PLACE: ball(0)})
+        return stretch.holds(root) and bool(abs(t - stretch.place) <= stretch.reach)
+
+    def _extreme(self) -> tuple[Ball, dict[str, Ball]]:
+        """Next to where μ′ vanishes: the place t, a number, and x and μ there."""
+        place, start = ball(0), [*self.middle, ball(0)]
+        point = self._certain(place, start)
+        for _ in range(STEPS):
+            step = (self._slopes(point)[self.n] / self._bend(point)).mid()
+            place = (place - step).mid()
+            point = self._certain(place, [number.mid() for number in point.values()])
+        return place, point
+
+    def _certain(self, place: Ball, start: Sequence[Ball]) -> dict[str, Ball]:
+        point = self._at(place, start)
+        if point is None:
+            raise ZeroDivisionError
+        return point
+
+    def _at(self, place: Ball, start: Sequence[Ball]) -> dict[str, Ball] | None:
+        """x and μ for every t of a ball, proved to be the only ones near ``start``."""
+        return proved_root(self.bordered, {**self.known, PLACE: place}, [s.mid() for s in start])
+
+    def _slopes(self, point: Mapping[str, Ball]) -> list[Ball]:
+        """x′ (n,) and μ′ wherever the ``point`` may be."""
+        return solved(self._matrix(point), [*([ball(0)] * self.n), ball(1)])
+
+    def _bend(self, point: Mapping[str, Ball]) -> Ball:
+        """μ″: by the chain rule J x″ + μ″ u = −F″(x′, x′), with v·x″ = 0."""
+        tangent, at = self._slopes(point), {**self.known, **point}
+        curved = []
+        for row in self.second:
+            total = ball(0)
+            for (j, k), partial in row.items():
+                total += enclosing_ball(partial, at, derivative=True) * tangent[j] * tangent[k]
+            curved.append(-total)
+        return solved(self._matrix(point), [*curved, ball(0)])[self.n]
+
+    def _matrix(self, point: Mapping[str, Ball]) -> list[list[Ball]]:
+        at, size = {**self.known, **point}, self.n + 1
+        flat = [enclosing_ball(partial, at, derivative=True) for partial in self.bordered.partials]
+        return [flat[i : i + size] for i in range(0, size * size, size)]
+
+    def _null_vectors(self) -> tuple[list[float], list[float]]:
+        """u and v, the latter with t in units of the largest unknown's size."""
+        from solver.numerics.linear_algebra import null_direction
+
+        at = {**self.known, **dict(zip(self.square.unknowns, self.middle, strict=True))}
+        flat = [float(enclosing_ball(partial, at, derivative=True).mid()) for partial in self.square.partials]
+        rows = [flat[i : i + self.n] for i in range(0, self.n * self.n, self.n)]
+        numbers = [float(m) for m in self.middle]
+        direction = null_direction(rows, numbers)
+        length = sum(d * d for d in direction) * (max(map(abs, numbers)) or 1.0)
+        across = null_direction(list(zip(*rows, strict=True)), [1.0] * self.n)
+        return list(across), [d / length for d in direction]
+
+    def _bordered(self) -> Square:
+        mu, unknowns = Name(MU), self.square.unknowns
+        forms = [
+            add(form, multiply(Number(u), mu)) for form, u in zip(self.square.forms, self.across, strict=True)
+        ]
+        offsets = [
+            multiply(Number(v), subtract(Name(name), Number(float(m))))
+            for name, v, m in zip(unknowns, self.along, self.middle, strict=True)
+        ]
+        forms.append(subtract(add(*offsets), Name(PLACE)))
+        everything = (*unknowns, MU)
+        return Square(forms, [differentiate(form, name) for form in forms for name in everything], everything)
+
+    def _curved(self, place: int) -> dict[tuple[int, int], Expression]:
+        """The second derivatives of a form by pairs of unknowns, mixed ones doubled."""
+        found = {}
+        for j, k in combinations_with_replacement(range(self.n), 2):
+            partial = differentiate(self.square.partials[place * self.n + j], self.square.unknowns[k])
+            if not is_number(partial, 0.0):
+                found[j, k] = partial if j == k else multiply(Number(2.0), partial)
+        return found
+
+
+def _opposite(one: Ball, other: Ball) -> bool:
+    return bool((one > 0 and other < 0) or (one < 0 and other > 0))

@@ -1,0 +1,322 @@
+"""One equation solved for one unknown at given numbers: every preimage, or why there is none.
+
+In many decimal digits (``PreciseStep``) nothing is clamped that floats would clamp for their rounding: a
+target just inside an image keeps both of its preimages, and one just outside has none.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
+from rulesheets.evaluate.digits import context
+from rulesheets.functions import TABLE
+from rulesheets.model import Value
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
+from solver.accuracy.digits import SPARE, Unresolved
+from solver.accuracy.rule_check import check_rule, gross
+from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
+from solver.kernel.preimages import CANCELLED, DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
+from solver.path.graph import ModelGraph
+from solver.path.isolate import Isolation, Stage
+
+SMALLEST = 2.0**-1022
+"""The smallest float with all of its digits."""
+LEVEL = 1e-6
+"""Relative change of a rule with an unknown, up to which it may come of rounding that there is any."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepOutcome:
+    """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular.
+
+    ``double``: two preimages coincide. ``delicate``: a target so near to the end of an image that rounding
+    decides how many preimages there are.
+    """
+
+    values: tuple[Value, ...] = ()
+    fact: Fact | None = None
+    complete: bool = True
+    double: DoubleRoot | None = None
+    delicate: bool = False
+
+
+def solve_step(
+    graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
+) -> StepOutcome:
+    """All values of the unknown of ``isolation`` that satisfy the equation at the known ``values``."""
+    return StepSolver(graph, equation, isolation, values).outcome()
+
+
+class StepSolver(Preimages):
+    """The preimages that satisfy the equation, in its range, to the last digits."""
+
+    def outcome(self) -> StepOutcome:
+        found = self._outcome()
+        if found.values or self.proven:
+            return found
+        fact = NoRoot((self.index,), (self.isolation.unknown,), proven=False)
+        return StepOutcome(fact=fact, complete=False, delicate=found.delicate)
+
+    def _outcome(self) -> StepOutcome:
+        try:
+            found = self.preimages()
+        except Refused as refused:
+            return StepOutcome(fact=refused.fact, delicate=self.delicate)
+        except Undefined as undefined:
+            unknown = self.isolation.unknown
+            if undefined.overflow:
+                return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
+            delicate = self.delicate or self._on_the_edge(undefined)
+            return StepOutcome(fact=NoValue(self.index, unknown, str(undefined)), delicate=delicate)
+        if len(found) == 1 and isinstance(found[0], str):
+            return StepOutcome((found[0],))
+        return self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
+
+    def _on_the_edge(self, undefined: Undefined) -> bool:
+        """Whether rounding may have led an operation out of its domain: to a pole, beyond an end."""
+        match undefined.expression:
+            case Call(function, arguments):
+                ends = TABLE[function].domain
+            case Quotient(_, divisor):
+                arguments, ends = (divisor,), (0.0, 0.0)
+            case Power(base, _):
+                arguments, ends = (base,), (0.0, 0.0)
+            case _:
+                return False
+        for argument in arguments:
+            try:
+                number, slopes, rounded = rounded_derivatives(argument, self.values)
+            except (Undefined, KeyError):  # of what stands on the way to the unknown
+                continue
+            made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
+            exact = isinstance(argument, Name | Number)
+            lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
+            if lost or (not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)):
+                return True
+        return False
+
+    def _wrapped(self, number: float) -> float:
+        """An angle without a declared range is reported in (-180, 180]."""
+        turn = self.graph.turn(self.isolation.unknown)
+        bounded = self.variable.low > -math.inf or self.variable.high < math.inf
+        if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
+            return number
+        wrapped = math.remainder(number, turn) if abs(number) > turn / 2 else number
+        return turn / 2 if wrapped == -turn / 2 else wrapped
+
+    def _kept(self, numbers: list[float]) -> StepOutcome:
+        kept: list[float] = []
+        ordered: list[float] = []  # of a long list only the neighbours need comparing
+        outside: float | None = None
+        lost = False
+        for number in numbers:
+            number = self._inside(self._polished(number))
+            if not math.isfinite(number):
+                lost = True
+            elif not self.variable.admits(float(number)):
+                outside = float(number)
+            elif self._holds(number):
+                place = bisect(ordered, number)
+                if not any(self._same(number, other) for other in ordered[max(place - 1, 0) : place + 1]):
+                    kept.append(number)
+                    ordered.insert(place, number)
+        if kept:
+            double = self._double(kept[0]) if len(kept) == 1 < self.isolation.branches else None
+            complete, delicate = self.complete and not lost, self.delicate or double is not None
+            return StepOutcome(tuple(kept), None, complete, double, delicate)
+        unknown = self.isolation.unknown
+        if outside is not None:
+            lost = not check_rule(self.equation, self._floats(outside)).holds  # beside a larger number
+            return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate or lost)
+        if self.isolation.verify and self._indifferent():
+            return StepOutcome(fact=AsksNothing(self.index, unknown))
+        if lost or any(map(self._coarse, numbers)):
+            return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
+        if not self.complete:
+            fact = NoRoot((self.index,), (unknown,), proven=False)
+            return StepOutcome(fact=fact, complete=False, delicate=self.delicate)
+        last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
+        reading = f"{last} to come out otherwise"
+        return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)
+
+    def _coarse(self, number: float) -> bool:
+        """Whether one last place of a preimage moves the equation farther than it misses by there, so that it
+        may well hold between two floats."""
+        miss, slope = self._slope_at(self._floats(number))
+        return miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number))
+
+    def _inside(self, number: float) -> float:
+        """The number; where rounding alone has led it beyond an end of its range, that end."""
+        end = self.variable.nearest(float(number)) if math.isfinite(number) else number
+        if end == float(number) or not check_rule(self.equation, self._floats(end)).holds:
+            return number
+        return end
+
+    def _floats(self, number: float) -> dict[str, Value]:
+        """The values in floats, with that of the unknown."""
+        return {**self.values, self.isolation.unknown: number}
+
+    def _indifferent(self) -> bool:
+        """Whether the equation holds to rounding wherever it is tried: its unknown cancels."""
+        unknown, tried = self.isolation.unknown, 0
+        for number in SAMPLES:
+            at = {**self.values, unknown: number}
+            try:
+                miss = value(self.equation.left, at) - value(self.equation.right, at)
+            except Undefined:
+                continue
+            if not abs(miss) <= 8 * EPSILON * gross(self.equation, at):
+                return False
+            tried += 1
+        return tried >= 2
+
+    def _double(self, number: float) -> DoubleRoot | None:
+        """Where two preimages coincide, the equation does not change to first order. (A kink does.)"""
+        if any(stage.operation == "abs" for stage in self.isolation.stages):
+            return None
+        unknown = self.isolation.unknown
+        if self._slope(number)[1] != 0.0 or self._slopes_below_floats(number):
+            return None
+        return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
+
+    def _slopes_below_floats(self, number: float) -> bool:
+        """Whether the slope is no 0, but a number smaller than floats hold."""
+        from rulesheets.evaluate import extended_derivatives  # rarely needed, and dear to import
+
+        if not number:
+            return False
+        at, unknown = {**self.values, self.isolation.unknown: number}, self.isolation.unknown
+        try:
+            sides = [extended_derivatives(s, at, DIGITS) for s in (self.equation.left, self.equation.right)]
+        except Undefined:
+            return False
+        (left, by_left), (right, by_right) = sides
+        slope = abs(by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0))
+        return bool(slope < SMALLEST and slope * abs(number) > LEVEL * (abs(left) + abs(right)))
+
+    def _same(self, a: float, b: float) -> bool:
+        return abs(a - b) <= self._near(8 * EPSILON) * max(abs(a), abs(b))
+
+    def _holds(self, number: float) -> bool:
+        if not (self.isolation.verify or self.clamped):
+            return True
+        check = check_rule(self.equation, {**self.values, self.isolation.unknown: number})
+        near = check.delicate or check.scaled <= DELICATE
+        self.delicate = self.delicate or (near and not check.holds)
+        return check.holds
+
+    def _polished(self, number: float) -> float:
+        """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
+        of a root: floats have no 1/1.5.
+        """
+        stages = self.isolation.stages
+        if len(stages) < 2 and self.isolation.quadratic is None and not any(map(_takes_root, stages)):
+            return number
+        miss, slope = self._slope(number)
+        for _ in range(2):
+            if not miss or not slope or not math.isfinite(slope) or abs(miss) > 1e-6 * abs(slope * number):
+                return number
+            corrected = number - miss / slope
+            better, slope = self._slope(corrected)
+            if better is None or abs(better) >= abs(miss):
+                return number
+            number, miss = corrected, better
+        return number
+
+    def _slope(self, number: float) -> tuple[float | None, float]:
+        return self._slope_at({**self.values, self.isolation.unknown: number})
+
+    def _slope_at(self, at: Mapping[str, Value]) -> tuple[float | None, float]:
+        """What the equation misses by at these values, and its slope along the unknown."""
+        try:
+            left, by_left = derivatives(self.equation.left, at)
+            right, by_right = derivatives(self.equation.right, at)
+        except Undefined:
+            return None, 0.0
+        unknown = self.isolation.unknown
+        return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
+
+
+def _takes_root(stage: Stage) -> bool:
+    return stage.operation in ("power", "root")
+
+
+def exact_turn(turn: float, mp: Any) -> Any:
+    """A period in all digits: 360 is itself, the float next to 2π stands for 2π."""
+    halves = round(turn / math.pi)
+    return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=1e-15) else mp.mpf(turn)
+
+
+class PreciseStep(StepSolver):
+    """The known ``values`` may be mpmath numbers, or floats, which are taken as exact."""
+
+    def __init__(
+        self, graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Any], digits: int
+    ) -> None:
+        super().__init__(graph, equation, isolation, values)
+        self.digits, self.mp = digits, context(digits)
+
+    def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
+        return extended(expression, values, self.digits)
+
+    def _root(self, number: Any) -> Any:
+        return self.mp.sqrt(number)
+
+    def _parts(self, number: Any) -> tuple[Any, int]:
+        return number, 0
+
+    def _near(self, share: float) -> float:
+        return float(10.0 ** (SPARE - self.digits))
+
+    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+        return False
+
+    def _on_the_edge(self, undefined: Undefined) -> bool:
+        return False
+
+    def _in_image(self, stage: Stage, target: Any) -> Any:
+        """Ends that no float holds (π/2) are left to the operation itself."""
+        ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]
+        return super()._in_image(stage, target) if all(float(end).is_integer() for end in ends) else target
+
+    def _turns(self, principal: Any, period: float, rest: tuple[Stage, ...]) -> list[Any]:
+        return super()._turns(principal, exact_turn(period, self.mp), rest)
+
+    def uncounted(self) -> None:
+        raise Unresolved
+
+    def _wrapped(self, number: Any) -> Any:
+        turn = self.graph.turn(self.isolation.unknown)
+        bounded = self.variable.low > -math.inf or self.variable.high < math.inf
+        if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
+            return number
+        whole = exact_turn(turn, self.mp)
+        wrapped = number - whole * self.mp.ceil(number / whole - 0.5)
+        return wrapped + whole if float(wrapped) == -turn / 2 else wrapped
+
+    def _polished(self, number: Any) -> Any:
+        return number
+
+    def _floats(self, number: Any) -> dict[str, Value]:
+        known: dict[str, Value] = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+        return {**known, self.isolation.unknown: float(number)}
+
+    def _holds(self, number: Any) -> bool:
+        if not (self.isolation.verify or self.clamped):
+            return True
+        return check_rule(self.equation, self._floats(number)).holds
+
+    def _indifferent(self) -> bool:
+        known = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+        return StepSolver(self.graph, self.index, self.isolation, known)._indifferent()
+
+    def _double(self, number: Any) -> DoubleRoot | None:
+        return super()._double(float(number))
+
+    def _slope(self, number: float) -> tuple[float | None, float]:
+        return self._slope_at(self._floats(number))

@@ -1,0 +1,412 @@
+"""A block with one tear: the residual as a function of the tear, searched over its whole range.
+
+Where enclosures in floats overflow, a search gives up boxes that nobody asks about. Whoever calls its answers
+all has to look at them: at single points enclosures mostly tell the sign, and numbers of many digits, which
+have exponents of any size, where they don't. A change of sign tells of a root in there, or of a pole.
+
+Far out on the line of a tear floats cannot tell ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed
+in many digits, and what it misses by has to come of the last places of the numbers that it is made of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+from math import isnan
+from typing import TYPE_CHECKING, Any
+
+from rulesheets.deadline import expect_time
+from rulesheets.evaluate import Undefined, extended, value
+from rulesheets.evaluate.digits import context
+from rulesheets.model import Value
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Sum, children, rebuilt
+from rulesheets.syntax.program import walk
+from solver.accuracy.rule_check import BACKWARD
+from solver.kernel.block import BlockKernel
+from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
+from solver.kernel.chain import Chain
+from solver.kernel.freedom import rank_loss
+from solver.kernel.question import Budget, Question
+from solver.path import rational
+
+if TYPE_CHECKING:
+    from solver.numerics.interval_function import Enclosure, Interval
+
+
+DIGITS = 60
+"""Decimal digits of a number next to 1."""
+STEP = 1e-20
+"""Relative change of a number that tells how the residual depends on it."""
+NOTHING = 1e-40
+"""Residuals this small are what many digits round."""
+
+
+def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
+    """Whether the last residual of a chain is 0 at this value of its only tear, but for rounded numbers."""
+    following = _Following(chain, x, known)
+    try:
+        miss = abs(following.residual())
+        if miss <= NOTHING:
+            return True
+        moves = (abs(moved - following.residual()) / STEP for moved in following.moved())
+        return bool(miss <= BACKWARD * sum(moves))
+    except (Undefined, OverflowError, ZeroDivisionError):
+        return False
+
+
+class _Following:
+    def __init__(self, chain: Chain, x: float, known: Mapping[str, float]) -> None:
+        self.numbers: dict[str, float] = {}
+        self.steps = [(step.name, self._named(step.expression)) for step in chain.assignments]
+        self.tear, self.x = chain.tears[0], x
+        self.digits = DIGITS + max(0, math.frexp(x)[1] // 3)
+        self.numbers.update(known)
+
+    def _named(self, expression: Expression) -> Expression:
+        """The expression with names for its numbers that may have been rounded."""
+        if isinstance(expression, Number) and not expression.value.is_integer():
+            name = f"#number {expression.value!r}"
+            self.numbers[name] = expression.value
+            return Name(name)
+        parts = children(expression)
+        return rebuilt(expression, tuple(map(self._named, parts))) if parts else expression  # type: ignore[arg-type]
+
+    def residual(self, moved: Mapping[str, Any] | None = None) -> Any:
+        """The last residual, some of the numbers ``moved``. Raises Undefined."""
+        mp = context(self.digits)
+        at: dict[str, Any] = {**self.numbers, self.tear: mp.mpf(self.x), **(moved or {})}
+        for name, expression in self.steps:
+            at[name] = extended(expression, at, self.digits)
+        return at[self.steps[-1][0]]
+
+    def moved(self) -> Iterator[Any]:
+        """The residual with each of the numbers changed by a share of ``STEP``."""
+        mp = context(self.digits)
+        for name, number in self.numbers.items():
+            yield self.residual({name: mp.mpf(number) * (1 + mp.mpf(STEP))})
+
+
+REMOTE_DIGITS = 350
+"""So many show 1e-300 beside 1; special functions are too dear for that."""
+SPARE = 8
+STRIDE = 25.0
+"""Decades between two points."""
+HALVINGS = 64
+MILD = 0.4
+"""Exponents below which a power of 1e100 may be taken for a number of ordinary size."""
+_LOGARITHMIC = frozenset({"ln", "log", "log10", "asinh", "acosh", "lgamma", "y0", "k0"})
+
+
+def changes_of_sign(
+    chain: Chain, known: Mapping[str, Value], boxes: Sequence[Interval], enclose: Enclosure
+) -> list[float]:
+    """Next to where the residual changes its sign on ``boxes`` (low, high) of the tear that do not hold 0.
+
+    ``enclose`` takes boxes to enclosures of the residual.
+    """
+    if not any(_compresses(part) for item in chain.assignments for part in walk(item.expression)):
+        return []
+    residual = _Residual(chain, known, enclose)
+    found = []
+    for low, high in _runs(boxes):
+        signs = [(x, sign) for x in _points(low, high) if (sign := residual.sign(x))]
+        for (one, sign), (other, last) in pairwise(signs):
+            if sign != last:
+                found.append(residual.between(one, other, sign))
+    return found
+
+
+def _compresses(part: object) -> bool:
+    """Whether an operation may make a number of ordinary size of one beyond 1e±100, as logarithms do. Without
+    any, and with no number of such a size in the rules, no roots are out there."""
+    match part:
+        case Call(function):
+            return function in _LOGARITHMIC
+        case Power(_, Number(exponent)):
+            return abs(exponent) < MILD
+        case Power():
+            return True
+    return False
+
+
+def _runs(boxes: Sequence[Interval]) -> list[Interval]:
+    """Boxes side by side taken together."""
+    runs: list[Interval] = []
+    for low, high in sorted(boxes):
+        if runs and runs[-1][1] == low:
+            runs[-1] = runs[-1][0], high
+        else:
+            runs.append((low, high))
+    return runs
+
+
+def _points(low: float, high: float) -> Iterator[float]:
+    """The ends, and powers of ten between them, in their order."""
+    sign = math.copysign(1.0, low + high)
+    small, large = sorted((abs(low), abs(high)))
+    first, last = (math.log10(size or 5e-324) for size in (small, large))
+    count = max(1, math.ceil((last - first) / STRIDE))
+    inside = [10.0 ** (first + k * (last - first) / count) for k in range(1, count)]
+    sizes = [small or 5e-324, *inside, large]
+    yield from (sign * size for size in (sizes if sign > 0 else reversed(sizes)))
+
+
+class _Residual:
+    def __init__(self, chain: Chain, known: Mapping[str, Value], enclose: Enclosure) -> None:
+        self.chain, self.known, self.enclose = chain, known, enclose
+
+    def sign(self, x: float) -> int:
+        """0 where it is not known, or there is no value."""
+        ((low, high),) = self.enclose([(x, x)])
+        if isnan(low) and isnan(high):
+            return 0
+        return 1 if low > 0.0 else -1 if high < 0.0 else self.exact_sign(x)
+
+    def exact_sign(self, x: Any) -> int:
+        """The same of a number of many digits."""
+        from rulesheets.evaluate import extended  # rarely needed, and dear to import
+
+        values: dict[str, Any] = {**self.known, self.chain.tears[0]: x}
+        try:
+            for item in self.chain.assignments:
+                values[item.name] = number = extended(item.expression, values, REMOTE_DIGITS)
+                if not item.low <= number <= item.high:
+                    return 0
+            last = self.chain.assignments[-1].expression
+            terms = last.terms if isinstance(last, Sum) else (last,)
+            size = sum(abs(extended(term, values, REMOTE_DIGITS)) for term in terms)
+        except (Undefined, OverflowError):
+            return 0
+        mp = self._context
+        return int(mp.sign(number)) if abs(number) > size * mp.mpf(10) ** (SPARE - REMOTE_DIGITS) else 0
+
+    def between(self, low: float, high: float, sign: int) -> float:
+        """The float next to where the residual, of that sign at ``low``, changes it."""
+        mp = self._context
+        one, other = mp.mpf(low), mp.mpf(high)
+        for _ in range(HALVINGS):
+            far = abs(one / other) > 4 or abs(other / one) > 4
+            middle = mp.sign(one) * mp.sqrt(one * other) if far else (one + other) / 2
+            there = self.exact_sign(middle)
+            if not there:
+                break
+            one, other = (middle, other) if there == sign else (one, middle)
+        return float(one)
+
+    @property
+    def _context(self) -> Any:
+        from rulesheets.evaluate.digits import context
+
+        return context(REMOTE_DIGITS)
+
+
+SEARCH_BOXES = 12_000
+SEARCH_ALIVE = 2_000
+SEARCH_LEVELS = 220
+USUAL_LEVELS = 30
+OPERATIONS = 4
+"""Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
+HIGHEST_DEGREE = 12
+SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
+FAINT = 1e-30
+"""Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
+MIN_SAMPLES = 3
+MAX_SUSPECTS = 8
+"""Points of a search that are looked at more closely, where it could not settle all."""
+MOST_CHAINS = 64
+"""Combinations of preimages beyond which a search of the whole range takes longer than it is worth."""
+
+
+class TearSearch:
+    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
+
+    def __init__(
+        self, question: Question, candidates: Candidates, kernel: BlockKernel, budget: Budget
+    ) -> None:
+        self.question, self.candidates = question, candidates
+        self.kernel, self.budget = kernel, budget
+        self.tear = self.kernel.block.tears[0]
+        self.flat: list[tuple[int, float, float]] = []
+        self.stretches: list[Stretch] = []
+        self.doubts = False
+
+    def run(self) -> bool:
+        """Find the roots along every chain. True where they are proven to be all."""
+        from solver.numerics.isolation import IsolationLimits, isolate_roots
+
+        every = self.kernel.chains()
+        self.doubts = self.question.remote or self._divides_by_nothing()
+        work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
+        if len(every) > MOST_CHAINS or not self.budget.affords(work):
+            return False
+        low, high = self._within(*self.question.domain(self.tear))
+        turn = self.question.turn(self.tear)
+        complete, known = True, self.question.known
+        for place, chain in enumerate(every):
+            expect_time()
+            enclosure = self.kernel.enclosure(place)
+            smooth = enclosure.slopes is not None
+            levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
+            limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
+            search = isolate_roots(
+                partial(enclosure.ranges, known=known),
+                partial(enclosure.slopes_over, known=known) if smooth else None,
+                self._residual(place),
+                low,
+                high,
+                limits,
+            )
+            self.budget.spend(search.levels * enclosure.operations)
+            beyond = search.complete and complete and self._beyond(place, search.remote)
+            complete = complete and search.complete and not beyond and (smooth or not search.roots)
+            self.doubts = self.doubts or not smooth
+            self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
+            for x in search.crossings:
+                self._candidate(place, x)
+            along = [self._along(place, x) for x in search.roots if x not in search.crossings]
+            self.doubts = self.doubts or None in along  # floats have no value there
+            proven = [root for root in along if root is not None]
+            for root in proven:
+                self.candidates.proven(root)
+            if search.complete:
+                self.candidates.part(proven)
+            for x, _ in search.touching:
+                self._candidate(place, x)
+            doubtful = (*(x for x, _ in search.touching), *(0.5 * (a + b) for a, b in search.unresolved))
+            for x in doubtful[:MAX_SUSPECTS]:
+                if (point := self._along(place, x)) is not None:
+                    self.candidates.suspect(point)
+            self.flat += [(place, *interval) for interval in search.flat]
+        self._at_ends()
+        self.doubts = self.doubts or not self.kernel.exhaustive
+        return complete and not self.doubts
+
+    def _beyond(self, place: int, boxes: Sequence[tuple[float, float]]) -> bool:
+        """Whether there may be roots on remote boxes, that a search gave up; those found there are tried."""
+        if not boxes:
+            return False
+
+        enclose = partial(self.kernel.enclosure(place).ranges, known=self.question.known)
+        changes = changes_of_sign(self.kernel.chains()[place], self.question.here, boxes, enclose)
+        for x in changes:
+            point = self._along(place, x)
+            if point is not None:
+                self.candidates.refine(list(point.values()))
+        return bool(changes)
+
+    def _at_ends(self) -> None:
+        """The ends of a declared range, where a root may lie a rounding outside."""
+        variable = self.question.graph.model.variables[self.tear]
+        for end in (variable.low, variable.high):
+            if math.isfinite(end) and variable.admits(end):
+                points = (self._along(place, end) for place in range(len(self.kernel.chains())))
+                for point in points:
+                    if point is not None and self.question.holds(point):
+                        self.candidates.keep(point)
+
+    def _divides_by_nothing(self) -> bool:
+        """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
+        does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
+        return any(self._only_divides(place) for place in range(len(self.kernel.chains())))
+
+    def _only_divides(self, place: int) -> bool:
+        function, divided = self.kernel.chain_function(place), False
+        for x in self._samples():
+            try:
+                function(x, *self.question.known)
+            except ZeroDivisionError:
+                divided = True
+            except (ArithmeticError, ValueError):
+                continue
+            else:
+                return False
+        return divided
+
+    def freedom(self) -> BlockOutcome | None:
+        """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
+        for place in range(len(self.kernel.chains())):
+            found = [point for x in self._samples() if (point := self._along(place, x)) is not None]
+            points = list({point[self.tear]: point for point in found}.values())
+            if len(points) >= MIN_SAMPLES and self._satisfied(place, points):
+                return self._free(points[0], points[1])
+        return None
+
+    def flat_stretch(self) -> BlockOutcome | None:
+        """After the search: a stretch of the tear on which every point is an answer (``int(x) = 3``)."""
+        for place, low, high in self.flat:
+            if self._fades(place, low, high):
+                continue
+            points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
+            first, second = points
+            apart = first and second and first[self.tear] != second[self.tear]
+            if first and second and apart and self._satisfied(place, (first, second)):
+                return self._free(first, second)
+        return None
+
+    def _fades(self, place: int, low: float, high: float) -> bool:
+        """Whether the residual is next to nothing beyond both ends of a stretch, too: it grows from 0 as that
+        of a multiple root, where one that leaves a plateau jumps or bends."""
+        beyond = (self._along(place, low - (high - low)), self._along(place, high + (high - low)))
+        return all(point is not None and self.candidates.nearly(point) for point in beyond)
+
+    def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
+        """Whether the block holds at all these points of a chain, and does not only seem to."""
+        if not all(map(self.question.holds, points)):
+            return False
+
+        chain, known = (
+            self.kernel.chains()[place],
+            dict(zip(self.kernel.known, self.question.known, strict=True)),
+        )
+        return all(vanishes(chain, point[self.tear], known) for point in points)
+
+    def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
+        span = second[self.tear] - first[self.tear]
+        direction = {name: (second[name] - first[name]) / span for name in first}
+        fixed = {n: v for n, v in first.items() if v == second[n]}
+        fact = rank_loss(self.question, first, direction)
+        free = tuple(name for name in first if name not in fixed)
+        return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+
+    def _samples(self) -> list[float]:
+        low, high = self.question.domain(self.tear)
+        if math.isfinite(low) and math.isfinite(high):
+            return [low + (high - low) * share for share in SHARES]
+        size = self.question.scale()[self.question.unknowns.index(self.tear)]
+        middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
+        signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
+        sizes = (size,) if size > FAINT else (size, 1.0)
+        return [middle + sign * s * share for s in sizes for sign in signs for share in SHARES]
+
+    def _within(self, low: float, high: float) -> tuple[float, float]:
+        """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; else the range stays."""
+        if len(self.question.unknowns) > 1:
+            return low, high
+        equation = self.kernel.equations[0]
+        found = rational.equation(equation.left, equation.right, self.tear, HIGHEST_DEGREE)
+        if found is None or len(found[0]) < 2:
+            return low, high
+        try:
+            *lower, leading = (value(c, self.question.values) for c in found[0])
+            reach = 1.001 * (1.0 + max(abs(c / leading) for c in lower))
+        except (ArithmeticError, ValueError):
+            return low, high
+        return (max(low, -reach), min(high, reach)) if math.isfinite(reach) else (low, high)
+
+    def _residual(self, place: int) -> Callable[[float], float]:
+        function, known = self.kernel.chain_function(place), self.question.known
+        return lambda x: function(x, *known)[-1]
+
+    def _along(self, place: int, x: float) -> dict[str, float] | None:
+        try:
+            numbers = self.kernel.chain_function(place)(x, *self.question.known)
+        except (ArithmeticError, ValueError):
+            return None
+        return dict(zip(self.question.unknowns, numbers, strict=False))
+
+    def _candidate(self, place: int, root: float) -> None:
+        point = self._along(place, root)
+        if point is not None:
+            self.candidates.refine(list(point.values()))

@@ -1,0 +1,68 @@
+"""Quotients that are 0/0 at a point: searched with proof all the same."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mpmath
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+import rulesheets
+import solver
+
+LOAN = rulesheets.load(str(Path(__file__).parents[3] / "models" / "loan" / "model.tk"))
+RATES = solver.prepare(LOAN, ["payment", "term"], ["rate"])
+BERNOULLI = solver.prepare(
+    rulesheets.loads("variables\n  a = 0.5\n  x in [-8, 8]\nrules\n  x/(exp(x) - 1) = a\n"), ["a"], ["x"]
+)
+SINC = solver.prepare(
+    rulesheets.loads("variables\n  a = 0.5\n  x in [-10, 10]\nrules\n  sin(x)/x = a\n"), ["a"], ["x"]
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.0005, 0.03), st.integers(6, 120))
+def test_a_loan_has_one_rate_and_it_is_proven(rate: float, term: int) -> None:
+    payment = 12000.0 * rate / -mpmath.expm1(-term * mpmath.log1p(rate))
+    verdict, found = RATES.judged((float(payment), float(term)))
+    (leaf,) = verdict.leaves
+    assert str(verdict.status) == "solved" and found.complete
+    with mpmath.workdps(40):
+        exact = mpmath.findroot(
+            lambda r: float(payment) * -mpmath.expm1(-term * mpmath.log1p(r)) - 12000 * r,
+            (rate, 1.001 * rate),
+        )
+    assert leaf.branch.values["rate"] == pytest.approx(float(exact), rel=1e-12)
+
+
+def test_a_payment_that_never_pays_a_loan_back_is_proven_to_have_no_rate() -> None:
+    """At no interest 36 payments of 333.33 are due."""
+    verdict, found = RATES.judged((333.0, 36.0))
+    assert str(verdict.status) == "infeasible" and found.complete
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.01, 7.5).filter(lambda a: abs(a - 1.0) > 1e-6))
+def test_a_quotient_that_falls_through_its_gap_has_one_answer(a: float) -> None:
+    """x/(exp(x) - 1) falls from 8 to 0; at x = 0 it is 0/0, its limit 1 on either side."""
+    verdict, found = BERNOULLI.judged((a,))
+    if a < 8 / math.expm1(8):
+        return
+    ends = (-8.0, -1e-12) if a > 1 else (1e-12, 8.0)
+    exact = brentq(lambda x: x / math.expm1(x) - a, *ends, xtol=1e-14)
+    (leaf,) = verdict.leaves
+    assert str(verdict.status) == "solved"
+    assert found.complete or abs(a - 1.0) < 1e-3  # a hair from the gap floats cannot tell
+    assert leaf.branch.values["x"] == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize(("a", "answers"), [(0.5, 2), (-0.1, 4), (0.0, 6), (0.12, 6), (-0.3, 0), (1.5, 0)])
+def test_every_answer_on_either_side_of_a_gap_is_counted(a: float, answers: int) -> None:
+    """sin(x)/x on [-10, 10]: one arch, and ripples of 0.128 at 7.7 and of -0.217 at 4.5 on either side."""
+    verdict, found = SINC.judged((a,))
+    assert len(verdict.leaves if str(verdict.status) == "solved" else ()) == answers
+    assert found.complete
