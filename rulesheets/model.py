@@ -157,7 +157,7 @@ class Model:
 
     def _repr_html_(self) -> str:
         # by name: what shows a model stands above it
-        html: str = import_module("rulesheets.showing").model_html(self)
+        html: str = import_module("rulesheets.algebra.printing").model_html(self)
         return html
 
     def _repr_latex_(self) -> str:

@@ -18,10 +18,10 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from rulesheets.cells import decimal_point, delimiter, unguarded
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.input_messages import (
     guess_with_tolerance,
@@ -32,35 +32,11 @@ from rulesheets.input_messages import (
     too_many_cells,
     unknown_column,
     unknown_status,
-    unknown_variable,
 )
-from rulesheets.inputs import (
-    Inputs,
-    is_symbol,
-    override,
-    parse_input,
-    parse_value,
-    variable_named,
-    with_tolerances,
-)
+from rulesheets.inputs import is_symbol, parse_input, variable_named
 from rulesheets.loading import read_source
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax.source import Source, Span
-
-__all__ = [
-    "COLUMNS",
-    "Inputs",
-    "Row",
-    "VariableSheet",
-    "guess_with_tolerance",
-    "override",
-    "parse_input",
-    "parse_value",
-    "read_variable_sheet",
-    "unknown_variable",
-    "variable_named",
-    "with_tolerances",
-]
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 _STATUSES = {"", "I", "O", "G", "C", "L"}
@@ -207,3 +183,33 @@ def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
     if not row.name:
         raise RuleSheetError(nameless_input(row.input, line))
     return row
+
+
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+_NUMBER = r"(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"
+_PLAIN = re.compile(rf"[-+]?{_NUMBER}")
+_TOLERATED = re.compile(rf"[-+]?{_NUMBER}(?:\s*(?:±|\+-)\s*{_NUMBER}\s*%?)?")
+
+
+def guarded(text: str) -> str:
+    """A cell that no spreadsheet computes: an apostrophe before what would begin a formula.
+
+    Numbers stay as they are; :func:`unguarded` reads the text again.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _PLAIN.fullmatch(text) else text
+
+
+def unguarded(text: str) -> str:
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
+
+
+def delimiter(heading: str) -> str:
+    """A comma, or what spreadsheets write instead where commas are decimal: a semicolon or a tab."""
+    return max(",;\t", key=heading.count)
+
+
+def decimal_point(text: str) -> str:
+    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; any other cell as it is."""
+    if "," not in text or "." in text or not _TOLERATED.fullmatch(text.strip()):
+        return text
+    return text.replace(",", ".")

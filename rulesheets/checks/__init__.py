@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
-from rulesheets.checks.figures import check_figures
+from rulesheets.checks import messages
 from rulesheets.checks.names import (
     Scope,
+    check_builtin,
     check_calls,
     check_declared,
     check_givens,
@@ -20,10 +21,11 @@ from rulesheets.checks.names import (
     check_symbols,
     check_tuples,
 )
-from rulesheets.diagnosis import Diagnosis, RuleSheetError
-from rulesheets.syntax.program import Program
-
-__all__ = ["check", "check_figures"]
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels, meant, suggestion
+from rulesheets.marks import PLACES, marks_of, parts
+from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
+from rulesheets.syntax.program import Program, walk
+from rulesheets.syntax.source import Span
 
 
 def check(program: Program) -> None:
@@ -54,3 +56,84 @@ def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
     yield from check_symbols(scope)
     yield from check_givens(scope)
     yield from check_calls(scope)
+
+
+def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:
+    """``variables`` are all of the model by their full names."""
+    first: dict[str, Figure] = {}
+    for figure in program.sheet.figures:
+        earlier = first.setdefault(figure.name, figure)
+        if earlier is not figure:
+            yield _twice("figure", figure.name, _head(figure), _head(earlier))
+        yield from _check_figure(figure, variables, program.functions)
+
+
+def _check_figure(
+    figure: Figure, variables: Collection[str], functions: Collection[str]
+) -> Iterator[Diagnosis]:
+    points: dict[str, Mark] = {}
+    for mark in marks_of(figure):
+        if mark.kind in PLACES and mark.name is not None:
+            earlier = points.setdefault(mark.name, mark)
+            if earlier is not mark:
+                yield _twice("point", mark.name, mark.span, earlier.span)
+    for mark in marks_of(figure):
+        named, reckoned = parts(mark)
+        for name in named:
+            if name.name not in points:
+                yield _unknown_point(name, figure, points)
+        for expression in reckoned:
+            yield from _check_expression(expression, variables, functions)
+
+
+def _check_expression(
+    expression: Expression, variables: Collection[str], functions: Collection[str]
+) -> Iterator[Diagnosis]:
+    for node in walk(expression):
+        if isinstance(node, Name) and node.name not in variables:
+            yield _unknown_variable(node, variables)
+        elif isinstance(node, Call) and node.function in functions:
+            yield _own_function(node)
+        elif isinstance(node, Call):
+            yield from check_builtin(node, (), variables)
+        elif isinstance(node, Symbol):
+            yield error(
+                "E233",
+                f"the symbol '{node.name} is no coordinate",
+                *labels((node.span, "")),
+                notes=("a figure is drawn from numbers",),
+            )
+
+
+def _head(figure: Figure) -> Span | None:
+    span = figure.span
+    return span and Span(span.source, span.start, span.start + len("figure"))
+
+
+def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:
+    return error(
+        "E232",
+        f"the {what} {name} is there twice",
+        *labels((again, "again"), (first, "first here")),
+        notes=("give one of the two another name",),
+    )
+
+
+def _own_function(call: Call) -> Diagnosis:
+    return error(
+        "E201",
+        f"a figure cannot call {call.function}, which is a function of rules",
+        *labels((messages.name_in(call), "")),
+        notes=("call it in a rule, and name its results here",),
+    )
+
+
+def _unknown_variable(name: Name, variables: Collection[str]) -> Diagnosis:
+    notes = meant(name.name, variables) or ("a figure names variables of the rules",)
+    return error("E230", f"there is no variable {name.name}", *labels((name.span, "")), notes=notes)
+
+
+def _unknown_point(name: Name, figure: Figure, points: Collection[str]) -> Diagnosis:
+    notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
+    message = f"the figure {figure.name} has no point {name.name}"
+    return error("E231", message, *labels((name.span, "")), notes=notes)

@@ -15,9 +15,10 @@ from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
-from rulesheets.parse import mistakes
+from rulesheets.parse import foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line, Word
+from rulesheets.parse.stop import Stop
 from rulesheets.syntax.nodes import Equality, Inequality
 from rulesheets.syntax.source import Source
 
@@ -131,7 +132,7 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    if strange := tuple(mistakes.strange_characters(source, line)):
+    if strange := tuple(foreign.strange_characters(source, line)):
         raise RuleSheetError(*strange)
     try:
         node = grammar().read(source, line, kind)
@@ -146,7 +147,7 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
     words = grammar().words(line, kind)
     index = next((i for i, word in enumerate(words) if word.end_pos > place), len(words))
-    stop = mistakes.Stop(source, line, words, index)
+    stop = Stop(source, line, words, index)
     match kind:
         case "rule":
             return mistakes.explain_rule(stop)
@@ -155,7 +156,7 @@ def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
         case "mark":
             return mistakes.explain_mark(stop)
         case _:
-            return mistakes.explain_head(stop, kind)
+            return foreign.explain_head(stop, kind)
 
 
 def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
@@ -163,15 +164,15 @@ def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
 
     A tree has no more levels than its text has characters, so short lines need no measuring.
     """
-    if kind == "rule" and line.end - line.start > mistakes.DEEPEST:
-        deep = mistakes.too_deep(node)
+    if kind == "rule" and line.end - line.start > foreign.DEEPEST:
+        deep = foreign.too_deep(node)
         if deep is not None:
             return deep
-    if kind == "row" and node.value is not None and line.end - line.start > mistakes.DEEPEST:
+    if kind == "row" and node.value is not None and line.end - line.start > foreign.DEEPEST:
         sides = (node.value, *(() if node.tolerance is None else (node.tolerance.size,)))
-        return next(filter(None, map(mistakes.too_deep, sides)), None)
-    if kind == "mark" and line.end - line.start > mistakes.DEEPEST:
-        return next(filter(None, map(mistakes.too_deep, node.arguments)), mistakes.wrong_mark(node))
+        return next(filter(None, map(foreign.too_deep, sides)), None)
+    if kind == "mark" and line.end - line.start > foreign.DEEPEST:
+        return next(filter(None, map(foreign.too_deep, node.arguments)), mistakes.wrong_mark(node))
     if kind == "mark":
         return mistakes.wrong_mark(node)
     return mistakes.without_variable(node) if isinstance(node, Equality | Inequality) else None

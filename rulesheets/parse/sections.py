@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
-from rulesheets.parse import mistakes
+from rulesheets.parse import foreign, mistakes
 from rulesheets.parse.builder import Head
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
@@ -150,7 +150,7 @@ class _Reading:
         try:
             if line.blank:
                 self.waiting.append(nodes.CommentLine(line.comment or "", self._span(line), line.gap))
-            elif wrong := mistakes.wrong_shape(self.source, line):
+            elif wrong := foreign.wrong_shape(self.source, line):
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
                 self._begin(word, line)
@@ -171,7 +171,7 @@ class _Reading:
         word = misspelt_head(line.code, "variables" if self.section == "units" else self.section)
         if word is not None:
             self.section = nearest_section(word, self.section)
-            raise RuleSheetError(mistakes.unknown_section(word, self._span(line)))
+            raise RuleSheetError(foreign.unknown_section(word, self._span(line)))
         if self.section == "variables":
             self._add_row(line)
         elif self.section == "units":
@@ -256,7 +256,7 @@ class _Reading:
             case "list" | "procedure":
                 self._place_comments()
                 self.section = _SKIPPED
-                raise RuleSheetError(mistakes.not_there_yet(word, self._span(line)))
+                raise RuleSheetError(foreign.not_there_yet(word, self._span(line)))
             case "rules" if self.section == "function" and not self.functions[-1].begun:
                 self._place_comments()
                 self.functions[-1].begun = True
@@ -280,7 +280,7 @@ class _Reading:
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
         elif word == "rules" and self.section == "function":
-            raise RuleSheetError(mistakes.second_rules(self._span(line)))
+            raise RuleSheetError(foreign.second_rules(self._span(line)))
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
@@ -311,7 +311,7 @@ class _Reading:
         if self.section == _SKIPPED:
             return
         if self.section != "function" or self.functions[-1].begun:
-            raise RuleSheetError(mistakes.stray_parameters(self._span(line)))
+            raise RuleSheetError(foreign.stray_parameters(self._span(line)))
         self._place_comments()
         function = self.functions[-1]
         function.parameters.extend(read_line(self.source, line, "parameters"))
@@ -340,11 +340,11 @@ class _Reading:
 
     def _emptiness(self) -> Iterable[Diagnosis]:
         if not (self.functions or self.units) and not _any_rule(self.rules):
-            yield mistakes.no_rule(self.source)
+            yield foreign.no_rule(self.source)
         for function in self.functions:
             if not _any_rule(function.rules):
                 span = Span(self.source, function.start, function.start + 8)
-                yield mistakes.function_without_rules(function.head.name, span)
+                yield foreign.function_without_rules(function.head.name, span)
         for figure in self.figures:
             if not any(isinstance(line, nodes.Mark) for line in figure.marks):
                 yield mistakes.empty_figure(figure.name, Span(self.source, figure.start, figure.start + 6))

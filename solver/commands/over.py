@@ -10,10 +10,9 @@ from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import not_finite, symbol_for_number
-from rulesheets.inputs import parse_input, quantities
+from rulesheets.inputs import parse_input, parse_value, quantities, variable_named
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import converted, parted
-from rulesheets.variables import parse_value, variable_named
 from solver.commands.inputs import Option, Request
 from solver.sweeps.grid import Axis, Grid, Rows, Stretch, Zipped, listed
 

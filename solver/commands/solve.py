@@ -11,8 +11,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import render
+from rulesheets.inputs import variable_named
 from rulesheets.units.check import check_units
-from rulesheets.variables import variable_named
 from solver.commands.inputs import Option, add_display_options, add_input_options, read_request
 from solver.files.replacing import write_file
 from solver.report.json import diagnosis_json, result_json

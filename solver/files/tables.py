@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.cells import decimal_point, delimiter
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_value
 from rulesheets.loading import expect_regular
+from rulesheets.variables import decimal_point, delimiter
 from solver.files.columns import (
     Array,
     Columns,

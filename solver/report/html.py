@@ -8,9 +8,9 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.algebra.printing import ROWS, html_table, more
 from rulesheets.diagnosis import render
 from rulesheets.format import readable
-from rulesheets.showing import ROWS, html_table, more
 from rulesheets.syntax.nodes import Name
 from solver.derivation import Derivation, Direct, Together
 from solver.derivatives.sensitivities import Sensitivities

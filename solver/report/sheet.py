@@ -9,9 +9,9 @@ from decimal import Context, Decimal
 from io import StringIO
 from math import ceil, inf, isfinite, log10
 
-from rulesheets.cells import guarded
 from rulesheets.model import Tolerance, Value, Variable
 from rulesheets.units.quantity import shown
+from rulesheets.variables import guarded
 from solver.result import Result, Solution
 
 

@@ -7,12 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets import RuleSheetError, loads
-from rulesheets.variables import (
-    VariableSheet,
-    override,
-    parse_value,
-    read_variable_sheet,
-)
+from rulesheets.inputs import override, parse_value
+from rulesheets.variables import VariableSheet, read_variable_sheet
 
 MODEL = loads(
     "variables\n  branch = 'open\n  AO = 3 [m]\n  theta = -30 in [-180, 180]\n  r > 0\n  xA ~ 2\n"

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.cells import guarded, unguarded
 from rulesheets.diagnosis import RuleSheetError, render
-from rulesheets.variables import read_variable_sheet
+from rulesheets.variables import guarded, read_variable_sheet, unguarded
 from solver.cli import WRONG, main
 from solver.derivation import why
 from solver.report.sheet import result_csv

@@ -15,10 +15,11 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
+from rulesheets.inputs import parse_input
 from rulesheets.model import Tolerance
 from rulesheets.parse import parse
 from rulesheets.syntax.source import Source
-from rulesheets.variables import parse_input, read_variable_sheet
+from rulesheets.variables import read_variable_sheet
 from solver.cli import main
 
 OHM = "variables\n  I = 2 ± 0.1\n  R = 6 +- 5%\n  V\n  P\nrules\n  V = I*R\n  P = V*I\n"

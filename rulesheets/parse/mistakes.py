@@ -1,28 +1,33 @@
-"""What is wrong with a rule."""
+"""What is wrong with a rule, a row of the variables section, or a line of a figure."""
 
 from __future__ import annotations
 
-from rulesheets.diagnosis import Diagnosis, Label, error
-from rulesheets.parse.mistakes.foreign import foreign_form, section_with_colon, unknown_section, unreadable
-from rulesheets.parse.mistakes.operand import (
+from collections.abc import Callable
+
+from rulesheets.diagnosis import Diagnosis, Label, closest, error, plural
+from rulesheets.marks import KINDS, Kind, Shape
+from rulesheets.parse.foreign import foreign_form, section_with_colon, unknown_section, unreadable
+from rulesheets.parse.stop import (
     MISSING,
     Explanation,
     Mistake,
     Stop,
+    bad_number,
     broken_line,
     explain_condition,
     first_of,
     open_across_lines,
     two_operands,
 )
-from rulesheets.syntax.nodes import Call, Condition, Equality, Expression, Inequality, Name, children
+from rulesheets.syntax.nodes import Call, Condition, Equality, Expression, Inequality, Mark, Name, children
+from rulesheets.syntax.source import Span
 
 _KEYWORDS = frozenset({"IF", "_THEN", "_ELSE", "CALL", "_AND", "_OR", "NOT"})
 
 
 def explain_rule(stop: Stop) -> Diagnosis:
     """The most telling diagnosis of a rule that the grammar rejects."""
-    return first_of(_EXPLANATIONS, stop) or unreadable(stop)
+    return first_of(_RULE_MISTAKES, stop) or unreadable(stop)
 
 
 def _reserved(stop: Stop) -> Diagnosis | None:
@@ -106,7 +111,7 @@ def _called(stop: Stop) -> bool:
 _BESIDE = "write it there, beside the name of its variable"
 _AT_ONCE = "; the unit of a number follows it at once: {before}{word}"
 
-_EXPLANATIONS: tuple[Explanation, ...] = (
+_RULE_MISTAKES: tuple[Explanation, ...] = (
     section_with_colon,
     _open_parenthesis,
     foreign_form,
@@ -187,3 +192,149 @@ def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
         Label(rule.span, "only numbers"),
         notes=("write a name on one side: x = 3",),
     )
+
+
+_ROW_SHAPE = 'a row reads name = value [unit] " comment'
+
+
+def explain_row(stop: Stop) -> Diagnosis:
+    """The most telling diagnosis of a row that the grammar rejects."""
+    return first_of(_ROW_MISTAKES, stop) or unreadable(stop)
+
+
+def _broken(stop: Stop) -> Diagnosis | None:
+    return broken_line(stop) if stop.word in ("=", "~", ":") else None
+
+
+def _range(stop: Stop) -> bool:
+    word = stop.word
+    starts = word is not None and ((word == "[" and "," in stop.words) or word.lower() == "in")
+    unclosed = stop.count("IN") and "]" not in stop.words
+    return starts or stop.kind_before == "IN" or bool(unclosed)
+
+
+def _list(stop: Stop) -> bool:
+    return stop.word is not None and stop.word.lower() in ("to", "by") and stop.follows_operand
+
+
+def _is_rule(stop: Stop) -> bool:
+    """A rule, or the beginning of one, in the variables section."""
+    word = stop.word
+    begins = stop.index == 0 and (stop.kind in ("IF", "CALL") or word == "(")
+    reckons = stop.index == 1 and (word in tuple("+-*/^(") or stop.kind in ("_AND", "_OR"))
+    equates = word == "=" and "=" in stop.words[: stop.index] and not stop.lacks_operand
+    return begins or reckons or equates
+
+
+def _remark(stop: Stop) -> bool:
+    """Words after the value, or after the name, that look like a comment."""
+    apart = stop.follows_operand and stop.kind == "NAME" and not stop.adjacent
+    return stop.begins_operand and (apart or stop.kind_before == "UNIT")
+
+
+def _after(what: str, when: Callable[[Stop], bool]) -> Mistake:
+    """The row for words that look like a comment after the unit, the name or the value."""
+    note = 'if it is a comment, write " {word} …'
+    message = f"`{{word}}` cannot follow the {what}"
+    return Mistake(lambda stop: _remark(stop) and when(stop), "E120", message, note)
+
+
+_ROW_MISTAKES: tuple[Explanation, ...] = (
+    section_with_colon,
+    _broken,
+    Mistake(_range, "E121", "a range cannot be read", "write in [0, 5], or > 0, < 5"),
+    foreign_form,
+    Mistake(
+        _list,
+        *("E190", "lists are not there yet", "give one value here, and use backsolve sweep for many"),
+    ),
+    Mistake(
+        _is_rule,
+        *("E120", "a rule cannot stand in the variables section", f"put it under `rules`; {_ROW_SHAPE}"),
+    ),
+    bad_number,
+    Mistake(
+        lambda stop: stop.begins_operand and stop.before is None,
+        *("E120", "a row begins with the name of a variable", _ROW_SHAPE),
+    ),
+    _after("unit", lambda stop: stop.kind_before == "UNIT"),
+    _after("name", lambda stop: stop.index == 1),
+    _after("value", lambda stop: True),
+    Mistake(
+        lambda stop: stop.begins_operand and stop.index == 1,
+        *("E120", "something is missing between `{before}` and `{word}`", "write {before} = {word}", "both"),
+    ),
+    Mistake(
+        lambda stop: stop.begins_operand and stop.follows_operand,
+        *("E105", "a product needs a `*`", "write {before}*{word}", "both"),
+    ),
+    Mistake(lambda stop: stop.kind == "UNIT", "E120", "a unit cannot stand here", _ROW_SHAPE),
+    *MISSING,
+)
+
+
+_MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
+
+
+def explain_mark(stop: Stop) -> Diagnosis:
+    """The most telling diagnosis of a line of a figure that the grammar rejects."""
+    before_parenthesis = "(" not in stop.words[: stop.index]
+    if before_parenthesis and stop.index < 4:
+        return _misshapen(stop)
+    explanations = (broken_line, foreign_form, bad_number, two_operands, *MISSING)
+    return first_of(explanations, stop) or unreadable(stop)
+
+
+def _misshapen(stop: Stop) -> Diagnosis:
+    """A line that is nothing of a figure, or a mark whose parentheses are not reached."""
+    kind = KINDS.get(stop.words[0].lower()) if stop.words else None
+    place = stop.whole if stop.word is None else stop.here
+    if kind is not None:
+        return stop.error("E130", "this line of a figure cannot be read", place, "", f"write {kind.example}")
+    if stop.words and (near := closest(stop.words[0], KINDS)) and stop.words[0] != near:
+        return stop.error("E130", None, stop.span(stop.words[0]), "", f"did you mean {near}?")
+    return stop.error("E130", None, place, "", _MARK_SHAPE, "a rule stands under `rules`")
+
+
+def wrong_mark(mark: Mark) -> Diagnosis | None:
+    """What is wrong with a mark that the grammar accepts: its kind, or what it lacks."""
+    kind = KINDS.get(mark.kind)
+    if kind is None:
+        return _unknown_kind(mark)
+    if kind.named and mark.name is None:
+        return _wrong(mark, kind, f"this {mark.kind} has no name")
+    if kind.shape is Shape.DIRECTED and mark.name is not None:
+        return _wrong(mark, kind, f"a {mark.kind} has no name of its own")
+    count = len(mark.arguments)
+    if count < kind.least or (kind.most is not None and count > kind.most):
+        return _wrong(mark, kind, f"a {mark.kind} takes {_expected(kind)}, not {count or 'none'}")
+    places = {Shape.POINTS: mark.arguments, Shape.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
+    for argument in places:
+        if not isinstance(argument, Name) or "." in argument.name:
+            label = (Label(argument.span),) if argument.span else ()
+            notes = (f"name a point of the figure, as in {kind.example}",)
+            return error("E131", "this is not the name of a point", *label, notes=notes)
+    return None
+
+
+def _expected(kind: Kind) -> str:
+    if kind.shape is Shape.POINTS:
+        return plural(kind.least, "point") + ("" if kind.most else " or more")
+    return str(kind.shape.value)
+
+
+def _wrong(mark: Mark, kind: Kind, message: str) -> Diagnosis:
+    labels = (Label(mark.span),) if mark.span else ()
+    return error("E131", message, *labels, notes=(f"write {kind.example}",))
+
+
+def _unknown_kind(mark: Mark) -> Diagnosis:
+    near = closest(mark.kind, KINDS)
+    note = f"did you mean {near}?" if near else f"the kinds are {', '.join(KINDS)}"
+    span = mark.span and Span(mark.span.source, mark.span.start, mark.span.start + len(mark.kind))
+    labels = (Label(span),) if span else ()
+    return error("E130", f"a figure has no `{mark.kind}`", *labels, notes=(note,))
+
+
+def empty_figure(name: str, span: Span) -> Diagnosis:
+    return error("E126", f"the figure {name} is empty", Label(span, "nothing to draw"), notes=(_MARK_SHAPE,))

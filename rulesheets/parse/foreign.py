@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, Label, closest, error
 from rulesheets.parse.layout import LONGEST, NESTING, Line
-from rulesheets.parse.mistakes.operand import Stop
+from rulesheets.parse.stop import Stop
 from rulesheets.syntax.nodes import (
     Condition,
     Expression,
