@@ -84,8 +84,8 @@ def rows(count: int):
 def work(csv: bool, count: int, jit: bool):
     import rulesheets
     import solver
-    from solver.sweeping import work_of
-    from solver.sweeps.chunks import grid_lessons
+    from solver.sweeps.grid import grid_lessons
+    from solver.sweeps.sweep import work_of
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
     return work_of(plan, grid_lessons(rows(count)), tabled=not csv, texted=csv, jit=jit)
@@ -95,7 +95,7 @@ def by_hand(work, count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
     from solver.files.columns import Columns, csv_rows
     from solver.result import Status
-    from solver.sweeps.chunks import grid_chunks
+    from solver.sweeps.grid import grid_chunks
     from solver.sweeps.work import Solved
 
     words = tuple(map(str, Status))
@@ -131,7 +131,7 @@ def in_memory(count: int, way: str) -> Took:
     """A sweep of ``count`` rows that stays in memory, in pieces as large as those of a file."""
     import rulesheets
     import solver
-    from solver.sweeps.chunks import LARGEST
+    from solver.sweeps.grid import LARGEST
 
     theta = np.arange(count) * (360.0 / count)
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
@@ -151,10 +151,9 @@ def in_memory(count: int, way: str) -> Took:
 
 
 def to_file(path: str, count: int, way: str) -> dict[str, float]:
-    from solver.sweeps.chunks import grid_chunks
-    from solver.sweeps.running import solved_pieces
-    from solver.sweeps.sinks import FileSink
-    from solver.sweeps.stream import run
+    from solver.sweeps.grid import grid_chunks
+    from solver.sweeps.stream import FileSink, run
+    from solver.sweeps.workers import solved_pieces
 
     todo = work(path.endswith(".csv"), count, way == "jit")
     timer = Timer()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from solver.result import Result, Solution, Status, Table
     from solver.sampling import Samples, monte_carlo
     from solver.solving import solve
-    from solver.sweeping import sweep
+    from solver.sweeps.sweep import sweep
 
 _HOMES = {
     "Derivation": "solver.derivation",
@@ -35,7 +35,7 @@ _HOMES = {
     "monte_carlo": "solver.sampling",
     "prepare": "solver.plan",
     "solve": "solver.solving",
-    "sweep": "solver.sweeping",
+    "sweep": "solver.sweeps.sweep",
     "why": "solver.derivation",
 }
 

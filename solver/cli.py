@@ -165,7 +165,7 @@ def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
     said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
     print("\n\n".join(said), file=sys.stderr)
     if getattr(arguments, "json", False):
-        from solver.report.json import error_json  # with it comes numpy, which help does without
+        from solver.report.sheet import error_json  # with it comes numpy, which help does without
 
         print(error_json(wrong.diagnoses))
     return WRONG

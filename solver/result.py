@@ -21,10 +21,9 @@ if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from rulesheets.model import Model, Tolerance
     from solver.accuracy.forward_error import ForwardErrors
-    from solver.attempts import Attempt
-    from solver.derivatives.one_sided import Near
-    from solver.derivatives.sensitivities import Sensitivities
-    from solver.derivatives.tolerances import ToleranceBands
+    from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
+    from solver.derivatives.total_derivatives import Near
+    from solver.facts import Attempt
     from solver.path.steps import Path, SolveBlock, Step
     from solver.solution.proof import Proof
 
@@ -207,7 +206,7 @@ class Result:
         ``tolerances`` override those of the sheet, in the units of the inputs. Raises RuleSheetError for
         names that the model does not have.
         """
-        from solver.derivatives.tolerances import ToleranceBands, tolerances_of
+        from solver.derivatives.sensitivities import ToleranceBands, tolerances_of
 
         sizes = tolerances_of(self.model, self.inputs, tolerances)
         found = self.sensitivity(outputs, sizes, answer)

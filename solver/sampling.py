@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rulesheets.inputs import variables_named
 from rulesheets.model import Tolerance
-from solver.derivatives.tolerances import tolerances_of
+from solver.derivatives.sensitivities import tolerances_of
 from solver.plan import prepare
 from solver.result import Result, Status, Table
 

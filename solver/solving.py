@@ -31,7 +31,7 @@ GRACE = 2.0
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
-    from solver.derivatives.one_sided import Near
+    from solver.derivatives.total_derivatives import Near
     from solver.facts import Gap
 
 

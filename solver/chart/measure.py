@@ -6,16 +6,242 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
+from rulesheets.deadline import expect_time
+from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
-from rulesheets.model import Model, Value
-from solver.chart.methods import TOLERANCES, Case, End, Method, methods
-from solver.chart.reference import ActiveRules, State, active_rules, applies, exact_state
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax.nodes import subtract
+from solver.accuracy.digits import linearized
+from solver.derivatives.linearization import active_equations, linearize
+from solver.kernel.block import BlockKernel
+from solver.numerics.elimination import eliminate
+from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
+from solver.numerics.termination import scaled_norm
 from solver.path.planner import planner
-from solver.plan import Plan, prepare
+from solver.path.steps import SolveBlock
+from solver.plan import Plan, Unsolved, prepare
 from solver.result import Status
+from solver.solution.proof import can_prove
 from solver.solving import solve
+
+MOST = 60
+CUTS = 12
+
+
+def plain_newton(
+    residual: Residual,
+    jacobian: Jacobian,
+    start: Sequence[float],
+    scale: Sequence[float],
+    tolerance: float,
+) -> ScipyRoot:
+    """Full steps from ``start`` (n,), halved only to stay in the domain, until one is short."""
+    system = System(residual, jacobian, [abs(s) or 1.0 for s in scale])
+    point = system.point([float(v) for v in start])
+    for used in range(1, MOST + 1):
+        expect_time()
+        if point is None:
+            return ScipyRoot(tuple(start), False, used)
+        step = point.correction(point.residual)
+        norm, share = scaled_norm(step, point.weight), 1.0
+        following = None
+        for _ in range(CUTS):
+            following = system.point([v + share * d for v, d in zip(point.x, step, strict=True)])
+            if following is not None:
+                break
+            share /= 2
+        if following is not None and norm <= tolerance and share == 1.0:
+            return ScipyRoot(tuple(following.x), True, used)
+        if following is None:
+            return ScipyRoot(tuple(point.x), False, used)
+        point = following
+    return ScipyRoot(tuple(point.x) if point else tuple(start), False, MOST)
+
+
+DIGITS = 60
+RIGHT = 50
+STEPS = 80
+State: TypeAlias = Mapping[str, Any]
+"""Numbers of many digits by name, and symbols."""
+
+
+@dataclass(frozen=True)
+class ActiveRules:
+    """As many active rules as unknowns, in blocks that are solved one after another; ``active`` are all."""
+
+    equations: tuple[tuple[Equation, ...], ...]
+    unknowns: tuple[tuple[str, ...], ...]
+    active: tuple[int, ...]
+
+    @property
+    def flat_equations(self) -> tuple[int, ...]:
+        return tuple(equation.index for block in self.equations for equation in block)
+
+    @property
+    def flat_unknowns(self) -> tuple[str, ...]:
+        return tuple(name for block in self.unknowns for name in block)
+
+
+def active_rules(
+    model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]
+) -> ActiveRules | None:
+    """The regular square part of the rules that hold at an answer; None where it leaves an unknown free."""
+    found = linearize(model, values, inputs)
+    if not found.blocks:
+        return None
+    equations = tuple(tuple(model.equations[e] for e in block.equations) for block in found.blocks)
+    active = tuple(equation.index for equation in active_equations(model, values, inputs))
+    return ActiveRules(equations, tuple(block.unknowns for block in found.blocks), active)
+
+
+def applies(rules: ActiveRules, model: Model, state: State, inputs: Mapping[str, Value]) -> bool:
+    """Whether the same rules are active at a state: conditions may come out otherwise there."""
+    values = {name: v if isinstance(v, str) else float(v) for name, v in state.items()}
+    return tuple(e.index for e in active_equations(model, values, inputs)) == rules.active
+
+
+def exact_state(rules: ActiveRules, start: Mapping[str, Value], inputs: Mapping[str, Value]) -> State | None:
+    """The state near ``start`` that satisfies the rules to 50 digits; None where Newton fails."""
+    state: dict[str, Any] = dict(inputs)
+    for equations, unknowns in zip(rules.equations, rules.unknowns, strict=True):
+        solved = solve_extended(equations, unknowns, {**start, **state}, DIGITS, RIGHT)
+        if solved is None:
+            return None
+        state.update(zip(unknowns, solved[0], strict=True))
+    return state
+
+
+def solve_extended(
+    equations: Sequence[Equation], unknowns: Sequence[str], start: State, digits: int, right: int
+) -> tuple[list[Any], int] | None:
+    """Newton with ``digits`` digits until a step changes the unknowns by less than 10^-``right``, relatively
+    (absolutely where they are as good as 0).
+
+    Returns the values and the number of steps; None where it does not get there.
+    """
+    mp = context(digits)
+    x = [mp.mpf(start[name]) for name in unknowns]
+    forms = [subtract(equation.left, equation.right) for equation in equations]
+    tolerance, small = mp.mpf(10) ** -right, mp.mpf(10) ** (-right // 2)
+    for used in range(1, STEPS + 1):
+        here = {**start, **dict(zip(unknowns, x, strict=True))}
+        try:
+            rows, residual = linearized(forms, unknowns, here, digits)
+        except Undefined:
+            return None
+        change = eliminate(rows, residual)
+        if change is None:
+            return (x, used) if not any(residual) else None
+        x = [v - d for v, d in zip(x, change, strict=True)]
+        sizes = [abs(v) if abs(v) > small else 1 for v in x]
+        if all(abs(d) <= tolerance * size for d, size in zip(change, sizes, strict=True)):
+            return x, used
+    return None
+
+
+TOLERANCES = tuple(10.0**-k for k in range(2, 16))
+SOLVE, PREPARED, PROVED = "backsolve", "backsolve, prepared", "backsolve, proved"
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """What one solve came to: ``answers`` are states, none where there is no success; ``said`` is why.
+
+    ``radii``: of every answer, how far each number is proved to be from the exact one at most.
+    """
+
+    answers: tuple[State, ...]
+    iterations: int | None = None
+    said: str = ""
+    radii: tuple[Mapping[str, float], ...] = ()
+
+
+Run: TypeAlias = Callable[[], End]
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """``family`` is what it is drawn with; ``tolerance`` that of a method that has one of its own."""
+
+    name: str
+    family: str
+    run: Run
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sheet at its inputs: every exact state with the rules active there, and where iterations begin.
+
+    ``judged`` are the variables that errors are told of, ``start`` is near the first state.
+    """
+
+    model: Model
+    inputs: Mapping[str, Value]
+    judged: tuple[str, ...]
+    modes: tuple[tuple[ActiveRules, State], ...]
+    start: Mapping[str, float]
+
+    @property
+    def rules(self) -> ActiveRules:
+        """Those of the first state, which iterations are about."""
+        return self.modes[0][0]
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        return tuple(state for _, state in self.modes)
+
+
+def methods(case: Case, plan: Plan, names: Sequence[str], tolerances: Sequence[float]) -> Iterator[Method]:
+    """All of them, for one case. ``names`` are the inputs that the plan takes by position."""
+    numbers = tuple(case.inputs[name] for name in names)
+    yield Method(SOLVE, SOLVE, lambda: _solved(case, plan))
+    yield Method(PREPARED, PREPARED, lambda: _prepared(plan, numbers))
+    if can_prove():
+        yield Method(PROVED, PROVED, lambda: _solved(case, plan, prove=True))
+    block = SolveBlock(case.rules.flat_equations, case.rules.flat_unknowns, ())
+    kernel = BlockKernel(planner(case.model).graph, block)
+    known = [v for name in kernel.known if isinstance(v := case.inputs[name], float)]
+    residual, jacobian = kernel.residual(known), kernel.jacobian(known)
+    start = [case.start[name] for name in block.unknowns]
+
+    def named(end: ScipyRoot) -> End:
+        answers = (dict(zip(block.unknowns, end.x, strict=True)),) if end.success else ()
+        return End(answers, end.evaluations, "" if end.success else "no convergence")
+
+    def newton_to(tolerance: float) -> Run:
+        return lambda: named(plain_newton(residual, jacobian, start, start, tolerance))
+
+    def scipy_by(method: str) -> Run:
+        return lambda: named(scipy_root(residual, jacobian, start, method))
+
+    for tolerance in tolerances:
+        yield Method(f"Newton to {tolerance:.0e}", "Newton", newton_to(tolerance), tolerance)
+    for method in METHODS:
+        yield Method(f"scipy {method}", f"scipy {method}", scipy_by(method))
+
+
+def _solved(case: Case, plan: Plan, prove: bool = False) -> End:
+    """``solver.solve``, from the model on; with ``prove`` an answer is one that is proved."""
+    given: dict[str, Value | None] = {name: case.inputs.get(name) for name in case.model.variables}
+    result = solve(case.model, given, want=plan.want, guesses=plan.guesses, prove=prove)
+    if result.status is not Status.SOLVED:
+        return End((), said=str(result.status))
+    if not prove:
+        return End(result.solutions)
+    proved = [s for s in result.solutions if s.proof is not None and s.proof.proved]
+    return End(tuple(proved), said="not proved", radii=tuple(solution.radius for solution in proved))
+
+
+def _prepared(plan: Plan, numbers: tuple[Value, ...]) -> End:
+    try:
+        rows = plan.all(*numbers)
+    except Unsolved as unsolved:
+        return End((), said=str(unsolved.status))
+    return End(tuple(dict(zip(plan.want, row, strict=True)) for row in rows))
+
 
 FALSE = 1e-6
 """A relative error beyond which what is called an answer is a false one (or a thousand tolerances)."""

@@ -9,7 +9,7 @@ from rulesheets.diagnosis import plural, render
 from rulesheets.model import Model
 from rulesheets.units.check import check_units, inferred
 from solver.commands.inputs import add_sheet_options, load_sheet
-from solver.report.json import diagnosis_json
+from solver.report.sheet import diagnosis_json
 
 
 def add_arguments(parser: ArgumentParser) -> None:

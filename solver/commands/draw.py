@@ -133,7 +133,7 @@ class _Studio:
 
     def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> bytes | None:
         """A frame for each value of the range; None where not one has an answer."""
-        from solver.pictures.film import frames, gif, images
+        from solver.pictures.page import frames, gif, images
 
         film = frames(self._instants(motion), self.every)
         if not film:

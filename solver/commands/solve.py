@@ -15,15 +15,13 @@ from rulesheets.inputs import variable_named
 from rulesheets.units.check import check_units
 from solver.commands.inputs import Option, add_display_options, add_input_options, read_request
 from solver.files.replacing import write_file
-from solver.report.json import diagnosis_json, result_json
-from solver.report.sheet import result_csv
+from solver.report.sheet import diagnosis_json, result_csv, result_json
 from solver.report.text import result_text
 from solver.result import Result
 from solver.solving import solve
 
 if TYPE_CHECKING:
-    from solver.derivatives.sensitivities import Sensitivities
-    from solver.derivatives.tolerances import ToleranceBands
+    from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
     from solver.sampling import Samples
 
 MOST_WARNINGS = 3
@@ -169,7 +167,7 @@ def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
 
 def _report() -> Any:
     """What prints derivatives and samples: with it come plans, which a plain solve does without."""
-    return import_module("solver.report.derived")
+    return import_module("solver.report.html")
 
 
 def _sensitivities(result: Result, text: str) -> Sensitivities:

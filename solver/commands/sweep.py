@@ -8,6 +8,8 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
+from time import monotonic
+from typing import TextIO
 
 from rulesheets.deadline import expired
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
@@ -16,25 +18,108 @@ from rulesheets.model import Model, Variable
 from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import displays, shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
-from solver.commands.over import read_axes
-from solver.commands.progress import Progress, Quietly
-from solver.commands.rows import Swept, read_swept
+from solver.commands.over import Swept, read_axes, read_swept
 from solver.curves.following import follow_sweep
-from solver.curves.table import Branch, CurveTable
+from solver.curves.tracing import Branch, CurveTable
 from solver.files.columns import Columns, csv_head, csv_rows
 from solver.files.tables import is_csv, write_table
 from solver.interruption import WATCH
 from solver.pictures.drawing import require_matplotlib
 from solver.plan import prepare
-from solver.sweeping import followed, work_of
-from solver.sweeps.chunks import Chunk
-from solver.sweeps.resuming import earlier
-from solver.sweeps.running import solved_pieces
-from solver.sweeps.shown import ShownSink, expect_plain, heads, shown_columns
-from solver.sweeps.sinks import FileSink, Sink, StreamSink
-from solver.sweeps.stream import Outcome
+from solver.sweeps.grid import Chunk
+from solver.sweeps.stream import (
+    FileSink,
+    Outcome,
+    ShownSink,
+    Sink,
+    StreamSink,
+    earlier,
+    expect_plain,
+    heads,
+    shown_columns,
+)
 from solver.sweeps.stream import run as streamed
+from solver.sweeps.sweep import followed, work_of
 from solver.sweeps.work import Solved, Work
+from solver.sweeps.workers import solved_pieces
+
+PATIENCE = 0.5
+"""Seconds before anything is shown."""
+PAUSE = 0.2
+"""Seconds between two states of the line."""
+
+
+class Progress:
+    """Called with the number of rows done; ``within`` hears of rows of the piece at hand.
+
+    ``end`` leaves the line as if nothing had been.
+    """
+
+    def __init__(self, stream: TextIO, total: int | None) -> None:
+        self._stream, self._total = stream, total
+        self._began = monotonic()
+        self._due = self._began + PATIENCE
+        self._done = self._width = 0
+
+    def __call__(self, done: int) -> None:
+        self._done = done
+        self.within(0)
+
+    def within(self, rows: int) -> None:
+        now = monotonic()
+        if now >= self._due:
+            self._due = now + PAUSE
+            self._show(progress_line(self._done + rows, self._total, now - self._began))
+
+    def end(self) -> None:
+        """Clear the line, also for whoever writes to the same terminal next."""
+        if self._width:
+            self._show("")
+            self._stream.write("\r")
+            self._stream.flush()
+
+    def _show(self, line: str) -> None:
+        self._stream.write("\r" + line.ljust(self._width))
+        self._stream.flush()
+        self._width = len(line)
+
+
+class Quietly:
+    """A sink that writes where the line stands, which makes way for its rows."""
+
+    def __init__(self, sink: Sink, progress: Progress) -> None:
+        self._sink, self._progress = sink, progress
+
+    def add(self, piece: Solved) -> None:
+        self._progress.end()
+        self._sink.add(piece)
+
+    def close(self) -> None:
+        self._progress.end()
+        self._sink.close()
+
+    def discard(self) -> None:
+        self._sink.discard()
+
+
+def progress_line(done: int, total: int | None, seconds: float) -> str:
+    """``1,200,000 of 4,000,000 rows  30 %  600,000 rows/s  0:05 left``."""
+    rate = done / seconds if seconds > 0 else 0.0
+    speed = f"{rate:,.0f} rows/s" if rate >= 10 else f"{rate:.2g} rows/s"
+    if not done:
+        speed = clock(seconds)
+    if total is None:
+        return f"{done:,} rows  {speed}"
+    line = f"{done:,} of {total:,} rows  {100 * done // max(total, 1)} %  {speed}"
+    return f"{line}  {clock((total - done) / rate)} left" if rate else line
+
+
+def clock(seconds: float) -> str:
+    """``0:05``, ``2:03:00``."""
+    minutes, rest = divmod(int(seconds + 0.5), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
 
 INTERRUPTED = 130
 

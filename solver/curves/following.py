@@ -1,8 +1,9 @@
-"""All branches of the answers over the range of a sweep."""
+"""Curves of answers: the unknowns that a curve is followed in, and every branch through its folds."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
@@ -12,18 +13,189 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
-from solver.curves.core import core_of
-from solver.curves.parting import parted
-from solver.curves.rows import CurveRow, Filling, curve_rows
-from solver.curves.system import CoreSystem
-from solver.curves.table import Branch, CurveTable, Limit
-from solver.curves.tracing import Curve, traced
+from rulesheets.syntax.nodes import names as names_in
+from rulesheets.syntax.nodes import subtract
+from solver.curves.tracing import (
+    Branch,
+    CoreSystem,
+    Curve,
+    CurveRow,
+    CurveTable,
+    Filling,
+    Limit,
+    curve_rows,
+    traced,
+)
 from solver.files.columns import free_name
 from solver.numerics.continuation import CurvePoint, End, Vector
+from solver.path.isolate import is_linear
 from solver.path.planner import planner
+from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.plan import Plan, prepare
 from solver.result import CODES, Status
 from solver.solution.leaves import Leaf
+
+
+@dataclass(frozen=True)
+class _Made:
+    """What a step computes, and what it reads."""
+
+    names: tuple[str, ...]
+    reads: frozenset[str]
+    forks: bool
+
+
+@dataclass(frozen=True)
+class Core:
+    """``names``: the unknowns of the steps that can have several values, and all that these need of what
+    moves with the parameter, in the order of the steps. ``moving``: everything that does, the parameter too.
+    """
+
+    names: tuple[str, ...]
+    moving: frozenset[str]
+
+
+def core_of(model: Model, steps: Sequence[Step], parameter: str) -> Core:
+    """The core of a path; it has no names where every step has one value, and no case was assumed."""
+    made = [one for one in (_made(model, step) for step in steps) if one is not None]
+    assumed = {
+        name for s in steps if isinstance(s, Assume) for name in names_in(model.conditions[s.condition])
+    }
+    moving = {parameter}
+    for one in made:
+        if one.reads & moving:
+            moving.update(one.names)
+    needed: set[str] = set()
+    for one in reversed(made):
+        if moving.isdisjoint(one.names):
+            continue
+        if one.forks or not (needed | assumed).isdisjoint(one.names):
+            needed.update(one.names, one.reads & moving)
+    names = tuple(name for one in made for name in one.names if name in needed and name in moving)
+    return Core(names, frozenset(moving))
+
+
+def _made(model: Model, step: Step) -> _Made | None:
+    match step:
+        case Evaluate(_, unknown, branches) | Select(_, unknown, branches):
+            names: tuple[str, ...] = (unknown,)
+            forks = branches > 1
+        case SolveBlock(equations, names):
+            forks = not all(_linear(model, index, names) for index in equations)
+        case _:
+            return None
+    read = {name for index in equations_of(step) for name in _read(model, index)}
+    return _Made(names, frozenset(read.difference(names)), forks)
+
+
+def _linear(model: Model, index: int, unknowns: Sequence[str]) -> bool:
+    """Whether a rule is linear in the unknowns of its block: such a block has one answer, none or all."""
+    equation = model.equations[index]
+    return is_linear(subtract(equation.left, equation.right), unknowns)
+
+
+def _read(model: Model, index: int) -> Collection[str]:
+    equation = model.equations[index]
+    guards = (name for p in equation.guard for name in names_in(model.conditions[p.condition]))
+    return {*equation.names, *guards}
+
+
+Answer = Callable[[float], "Mapping[str, Value] | None"]
+"""The values at a place of the swept variable; None where there is no answer."""
+
+STEEP = 0.8
+"""Share of a change that one half of an interval takes, and not the other, where it is looked at closely."""
+VANISHED = 1e-3
+"""Share of its largest change by which a continuous value still changes at the end."""
+ROUNDING = 2.0**-49
+"""Share of a value by which it changes for no other reason than its digits."""
+HALVINGS = 80
+GROWN = 1e9
+"""How many times larger than at the rows a value is next to a pole."""
+LAST = 10
+STILL_GROWN = 4.0
+"""How many times larger it is there than so many halvings before."""
+
+
+def parted(
+    start: float, end: float, answer: Answer, names: Sequence[str], turn: Callable[[str], float | None]
+) -> bool:
+    """Whether some of the named values jumps, has a pole, or is missing between two places with answers.
+
+    ``turn``: the whole turn of a name that is an angle, which makes no difference.
+    """
+    first, last, middle = answer(start), answer(end), answer(0.5 * (start + end))
+    if first is None or last is None:
+        return False
+    if middle is None:
+        return True
+    for name in names:
+        ends = first.get(name), middle.get(name), last.get(name)
+        numbers = [value for value in ends if isinstance(value, float)]
+        if len(numbers) == 3:
+            search = _Search(answer, name, turn(name))
+            if search.suspicious(*numbers) and (
+                not search.joined(start, end, *numbers) or search.grows(start, end, *numbers)
+            ):
+                return True
+    return False
+
+
+class _Search:
+    """Where one value changes most."""
+
+    def __init__(self, answer: Answer, name: str, turn: float | None) -> None:
+        self.answer, self.name, self.turn = answer, name, turn
+
+    def suspicious(self, a: float, middle: float, b: float) -> bool:
+        """Whether the value in the middle lies outside of those at the ends, or next to one of them."""
+        return max(self._apart(a, middle), self._apart(middle, b)) > STEEP * self._apart(a, b)
+
+    def joined(self, start: float, end: float, a: float, between: float, b: float) -> bool:
+        """Whether the change of the value vanishes with the interval."""
+        most = max(self._apart(a, b), self._apart(a, between), self._apart(between, b))
+        for _ in range(HALVINGS):
+            place = 0.5 * (start + end)
+            middle = None if place in (start, end) else self._at(place)
+            if middle is None:
+                return False
+            most = max(most, self._apart(a, middle), self._apart(middle, b))
+            if self._apart(a, middle) >= self._apart(middle, b):
+                end, b = place, middle
+            else:
+                start, a = place, middle
+            if self._apart(a, b) <= max(VANISHED * most, ROUNDING * max(abs(a), abs(b))):
+                return True
+        return False
+
+    def grows(self, start: float, end: float, a: float, between: float, b: float) -> bool:
+        """Whether the value grows without bound, or vanishes, where it is largest: at a maximum it does not,
+        however small it is at the ends."""
+        most = GROWN * max(abs(a), abs(b))
+        if self.turn is not None or abs(between) <= max(abs(a), abs(b)):
+            return False
+        reached: list[float] = []
+        for _ in range(HALVINGS):
+            if not start < (place := 0.5 * (start + end)) < end:
+                break
+            places = start, 0.5 * (start + place), place, 0.5 * (place + end), end
+            found = [self._at(at) for at in places[1:4]]
+            sizes = [abs(number) for number in found if number is not None]
+            if len(sizes) < len(found):
+                return True
+            reached.append(max(sizes))
+            largest = sizes.index(reached[-1])
+            start, end = places[largest], places[largest + 2]
+        return len(reached) > LAST and reached[-1] > max(most, STILL_GROWN * reached[-1 - LAST])
+
+    def _at(self, place: float) -> float | None:
+        values = self.answer(place)
+        number = None if values is None else values.get(self.name)
+        return number if isinstance(number, float) else None
+
+    def _apart(self, a: float, b: float) -> float:
+        return abs(b - a) if self.turn is None else abs(math.remainder(b - a, self.turn))
+
 
 BREAK = "a value jumps or grows without bound"
 """Why a branch of values that are only computed ends between two rows."""

@@ -1,12 +1,173 @@
-"""From one answer to the whole branch that it lies on."""
+"""One branch of a curve traced point by point, and its points as rows of a table."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from solver.curves.system import CoreSystem
-from solver.numerics.continuation import CurvePoint, End, Problem, Trace, Vector, follow, point_at, start
+from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
+from rulesheets.functions import TABLE
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax.nodes import Call, Name, subtract
+from solver.derivatives.linearization import active_equations
+from solver.kernel.emitter import compile_expressions
+from solver.numerics.continuation import (
+    CurvePoint,
+    End,
+    Problem,
+    Trace,
+    Vector,
+    crossing,
+    follow,
+    point_at,
+    start,
+)
+from solver.numerics.linear_algebra import independent_rows
+from solver.path.graph import ModelGraph
+from solver.result import Status, Table
+from solver.solution.explore import explore
+from solver.verdicts.verdict import judge
+
+
+class CoreSystem:
+    """The rules between ``names``: the unknowns of the core, then the parameter; all else is ``fixed``."""
+
+    def __init__(
+        self,
+        graph: ModelGraph,
+        names: tuple[str, ...],
+        fixed: Mapping[str, Value],
+        inputs: frozenset[str],
+        span: tuple[float, float],
+    ) -> None:
+        self.model, self.graph, self.names = graph.model, graph, names
+        self.fixed, self.inputs = fixed, inputs
+        known = {*fixed, *names}
+        self.candidates = [
+            e for e in self.model.equations if known.issuperset(e.names) and set(names).intersection(e.names)
+        ]
+        self.guarded = any(e.guard for e in self.candidates)
+        jumps = dict(filter(None, map(_direction, self.candidates)))
+        turns = [jumps.get(name) or graph.turn(name) for name in names[:-1]]
+        low, high = zip(*(_range(self.model, name) for name in names), strict=True)
+        self.turn = np.array([turn or np.inf for turn in turns] + [np.inf])
+        self.low, self.high = np.array(low), np.array(high)
+        self.turn[np.isfinite(self.low) | np.isfinite(self.high)] = np.inf
+        self.low[-1], self.high[-1] = max(self.low[-1], span[0]), min(self.high[-1], span[1])
+
+    def values(self, z: Vector) -> dict[str, Value]:
+        """What is known at a point of the curve."""
+        return {**self.fixed, **dict(zip(self.names, z.tolist(), strict=True))}
+
+    def regime(self, z: Vector) -> tuple[int, ...]:
+        """The candidates that are active at a point."""
+        if not self.guarded:
+            return ()
+        return tuple(e.index for e in self.active(z))
+
+    def active(self, z: Vector) -> list[Equation]:
+        chosen = {e.index for e in self.candidates}
+        return [e for e in active_equations(self.model, self.values(z), self.inputs) if e.index in chosen]
+
+    def problem(self, at: Vector, scale: Vector) -> Problem | None:
+        """The problem of the rules that are active at ``at``; None where they leave more than a curve."""
+        equations = self._independent(at, scale)
+        if equations is None:
+            return None
+        residual, jacobian = self._residual(equations), self._jacobian(equations)
+        ranges = (self.low, self.high)
+        return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
+
+    def _independent(self, at: Vector, scale: Vector) -> list[Equation] | None:
+        rows, usable = [], []
+        for equation in self.active(at):
+            try:
+                row = self._slopes(equation, self.values(at))
+            except Undefined:
+                continue
+            if np.isfinite(row).all():
+                rows.append(row)
+                usable.append(equation)
+        if not rows:
+            return [] if len(self.names) == 1 else None
+        found = independent_rows(rows, scale)
+        return [usable[i] for i in found.rows] if len(found.rows) == len(self.names) - 1 else None
+
+    def holds(self, z: Vector, within: float) -> bool:
+        """Whether every active rule of the core holds at a point, to a share of its terms."""
+        values = self.values(z)
+        for equation in self.active(z):
+            try:
+                left, by_left = derivatives(equation.left, values)
+                right, by_right = derivatives(equation.right, values)
+            except Undefined:
+                return False
+            size = sum(abs(s * v) for by in (by_left, by_right) for n, s in by.items() if (v := values[n]))  # type: ignore[operator]
+            miss = math.remainder(left - right, _jump(equation) or math.inf)
+            if abs(miss) > within * max(size, abs(left), abs(right)):
+                return False
+        return True
+
+    # --- numbers ---
+
+    def _constants(self) -> dict[str, float]:
+        return {name: value for name, value in self.fixed.items() if isinstance(value, float)}
+
+    def _residual(self, equations: Sequence[Equation]) -> Callable[[Vector], Vector]:
+        constants = self._constants()
+        forms = [subtract(e.left, e.right) for e in equations]
+        function = compile_expressions(forms, (*self.names, *constants))
+        jumps = [_jump(e) for e in equations]
+        known = tuple(constants.values())
+
+        def residual(z: Vector) -> Vector:
+            values = function(*z.tolist(), *known)
+            pairs = zip(values, jumps, strict=True)
+            return np.array([math.remainder(v, jump) if jump else v for v, jump in pairs], dtype=np.float64)
+
+        return residual
+
+    def _jacobian(self, equations: Sequence[Equation]) -> Callable[[Vector], NDArray[np.float64]]:
+        constants = self._constants()
+        known, shape = tuple(constants.values()), (len(equations), len(self.names))
+        try:
+            partials = [differentiate(subtract(e.left, e.right), n) for e in equations for n in self.names]
+        except NotDifferentiable:
+            return lambda z: np.array([self._slopes(e, self.values(z)) for e in equations])
+        function = compile_expressions(partials, (*self.names, *constants))
+        return lambda z: np.array(function(*z.tolist(), *known), dtype=np.float64).reshape(shape)
+
+    def _slopes(self, equation: Equation, values: Mapping[str, Value]) -> list[float]:
+        left, right = (derivatives(side, values)[1] for side in (equation.left, equation.right))
+        return [left.get(name, 0.0) - right.get(name, 0.0) for name in self.names]
+
+
+def _range(model: Model, name: str) -> tuple[float, float]:
+    variable = model.variables[name]
+    return variable.low, variable.high
+
+
+def _direction(equation: Equation) -> tuple[str, float] | None:
+    """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps where that passes 180."""
+    sides = (equation.left, equation.right)
+    for one, other in (sides, sides[::-1]):
+        if isinstance(one, Name) and isinstance(other, Call):
+            row = TABLE[other.function]
+            if row.direction and row.angle is not None:
+                return one.name, row.angle
+    return None
+
+
+def _jump(equation: Equation) -> float | None:
+    found = _direction(equation)
+    return None if found is None else found[1]
+
 
 MEETS = 1e-6
 """Share of its terms by which a rule may miss where it takes over from another."""
@@ -103,3 +264,151 @@ def _joined(backward: list[Piece], forward: list[Piece]) -> tuple[Piece, ...]:
         Piece(piece.problem, tuple(replace(p, arc=p.arc + length) for p in piece.points)) for piece in forward
     ]
     return (*pieces, *shifted)
+
+
+NOUGHT = 1e-15
+"""Share of its magnitude below which a coordinate may be what is left of an exact 0."""
+
+
+@dataclass(frozen=True)
+class CurveRow:
+    """One row before it is filled in."""
+
+    point: CurvePoint
+    greatest: bool = False
+
+
+def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
+    """The first point, every swept value that the branch passes, every fold, the last point."""
+    first, last = curve.points[0], curve.points[-1]
+    yield CurveRow(first, _rises(first))
+    for piece in curve.pieces:
+        for here, there in zip(piece.points, piece.points[1:], strict=False):
+            yield from _between(piece, here, there, values)
+            swept = bool((values == there.z[-1]).any())
+            if there is not last and (there.fold or swept):
+                yield CurveRow(there, _rises(here))
+    if len(curve.points) > 1:
+        yield CurveRow(last, _rises(last))
+
+
+def _rises(point: CurvePoint) -> bool:
+    return bool(point.tangent[-1] > 0)
+
+
+def _between(piece: Piece, here: CurvePoint, there: CurvePoint, values: Vector) -> Iterator[CurveRow]:
+    """Swept values strictly between two neighbours, in the order of the curve."""
+    a, b = float(here.z[-1]), float(there.z[-1])
+    inside = values[(values > min(a, b)) & (values < max(a, b))].tolist()
+    for value in sorted(inside, reverse=b < a):
+        found = _crossing(piece.problem, here, there, value)
+        if found is not None:
+            yield CurveRow(found)
+
+
+def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
+    """From the end whose tangent is the steeper: that of a fold does not reach to the swept value."""
+    if here.fold:
+        back = CurvePoint(there.z, -there.tangent, 0.0, -there.orientation)
+        reach = float((here.z - there.z) / problem.scale @ back.tangent)
+        found = crossing(problem, back, reach, value)
+        if found is None:
+            return None
+        return CurvePoint(found.z, -found.tangent, there.arc - found.arc, -found.orientation)
+    reach = float((there.z - here.z) / problem.scale @ here.tangent)
+    return crossing(problem, here, reach, value)
+
+
+class Filling:
+    """Computes what is wanted at a point of the curve, by an ordinary solve with the core given.
+
+    So is all that does not move along the curve: of several answers it is that of the branch.
+    """
+
+    def __init__(self, model: Model, system: CoreSystem, want: Sequence[str], scale: Vector) -> None:
+        self.model, self.system, self.want, self.scale = model, system, tuple(want), scale
+
+    def __call__(self, point: CurvePoint) -> tuple[Status, dict[str, Value]]:
+        """The status and the wanted values that are determined. A fold is ``singular``."""
+        status, values = self._solved(point.z)
+        if status is not Status.SOLVED and not point.fold:
+            cleared = np.where(np.abs(point.z) <= NOUGHT * self.scale, 0.0, point.z)
+            if not np.array_equal(cleared, point.z):
+                status, values = self._solved(cleared)
+        return Status.SINGULAR if point.fold else status, values
+
+    def _solved(self, z: Vector) -> tuple[Status, dict[str, Value]]:
+        inputs = {**self.system.fixed, **self.wrapped(z)}
+        found = explore(self.model, inputs, self.want, {}, self.want)
+        verdict = judge(self.model, found, inputs, {})
+        values = verdict.leaves[0].branch.values if verdict.leaves else inputs
+        return verdict.status, {name: values[name] for name in self.want if name in values}
+
+    def wrapped(self, z: Vector) -> dict[str, float]:
+        """The core with angles in (-180, 180], as far as its rules admit it."""
+        plain = dict(zip(self.system.names, z.tolist(), strict=True))
+        moved = z.copy()
+        for place, turn in enumerate(self.system.turn):
+            if math.isfinite(turn):
+                moved[place] -= turn * math.ceil(moved[place] / turn - 0.5)
+        if np.array_equal(moved, z) or not self.system.holds(moved, 1e-12):
+            return plain
+        return dict(zip(self.system.names, moved.tolist(), strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A limit position: the swept variable turns back at ``value``, its ``greatest`` or least, in ``row``."""
+
+    value: float
+    greatest: bool
+    row: int
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One connected branch: its rows ``first`` up to, but without, ``last``.
+
+    ``closed``: it comes back to where it began (the last row is the first one again). Otherwise ``start`` and
+    ``end`` say why it does not go on before its first and after its last row.
+    """
+
+    number: int
+    first: int
+    last: int
+    closed: bool
+    start: str
+    end: str
+    limits: tuple[Limit, ...]
+
+
+class CurveTable(Table):
+    """Columns by name: the swept variable, the wanted ones, then ``branch`` (1, 2, …) and ``arc``.
+
+    ``arc`` is the length of the curve from the first row of its branch, every variable of the curve in units
+    of its magnitude and angles in radians: a number that grows along the branch. Rows at limit positions have
+    the status ``singular``, and the values that are determined there.
+    """
+
+    def __init__(
+        self,
+        columns: Mapping[str, NDArray[Any]],
+        status: NDArray[np.int8],
+        swept: str,
+        branches: tuple[Branch, ...],
+        labels: tuple[str, str],
+        files: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(columns, status, files)
+        self.swept, self.branches = swept, branches
+        self._labels = labels
+
+    @property
+    def branch(self) -> NDArray[np.int64]:
+        """The number of the branch of every row."""
+        return self[self._labels[0]]
+
+    @property
+    def arc(self) -> NDArray[np.float64]:
+        """The arc length of every row."""
+        return self[self._labels[1]]

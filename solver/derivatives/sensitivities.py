@@ -1,18 +1,76 @@
-"""Sensitivities of an answer: the derivative of every output by every input, and why one does not exist."""
+"""Sensitivities of an answer, slopes that do not exist, and what tolerances of the inputs make of it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
-from rulesheets.inputs import variables_named
-from rulesheets.model import Model, Value
-from solver.derivatives.kinks import active_comparisons
-from solver.derivatives.missing_slopes import Reason, diagnosis
-from solver.derivatives.one_sided import Near, one_sided
-from solver.derivatives.total_derivatives import Total, totals
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
+from rulesheets.format import format_expression
+from rulesheets.input_messages import no_tolerance
+from rulesheets.inputs import variable_named, variables_named
+from rulesheets.model import Model, Tolerance, Value
+from solver.derivatives.total_derivatives import Near, Total, active_comparisons, one_sided, totals
+from solver.path.cases import Pair
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why one is missing: ``tied``, ``rough`` (a rule), ``kink``, ``edges`` (pairs), ``free`` or ``blank``.
+
+    ``sides`` are the derivatives on both sides of a kink.
+    """
+
+    kind: str
+    rule: int = -1
+    pairs: tuple[Pair, ...] = ()
+    sides: tuple[float, float] = (0.0, 0.0)
+
+
+def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) -> Diagnosis:
+    """One reason for a group of (output, input) pairs, as a note."""
+    outputs = tuple(dict.fromkeys(output for output, _ in group))
+    givens = tuple(dict.fromkeys(given for _, given in group))
+    what = f"the derivative of {_listed(outputs)} by {_listed(givens)}"
+    labels = () if reason.rule < 0 else (Label(model.equations[reason.rule].rule),)
+    match reason.kind:
+        case "tied":
+            text = f"{what} does not exist: moved alone, {_either(givens)} would break this rule"
+            note = "clear an input that the others determine"
+        case "rough":
+            text = f"{what} can't be told here: this rule has no slope at these values"
+            note = "it has a corner or a vertical tangent there; move an input a little and ask again"
+        case "kink":
+            after, before = reason.sides
+            where = f"the rules change at {_comparisons(reason.pairs)}" if reason.pairs else "it has a corner"
+            text = f"{what} does not exist: {where}"
+            note = f"it is {after:.10g} upwards and {before:.10g} downwards"
+        case "blank":
+            text = f"{what} does not exist: {_listed(outputs)} has no number here"
+            note = "take it out of the list, or solve for it"
+        case "edges":
+            text = f"{what} can't be told here: the rules change at {_comparisons(reason.pairs)}"
+            note = "move an input a little and ask again"
+        case _:
+            text = f"{what} does not exist: the answer is singular there"
+            note = "it can move while every input stays: a double root, a fold or a dead centre"
+    return Diagnosis("S592", Severity.NOTE, text, labels, (note,), outputs)
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = names if len(names) <= 6 else (*names[:6], f"{len(names) - 6} more")
+    return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
+
+
+def _either(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else "each of them"
+
+
+def _comparisons(pairs: Iterable[Pair]) -> str:
+    return _listed([f"{format_expression(left)} = {format_expression(right)}" for left, right in pairs])
+
 
 _APPROACHABLE = ("rough", "edges", "free")
 """Reasons that hold at a point, and perhaps not beside it."""
@@ -203,3 +261,93 @@ def _cleared(slope: float, total: Total, output: str, given: str) -> float:
     """The slope; 0 where it is no more than what is left of terms that cancel at the digits computed with."""
     above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
     return slope if abs(slope) * below > CANCELLED * above else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Contribution:
+    """What one input adds to an output: ``amount`` = |∂output/∂input| · tolerance, in the output's unit.
+
+    ``share`` is its part of the root-sum-square, amount² / Σ amount², between 0 and 1.
+    """
+
+    input: str
+    amount: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """How far an output may be from its value to first order, the largest contribution first.
+
+    ``worst``: Σ amount, every input at the end of its tolerance that hurts most. ``rss``: √(Σ amount²),
+    the same multiple of the standard deviation for the output that the tolerances are for independent inputs.
+    """
+
+    name: str
+    value: float
+    worst: float
+    rss: float
+    contributions: tuple[Contribution, ...]
+
+
+@dataclass(frozen=True)
+class ToleranceBands(Mapping[str, "Band | None"]):
+    """The band of every output; None where a derivative is missing (``diagnoses`` say why).
+
+    ``tolerances`` are those of the inputs, in their own units.
+    """
+
+    tolerances: Mapping[str, float]
+    sensitivities: Sensitivities
+    answer: Mapping[str, Value]
+
+    @property
+    def diagnoses(self) -> tuple[Diagnosis, ...]:
+        return self.sensitivities.diagnoses
+
+    def __getitem__(self, name: str) -> Band | None:
+        if name not in self.sensitivities.outputs:
+            raise KeyError(name)
+        slopes = [self.sensitivities[name, given] for given in self.tolerances]
+        value = self.answer.get(name)
+        if not isinstance(value, float) or any(slope is None for slope in slopes):
+            return None
+        return _band(name, value, self.tolerances, [slope or 0.0 for slope in slopes])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.sensitivities.outputs)
+
+    def __len__(self) -> int:
+        return len(self.sensitivities.outputs)
+
+
+def _band(name: str, value: float, tolerances: Mapping[str, float], slopes: Sequence[float]) -> Band:
+    amounts = {given: abs(s) * t for (given, t), s in zip(tolerances.items(), slopes, strict=True)}
+    rss = math.hypot(*amounts.values())
+    ranked = sorted(amounts.items(), key=lambda item: -item[1])
+    return Band(
+        name,
+        value,
+        math.fsum(amounts.values()),
+        rss,
+        tuple(Contribution(given, a, (a / rss) ** 2 if rss else 0.0) for given, a in ranked),
+    )
+
+
+def tolerances_of(
+    model: Model, inputs: Mapping[str, Value], given: Mapping[str, float | Tolerance] | None = None
+) -> dict[str, float]:
+    """The tolerances of the inputs that are numbers, in their own units: those of the sheet, overridden.
+
+    Raises RuleSheetError for names that the model does not have (E407) and for a tolerance that is negative
+    or not finite (E405).
+    """
+    stated: dict[str, Tolerance | None] = {n: v.tolerance for n, v in model.variables.items()}
+    for name, tolerance in (given or {}).items():
+        size = tolerance if isinstance(tolerance, Tolerance) else Tolerance(float(tolerance))
+        if not 0.0 <= size.size < math.inf:
+            raise RuleSheetError(no_tolerance(False, None))
+        stated[variable_named(name, model).name] = size
+    numbers = {n: v for n in model.variables if isinstance(v := inputs.get(n), float)}
+    sizes = {n: t.around(v) for n, v in numbers.items() if (t := stated[n]) is not None}
+    return {name: size for name, size in sizes.items() if size}

@@ -1,22 +1,90 @@
-"""How an answer moves with its inputs: the implicit function theorem on the active rules.
-
-Where F(u, p) = 0 and ∂F/∂u is regular, du/dp = −(∂F/∂u)⁻¹ ∂F/∂p, solved block by block in the order of the
-block triangular form. Everything is evaluated at the sharpened answer, so that the digits are right
-wherever the derivative exists.
-"""
+"""Total derivatives of an answer by its inputs, from one side and from both."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
-from rulesheets.evaluate import Undefined
-from rulesheets.model import Model, Value
-from solver.derivatives.kinks import kinks
-from solver.derivatives.linearization import Linearization, linearize
-from solver.derivatives.sharpening import Extended, Sharp, sharpened, slopes
+from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.number import equal
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call, Expression, Number, Quotient
+from rulesheets.syntax.program import walk
+from solver.derivatives.linearization import (
+    Extended,
+    Linearization,
+    Sharp,
+    linearize,
+    number,
+    precise_slopes,
+    sharpened,
+)
 from solver.numerics.elimination import solve_exactly
-from solver.path.cases import Pair
+from solver.path.cases import Pair, comparisons
+
+ZERO = Number(0.0)
+
+
+def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair, ...]:
+    """The pairs of numbers that guards compare, that are equal at ``values`` and can move."""
+    guards = {premise.condition for equation in model.equations for premise in equation.guard}
+    found: dict[Pair, None] = {}
+    for index in sorted(guards):
+        for atom in comparisons(model.conditions[index]):
+            pair = atom.left, atom.right
+            varies = any(True for side in pair for _ in nodes.names(side))
+            if varies and pair[::-1] not in found and _even(pair, values):
+                found[pair] = None
+    return tuple(found)
+
+
+def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
+    """Pairs that are equal at a kink or a jump of some function in the equation, and come apart beside it."""
+    for side in (equation.left, equation.right):
+        for node in walk(side):
+            if isinstance(node, Call) and node.arguments:
+                yield from (pair for pair in _meetings(node, values) if _even(pair, values))
+
+
+def _meetings(call: Call, values: Mapping[str, Value]) -> Iterator[Pair]:
+    first, *rest = call.arguments
+    match call.function:
+        case "abs" | "sgn":
+            yield first, ZERO
+        case "min" | "max":
+            extreme = _number(call, values)
+            met = [a for a in call.arguments if extreme is not None and _number(a, values) == extreme]
+            yield from combinations(met, 2)
+        case "step":
+            yield first, rest[0]
+        case "int" | "frac":
+            yield from _whole(first, 0.0, values)
+        case "round":
+            yield from _whole(first, 0.5, values)
+        case "mod":
+            yield from _whole(Quotient(first, rest[0]), 0.0, values)
+
+
+def _whole(argument: Expression, offset: float, values: Mapping[str, Value]) -> Iterator[Pair]:
+    """The argument and the nearest number at which the function jumps."""
+    number = _number(argument, values)
+    if number is not None:
+        yield argument, Number(round(number - offset) + offset)
+
+
+def _even(pair: Pair, values: Mapping[str, Value]) -> bool:
+    left, right = (_number(side, values) for side in pair)
+    return left is not None and right is not None and equal(left, right)
+
+
+def _number(expression: Expression, values: Mapping[str, Value]) -> float | None:
+    try:
+        return value(expression, values)
+    except (Undefined, KeyError, TypeError):
+        return None
+
 
 AGREE = 1e-25
 """Share of its terms by which a total derivative may miss 0 and still be taken for it."""
@@ -41,7 +109,7 @@ class Total:
     def of(self, pair: Pair, parameter: str) -> Extended | None:
         """d(left − right)/dp of a comparison; None where it is not determined."""
         try:
-            row = slopes(*pair, self.sharp.values)
+            row = precise_slopes(*pair, self.sharp.values)
         except Undefined:
             return None
         if any(name in self.loose for name in row):
@@ -128,3 +196,80 @@ def _ties(
             if abs(sum(terms)) > AGREE * sum(map(abs, terms)):
                 tied.setdefault(parameter, equation)
     return tied
+
+
+Near = Callable[[Mapping[str, Value], Mapping[str, float]], Mapping[str, Value] | None]
+"""The answer for some inputs that is nearest to guesses; None where there is none."""
+
+NODES = 8
+FARTHEST = 2.0**-10
+"""Distance of the farthest node, in units of the input (or 1); each next one is half as far."""
+
+SETTLED = 1e-12
+"""Change of the limit by its farthest node, relative, at which it is one."""
+
+CONTINUOUS, NOUGHT = 1e-9, 1e-15
+"""Relative distance of an output from its limit, and of a limit from 0, at which they are taken for one."""
+
+
+def one_sided(
+    model: Model,
+    values: Mapping[str, Value],
+    inputs: Mapping[str, Value],
+    outputs: Sequence[str],
+    given: str,
+    way: int,
+    near: Near,
+) -> dict[str, float]:
+    """Limits of the derivatives by ``given`` from above (``way`` 1) or below (-1), where there are any.
+
+    An output that is not continuous there has none, and nothing has where there is no answer on that side.
+    """
+    middle = inputs[given]
+    assert isinstance(middle, float)
+    guesses = {n: v for n, v in values.items() if isinstance(v, float) and n not in inputs}
+    reach = FARTHEST * max(abs(middle), 1.0)
+    nodes: list[Extended] = []
+    slopes: dict[str, list[Extended]] = {output: [] for output in outputs}
+    levels: dict[str, list[Extended]] = {output: [] for output in outputs}
+    for k in range(NODES):
+        moved = {**inputs, given: middle + way * reach * 2.0**-k}
+        answer = near(moved, guesses)
+        if answer is None:
+            return {}
+        total = totals(model, answer, moved, (given,))
+        nodes.append(number(moved[given]) - number(middle))  # type: ignore[arg-type]
+        for output in [*slopes]:
+            if output in total.loose or output not in total.by or given in total.tied:
+                del slopes[output], levels[output]
+                continue
+            slopes[output].append(total.by[output].get(given, number(0.0)))
+            levels[output].append(total.sharp.values[output])
+    found = {}
+    for output, samples in slopes.items():
+        slope, level = _limit(nodes, samples), _limit(nodes, levels[output])
+        here = values[output]
+        if slope is None or level is None or not isinstance(here, float):
+            continue
+        if abs(level - here) <= CONTINUOUS * max(abs(here), *map(abs, levels[output])):
+            found[output] = float(slope)
+    return found
+
+
+def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended | None:
+    """The value at 0 of the polynomial through the samples; None where it depends on the farthest one."""
+    whole, rest = _at_zero(nodes, samples), _at_zero(nodes[1:], samples[1:])
+    size = max(map(abs, samples))
+    if abs(whole - rest) > SETTLED * size:
+        return None
+    return whole if abs(whole) > NOUGHT * size else whole * 0
+
+
+def _at_zero(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended:
+    """Neville's scheme."""
+    row = list(samples)
+    for step in range(1, len(row)):
+        for i in range(len(row) - step):
+            far, near = nodes[i], nodes[i + step]
+            row[i] = (far * row[i + 1] - near * row[i]) / (far - near)
+    return row[0]

@@ -40,7 +40,7 @@ from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.multistart import Array
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, is_linear, isolate
-from solver.path.smooth import smooth
+from solver.path.rational import smooth
 from solver.path.steps import SolveBlock
 from solver.ranking.sizes import Scalings
 

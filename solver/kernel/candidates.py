@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from solver.accuracy.rule_check import gross
-from solver.attempts import Attempt, Method
-from solver.facts import DoubleRoot, Fact, OutOfRange
+from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.chain import Chain
 from solver.kernel.question import Question
 from solver.kernel.root_check import EPSILON, Uncertainty, is_ordinary, uncertainty

@@ -19,8 +19,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from solver.attempts import Attempt, Method
-from solver.facts import Beside, RankLoss
+from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.freedom import rank_loss
 from solver.kernel.question import Question

@@ -27,7 +27,7 @@ from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
 from solver.numerics.linear_algebra import last_singular
 from solver.numerics.sturm import real_roots, simple_part
-from solver.path.smooth import smooth
+from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
 

@@ -16,8 +16,7 @@ from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
-from solver.attempts import Attempt, Method
-from solver.facts import Fact, NoRoot
+from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
 from solver.kernel.contradiction import contradiction

@@ -33,7 +33,7 @@ from solver.plan import Plan, prepare
 from solver.report.why import why_text
 from solver.result import Result, Status
 from solver.solving import solve
-from solver.sweeping import sweep
+from solver.sweeps.sweep import sweep
 
 Json = dict[str, Any]
 

@@ -13,8 +13,7 @@ from rulesheets.model import Equation, Model, Value, Variable
 from solver.derivation import Derivation, Direct, Guard, Together
 from solver.page.figures import geometry, outline
 from solver.path.steps import equations_of
-from solver.report.notation import Plain, Tex
-from solver.report.path import Places, rule_text, told
+from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.report.why import Page, iterated
 from solver.result import Result, Status
 

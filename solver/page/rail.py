@@ -14,7 +14,7 @@ from solver.page.figures import Handle, diagrams, needed, rectangle
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.plan import Plan, Unsolved, prepare
-from solver.sweeping import sweep
+from solver.sweeps.sweep import sweep
 
 _TURNS = {"deg": 360.0, "°": 360.0, "rad": 2 * pi}
 

@@ -1,17 +1,38 @@
-"""Polynomials in many letters with exact rational coefficients: what elimination computes with.
+"""Polynomials in several letters with exact rational coefficients: what elimination computes with.
 
 A letter is a variable, the cosine or the sine of an angle, a root, or any other part of an
 expression that stays as it is. Like terms are merged, so that what cancels by algebra is gone; the
-square of a sine is written by that of the cosine.
-"""
+square of a sine is written by that of the cosine."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.syntax.nodes import ONE, ZERO, Expression, Number, add, multiply, negative, power
+from rulesheets.model import Equation
+from rulesheets.syntax.nodes import (
+    ONE,
+    ZERO,
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    add,
+    call,
+    divide,
+    multiply,
+    names,
+    negative,
+    power,
+)
+from solver.path.closed_form import Coefficient, Formula, Let
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
 """Letters with their exponents, sorted."""
@@ -148,3 +169,287 @@ def _bounded(polynomial: Polynomial) -> Polynomial:
     if len(polynomial) > MAX_TERMS:
         raise TooLarge
     return polynomial
+
+
+_CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}
+_QUARTER = {"d": 90.0, "": math.pi / 2}
+
+
+class NoForm(Exception):
+    """The equations are no polynomials in letters, or contradict one another."""
+
+
+class Letters:
+    """What the letters stand for."""
+
+    def __init__(self, unknowns: Collection[str], turning: Collection[str]) -> None:
+        self.unknowns, self.turning = frozenset(unknowns), frozenset(turning)
+        self.meaning: dict[str, Expression] = {}
+        self.pairs: dict[str, str] = {}
+        self.angles: dict[str, tuple[str, str, str]] = {}
+        self.open: set[str] = set()
+        self.roots: list[str] = []
+        self.extra: list[Polynomial] = []
+
+    def polynomial(self, node: Expression) -> Polynomial:
+        if not self.unknowns.intersection(names(node)):
+            return self._known(node)
+        match node:
+            case Name(name):
+                return self._variable(name)
+            case Negative(operand):
+                return scaled(self.polynomial(operand), Fraction(-1))
+            case Sum(terms):
+                return plus(*map(self.polynomial, terms))
+            case Product(left, right):
+                return self._reduced(times(self.polynomial(left), self.polynomial(right)))
+            case Quotient(left, right):
+                return self._quotient(left, right)
+            case Power(base, Number(value)) if value in (2.0, 3.0, 4.0):
+                inner = raised = self.polynomial(base)
+                for _ in range(int(value) - 1):
+                    raised = self._reduced(times(raised, inner))
+                return raised
+            case Power(base, Number(0.5)) | Call("sqrt", (base,)):
+                return self._root(base)
+            case Call(function, (argument,)) if function in _CIRCULAR:
+                return self._circular(function, argument)
+        raise NoForm
+
+    def _reduced(self, polynomial: Polynomial) -> Polynomial:
+        return reduced(polynomial, self.pairs)
+
+    def _known(self, node: Expression) -> Polynomial:
+        """A part without unknowns: opened as far as it is a polynomial, a letter of its own beyond."""
+        match node:
+            case Number(value):
+                return constant(value)
+            case Name(name):
+                self.meaning[name] = node
+                return letter(name)
+            case Negative(operand):
+                return scaled(self._known(operand), Fraction(-1))
+            case Sum(terms):
+                return plus(*map(self._known, terms))
+            case Product(left, right):
+                return self._reduced(times(self._known(left), self._known(right)))
+            case Quotient(left, Number(value)) if value:
+                return scaled(self._known(left), 1 / Fraction(value))
+            case Power(base, Number(2.0)):
+                inner = self._known(base)
+                return self._reduced(times(inner, inner))
+            case Call(function, (argument,)) if function in _CIRCULAR:
+                return self._circular(function, argument)
+        return letter(self._named(node))
+
+    def _named(self, node: Expression) -> str:
+        """The letter of a known part that stays as it is."""
+        for name, meaning in self.meaning.items():
+            if meaning == node:
+                return name
+        name = f"#k{len(self.meaning)}"
+        self.meaning[name] = node
+        return name
+
+    def _variable(self, name: str) -> Polynomial:
+        if name in self.angles:
+            raise NoForm
+        self.meaning[name] = Name(name)
+        self.open.add(name)
+        return letter(name)
+
+    def _quotient(self, left: Expression, right: Expression) -> Polynomial:
+        """Over something known: times its reciprocal. Over an unknown: one more unknown, and a product."""
+        dividend = self.polynomial(left)
+        if not self.unknowns.intersection(names(right)):
+            if isinstance(right, Number) and right.value:
+                return scaled(dividend, 1 / Fraction(right.value))
+            return times(dividend, letter(self._named(divide(Number(1.0), right))))
+        name = self._auxiliary()
+        self.extra.append(minus(self._reduced(times(letter(name), self.polynomial(right))), dividend))
+        return letter(name)
+
+    def _root(self, base: Expression) -> Polynomial:
+        inside = self.polynomial(base)
+        name = self._auxiliary()
+        self.roots.append(name)
+        self.extra.append(minus(times(letter(name), letter(name)), inside))
+        return letter(name)
+
+    def _auxiliary(self) -> str:
+        name = f"#u{len(self.meaning)}"
+        self.meaning[name] = Name(name)
+        self.open.add(name)
+        return name
+
+    # --- angles ---
+
+    def _circular(self, function: str, argument: Expression) -> Polynomial:
+        unit = _CIRCULAR[function]
+        turns = _count(argument, _QUARTER[unit])
+        if turns is not None and unit:
+            whole = (1.0, 0.0, -1.0, 0.0)
+            return constant(whole[turns % 4] if function.startswith("cos") else whole[(turns - 1) % 4])
+        base, sign, quarters, rest = self._angle(argument, unit)
+        if base is None:
+            cosine, sine = self._pair(argument, unit)
+            return letter(cosine if function.startswith("cos") else sine)
+        pair = self._of_unknown(base, unit) if base in self.unknowns else self._pair(Name(base), unit)
+        c, s = letter(pair[0]), scaled(letter(pair[1]), Fraction(sign))
+        for _ in range(quarters % 4):
+            c, s = scaled(s, Fraction(-1)), c
+        if rest is not None:
+            cos, sin = map(letter, self._pair(rest, unit))
+            c, s = minus(times(c, cos), times(s, sin)), plus(times(s, cos), times(c, sin))
+        return self._reduced(c if function.startswith("cos") else s)
+
+    def _angle(self, argument: Expression, unit: str) -> tuple[str | None, int, int, Expression | None]:
+        """``sign·base + 90·quarters + rest``: at most one unknown, at most once; no base: all known."""
+        terms = argument.terms if isinstance(argument, Sum) else (argument,)
+        unknown = [term for term in terms if self.unknowns.intersection(names(term))]
+        if len(unknown) > 1:
+            raise NoForm
+        base = unknown[0] if unknown else next((t for t in terms if _signed(t)), None)
+        signed = None if base is None else _signed(base)
+        if signed is None:
+            if unknown:
+                raise NoForm
+            return None, 1, 0, None
+        others = [term for term in terms if term is not base]
+        quarters, rest = 0, []
+        for term in others:
+            count = _count(term, _QUARTER[unit])
+            if count is None:
+                rest.append(term)
+            else:
+                quarters += count
+        if rest and not unknown:
+            return None, 1, 0, None
+        return signed[0], signed[1], quarters, add(*rest) if rest else None
+
+    def _of_unknown(self, name: str, unit: str) -> tuple[str, str]:
+        if name in self.open or name not in self.turning:
+            raise NoForm
+        cosine, sine, known = self.angles.setdefault(name, (f"#c {name}", f"#s {name}", unit))
+        if known != unit:
+            raise NoForm
+        self.pairs[sine] = cosine
+        self.open.update((cosine, sine))
+        self.meaning.update({cosine: Name(cosine), sine: Name(sine)})
+        return cosine, sine
+
+    def _pair(self, argument: Expression, unit: str) -> tuple[str, str]:
+        cosine = self._named(call("cos" + unit, argument))
+        sine = self._named(call("sin" + unit, argument))
+        self.pairs[sine] = cosine
+        return cosine, sine
+
+
+def _signed(term: Expression) -> tuple[str, int] | None:
+    match term:
+        case Name(name):
+            return name, 1
+        case Negative(Name(name)):
+            return name, -1
+        case _:
+            return None
+
+
+def _count(term: Expression, quarter: float) -> int | None:
+    """How many right angles a term is."""
+    match term:
+        case Number(value):
+            count = value / quarter
+        case Negative(Number(value)):
+            count = -value / quarter
+        case _:
+            return None
+    return int(count) if count == int(count) and abs(count) < 1e6 else None
+
+
+Line: TypeAlias = tuple[Polynomial, Polynomial, Polynomial]
+"""``a x + b y = k`` as a, b and k."""
+
+
+class System:
+    """Equations in the ``open`` letters.
+
+    ``forward`` are formulas in the order in which they are followed; each group of ``backward`` needs
+    letters that are found later, so that the groups are followed last, in reverse.
+    """
+
+    def __init__(self, equations: Sequence[Equation], letters: Letters) -> None:
+        self.letters = letters
+        forms = [minus(letters.polynomial(e.left), letters.polynomial(e.right)) for e in equations]
+        self.equations = [reduced(form, letters.pairs) for form in (*forms, *letters.extra)]
+        self.open = letters.open
+        self.forward: list[Formula] = []
+        self.backward: list[list[Formula]] = []
+
+    def formulas(self) -> list[Formula]:
+        """All of them, in the order in which they are followed."""
+        return [*self.forward, *(formula for group in reversed(self.backward) for formula in group)]
+
+    def tidy(self) -> None:
+        """Drop the equations that have come to 0 = 0. Raises NoForm where one holds no unknown."""
+        self.equations = [e for e in (reduced(p, self.letters.pairs) for p in self.equations) if e]
+        if any(not self.unknown(e) for e in self.equations):
+            raise NoForm
+
+    def drop(self, *places: int) -> None:
+        self.equations = [e for place, e in enumerate(self.equations) if place not in places]
+
+    def found(self, *names: str) -> None:
+        """From here on these letters are known. What stood before them stays before them."""
+        self.open.difference_update(names)
+
+    # --- what a polynomial is in the open letters ---
+
+    def unknown(self, polynomial: Polynomial) -> set[str]:
+        return letters(polynomial) & self.open
+
+    def plain(self, name: str) -> bool:
+        """Neither a cosine nor a sine of an unknown angle."""
+        return not name.startswith(("#c ", "#s "))
+
+    def linear(self, equation: Polynomial) -> bool:
+        return all(self._degree(monomial) <= 1 for monomial in equation)
+
+    def curved(self, equation: Polynomial) -> Polynomial:
+        """What is not linear of it."""
+        return {m: c for m, c in equation.items() if self._degree(m) > 1}
+
+    def _degree(self, monomial: Monomial) -> int:
+        return sum(exponent for name, exponent in monomial if name in self.open)
+
+    def sides(self, equation: Polynomial, x: str, y: str) -> Line:
+        """``a x + b y = k``."""
+        by_x = coefficients(equation, x)
+        by_y = coefficients(by_x.get(0, {}), y)
+        return by_x.get(1, {}), by_y.get(1, {}), scaled(by_y.get(0, {}), Fraction(-1))
+
+    # --- the same as formulas ---
+
+    def expression(self, polynomial: Polynomial) -> Expression:
+        return expression(polynomial, self.letters.meaning)
+
+    def size(self, polynomial: Polynomial) -> Expression:
+        """The sum of the sizes of the terms."""
+        terms = [expression({m: c}, self.letters.meaning) for m, c in polynomial.items()]
+        return add(*(call("abs", term) for term in terms))
+
+    def coefficient(self, polynomial: Polynomial) -> Coefficient:
+        return Coefficient(self.expression(polynomial), self.size(polynomial))
+
+    def line(self, equation: Polynomial, x: str, y: str) -> tuple[Coefficient, Coefficient, Coefficient]:
+        a, b, k = self.sides(equation, x, y)
+        return self.coefficient(a), self.coefficient(b), self.coefficient(k)
+
+    def reciprocal(self, divisor: Polynomial) -> str:
+        """A letter for the reciprocal of something known, which must not vanish."""
+        count = len(self.letters.meaning)
+        name, inverse = f"#d{count}", f"#i{count}"
+        self.forward.append(Let(name, self.expression(divisor), divisor=True, size=self.size(divisor)))
+        self.forward.append(Let(inverse, divide(Number(1.0), Name(name))))
+        self.letters.meaning.update({name: Name(name), inverse: Name(inverse)})
+        return inverse

@@ -1,17 +1,16 @@
-"""An expression as a quotient of two polynomials of low degree in one unknown.
-
-Serves equations in which the unknown occurs more than once: linear and quadratic
-ones are solved by formula. Coefficients are expressions free of the unknown.
-"""
+"""Rules brought into forms easier to solve: quotients of polynomials; without roots and jumps."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rulesheets.functions import TABLE, named
+from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
     ZERO,
+    Call,
     Expression,
     Name,
     Negative,
@@ -21,15 +20,19 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     add,
+    call,
     divide,
     is_number,
     multiply,
     names,
     negative,
+    power,
+    subtract,
 )
 
 if TYPE_CHECKING:
     from typing import TypeAlias
+
 
 Polynomial: TypeAlias = tuple[Expression, ...]
 """Coefficients, lowest degree first."""
@@ -137,3 +140,83 @@ def _trim(polynomial: Polynomial) -> Polynomial:
     while size > 1 and is_number(polynomial[size - 1], 0.0):
         size -= 1
     return polynomial[:size]
+
+
+_TWO = Number(2.0)
+_TANGENTS = named(lambda row: row.half_turn)
+_DIRECTIONS = named(lambda row: row.direction)
+_ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
+
+
+def smooth(left: Expression, right: Expression) -> Expression:
+    """An expression that vanishes wherever ``left = right`` does, smooth where that can be had."""
+    form = subtract(left, right)
+    rough = [part for part in _linear_parts(form) if isinstance(part, Call) and part.function in _ROUGH]
+    if len(rough) != 1:
+        return form
+    split = _split(form, rough[0])
+    return form if split is None else _without(rough[0], *split)
+
+
+def _linear_parts(expression: Expression) -> list[Expression]:
+    """The operands of sums, signs, products and dividends, all the way down."""
+    match expression:
+        case Sum(terms):
+            return [part for term in terms for part in _linear_parts(term)]
+        case Negative(operand):
+            return _linear_parts(operand)
+        case Product(left, right):
+            return [*_linear_parts(left), *_linear_parts(right)]
+        case Quotient(left, Number()):
+            return _linear_parts(left)
+        case _:
+            return [expression]
+
+
+def _split(form: Expression, rough: Call) -> tuple[Expression, Expression] | None:
+    """``(factor, rest)`` with ``form = factor*rough + rest``; None where it is not linear."""
+    match form:
+        case Call() if form is rough:
+            return Number(1.0), Number(0.0)
+        case Sum(terms):
+            holding = [term for term in terms if _holds(term, rough)]
+            inner = _split(holding[0], rough) if len(holding) == 1 else None
+            others = tuple(term for term in terms if term is not holding[0])
+            return None if inner is None else (inner[0], add(inner[1], *others))
+        case Negative(operand):
+            inner = _split(operand, rough)
+            return None if inner is None else (negative(inner[0]), negative(inner[1]))
+        case Product(left, right):
+            one, other = (left, right) if _holds(left, rough) else (right, left)
+            inner = None if _holds(other, rough) else _split(one, rough)
+            return None if inner is None else (multiply(inner[0], other), multiply(inner[1], other))
+        case Quotient(left, Number() as divisor):
+            inner = _split(left, rough)
+            return None if inner is None else (divide(inner[0], divisor), divide(inner[1], divisor))
+        case _:
+            return None
+
+
+def _holds(expression: Expression, part: Expression) -> bool:
+    return expression is part or any(
+        _holds(child, part)  # type: ignore[arg-type]
+        for child in nodes.children(expression)
+    )
+
+
+def _without(rough: Call, factor: Expression, rest: Expression) -> Expression:
+    """``factor*rough + rest = 0`` with the rough operation undone."""
+    form = add(multiply(factor, rough), rest)
+    if rough.function == "sqrt":
+        return subtract(multiply(power(factor, _TWO), rough.arguments[0]), power(rest, _TWO))
+    if rough.function == "abs":
+        return subtract(power(multiply(factor, rough.arguments[0]), _TWO), power(rest, _TWO))
+    if rough.function in _TANGENTS:
+        sine, cosine = (call(name, *rough.arguments) for name in TABLE[rough.function].sine_and_cosine)
+        return add(multiply(factor, sine), multiply(rest, cosine))
+    if not isinstance(factor, Number) or len(rough.arguments) != 2 or abs(factor.value) != 1.0:
+        return form
+    angle = negative(rest) if factor.value > 0 else rest
+    sine, cosine = (call(name, angle) for name in TABLE[rough.function].sine_and_cosine)
+    y, x = rough.arguments
+    return subtract(multiply(y, cosine), multiply(x, sine))

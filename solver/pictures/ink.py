@@ -14,9 +14,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from rulesheets.marks import ARROWS
-from solver.pictures.diagram import Place, Stroke
-from solver.pictures.labels import Box
-from solver.pictures.panel import FONT, SLOT, Panel
+from solver.pictures.diagram import FONT, SLOT, Box, Panel, Place, Stroke
 
 INK, SHADE, PAPER = "#222222", "#e4e4e4", "#ffffff"
 _DASHES: dict[str, tuple[str, Any]] = {

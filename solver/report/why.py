@@ -10,8 +10,7 @@ from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
 from solver.derivation import Closing, Derivation, Direct, Guard, Known, Link, Together
-from solver.report.notation import Notation, Plain, Tex, equation
-from solver.report.path import Places
+from solver.report.path import Notation, Places, Plain, Tex, equation
 from solver.report.table import columns
 
 MARGIN = "    "

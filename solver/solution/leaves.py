@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from typing import Any, TypeAlias
 
     from solver.accuracy.forward_error import ForwardErrors
-    from solver.attempts import Attempt
+    from solver.facts import Attempt
     from solver.kernel.candidates import BlockOutcome
     from solver.path.cases import Pair
     from solver.path.steps import SolveBlock, Step

@@ -31,8 +31,7 @@ from solver.accuracy.digits import (
 )
 from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.rule_check import gross, half_unit
-from solver.attempts import Attempt, Method
-from solver.facts import Beside, DoubleRoot, NoRoot, RestsOnRounding
+from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
 from solver.kernel.chain import Chain

@@ -1,9 +1,8 @@
-"""Pieces of a sweep solved by several processes of this machine, in order.
+"""Where the pieces of a sweep are solved, in order: here, by several processes, or on a dask cluster.
 
 Each worker is a fresh interpreter, whatever this process has done before (threads, a script without a
 main guard), and is spoken to by a thread of this one. A worker that ends too early loses nothing: its
-piece is given to a new one.
-"""
+piece is given to a new one."""
 
 from __future__ import annotations
 
@@ -16,14 +15,20 @@ import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
+from functools import lru_cache
+from importlib.metadata import version
 from queue import SimpleQueue
+from threading import Lock
+from time import thread_time
 from typing import Any
 
-from rulesheets.diagnosis import RuleSheetError, error
-from solver.interruption import Interrupted
-from solver.sweeps.chunks import Chunk
-from solver.sweeps.work import Solved, Work
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.functions.registered import in_memory
+from solver.files.replacing import missing_extra
+from solver.interruption import Interrupted, Interrupts
+from solver.sweeps.grid import Chunk
+from solver.sweeps.work import Solved, Solver, Work, unpacked
 
 PATIENCE = 5.0
 """Seconds that a worker has to end after an interrupt."""
@@ -31,7 +36,8 @@ TRIES = 3
 """Workers that may end over one piece before the sweep is given up."""
 
 _START = (
-    "import sys, json; sys.path[:] = json.loads(sys.argv[1]); from solver.sweeps.worker import serve; serve()"
+    "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
+    "from solver.sweeps.workers import serve; serve()"
 )
 
 
@@ -181,3 +187,177 @@ class _Worker:
         for pipe in (self._process.stdin, self._process.stdout):
             with suppress(OSError):  # what the process did not read any more goes nowhere
                 pipe.close()
+
+
+def serve() -> None:
+    """Solve pieces until there are no more. An interrupt ends the piece at hand: what there is of it is sent
+    as a tuple."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    questions = sys.stdin.buffer
+    with Interrupts() as interrupts:
+        solve = Solver(unpacked(pickle.load(questions)))
+        while True:
+            try:
+                columns = pickle.load(questions)
+            except EOFError:
+                return
+            try:
+                with interrupts.open():
+                    answer: object = solve(columns)
+            except Interrupted as reached:
+                answer = reached.kept
+            except KeyboardInterrupt:
+                answer = ()
+            except Exception as failure:
+                answer = failure
+            pickle.dump(answer, answers, protocol=5)
+            answers.flush()
+
+
+ANSWER_WITHIN = 10
+"""Seconds to wait for a scheduler, and for its first worker."""
+
+_one_at_a_time = Lock()
+
+
+def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> Iterator[Solved]:
+    """The pieces in their order. ``scheduler`` is an address, or a ``distributed.Client``.
+
+    Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E441 without
+    dask, E444 for a scheduler or workers that cannot be used.
+    """
+    distributed = _distributed()
+    with ExitStack() as stack:
+        client = stack.enter_context(_client(scheduler)) if isinstance(scheduler, str) else scheduler
+        _workers(client, scheduler)
+        packed = client.submit(bytes, work.packed(), pure=False)
+        here = version("backsolve")
+
+        def submit(chunk: Chunk) -> Any:
+            return client.submit(solve_piece, packed, here, chunk, pure=False)
+
+        def window() -> int:
+            threads: dict[str, int] = client.nthreads()
+            return 2 * max(1, sum(threads.values()))
+
+        try:
+            yield from in_order(submit, chunks, window)
+        except distributed.KilledWorker as killed:
+            raise RuleSheetError(
+                _unusable("its workers keep ending over the same rows", str(killed))
+            ) from None
+        except distributed.CancelledError:
+            raise RuleSheetError(_unusable("the connection to the scheduler is lost")) from None
+        except ModuleNotFoundError as missing:
+            raise RuleSheetError(_unusable(f"its workers have no module {missing.name}")) from None
+
+
+def solve_piece(packed: bytes, expected: str, chunk: Chunk) -> Solved:
+    """Runs on a worker. The threads of a worker take turns: a plan serves one at a time."""
+    with _one_at_a_time:
+        return _solver(packed, expected)(chunk)
+
+
+@lru_cache(maxsize=4)
+def _solver(packed: bytes, expected: str) -> Solver:
+    here = version("backsolve")
+    if here != expected:
+        raise RuleSheetError(_unusable(f"its workers have Backsolve {here}, and this is {expected}"))
+    return Solver(unpacked(packed))
+
+
+def _client(address: str) -> Any:
+    try:
+        return _distributed().Client(address, timeout=ANSWER_WITHIN, set_as_default=False)
+    except (OSError, ValueError) as failure:
+        raise RuleSheetError(_unusable(f"no scheduler answers at {address}", str(failure))) from None
+
+
+def _workers(client: Any, scheduler: object) -> None:
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_WITHIN)
+    except TimeoutError:
+        raise RuleSheetError(_unusable(f"the scheduler at {scheduler} has no workers")) from None
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise RuleSheetError(missing_extra("clusters need", "dask", "dask")) from None
+    return distributed
+
+
+def _unusable(reason: str, detail: str = "") -> Diagnosis:
+    notes = ("workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",)
+    return error("E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, (detail,)), *notes))
+
+
+WORTH = 2.0
+"""Seconds that workers must save to be started: about twice what starting them takes."""
+RECENT = 5
+"""Pieces that say what a row takes."""
+ENOUGH = 0.02
+"""Seconds below which they say more of their own overhead than of their rows."""
+LEARNING = 1.0
+"""Seconds of the first piece that recording and loading what they need can explain."""
+CARRIAGE = 0.15e-6
+"""Seconds that a row of six numbers is on its way to a worker and back."""
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    allowed = getattr(os, "sched_getaffinity", None)
+    return len(allowed(0)) if allowed else os.cpu_count() or 1
+
+
+def solved_pieces(
+    work: Work,
+    chunks: Iterator[Chunk],
+    total: int | None,
+    jobs: int | None = None,
+    scheduler: object = None,
+) -> Iterator[Solved]:
+    """The pieces in their order: the same whoever solves them.
+
+    ``jobs`` is a number of processes; None starts as many as there are processors where that pays.
+    Functions that are registered in this process alone are computed by it. ``scheduler`` is the address of a
+    dask cluster.
+    """
+    if scheduler is not None:
+        return solved_on_cluster(work, chunks, scheduler)
+    if in_memory(side for one in work.model.equations for side in (one.left, one.right)):
+        jobs = 1
+    if jobs is None and processors() > 1:
+        return _as_it_pays(work, chunks, total, processors())
+    if jobs is not None and jobs > 1:
+        return solved_by_workers(work, chunks, jobs)
+    return map(Solver(work), chunks)
+
+
+def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Solved]:
+    """Here, until what is left turns out to be worth starting workers for.
+
+    Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches
+    the records that serve the others, and is no measure of them, unless its rows were slow by themselves; nor
+    is a piece with a row that had to go step by step, so that the typical one of the last pieces counts.
+    Measured is the time of the processor: on a machine that others keep busy workers pay no sooner.
+    """
+    solve, done = Solver(work), 0
+    recent: deque[tuple[float, float]] = deque(maxlen=RECENT)
+    for number, chunk in enumerate(chunks):
+        started = thread_time()
+        solved = solve(chunk)
+        spent = thread_time() - started
+        done += len(chunk[0])
+        yield solved
+        if number or spent >= LEARNING:
+            recent.append((spent / len(chunk[0]), spent))
+        if not recent:
+            continue
+        each, typical = sorted(recent)[(len(recent) - 1) // 2]
+        left = done if total is None else total - done
+        if typical * len(recent) >= ENOUGH and left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
+            yield from solved_by_workers(work, chunks, jobs)
+            return

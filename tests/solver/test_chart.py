@@ -14,14 +14,12 @@ pytest.importorskip("matplotlib")
 
 import rulesheets
 import solver
-from solver.chart.measure import Mark, measure, measure_along
-from solver.chart.plain_newton import plain_newton
-from solver.chart.reference import active_rules, exact_state
+from solver.chart.measure import Mark, active_rules, exact_state, measure, measure_along, plain_newton
 from solver.cli import main
+from solver.commands.chart import COLUMNS, chart_csv, stability_table
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, scipy_root
 from solver.pictures.chart import speed_picture, stability_picture
-from solver.report.chart import COLUMNS, chart_csv, stability_table
 from tests.oracles.slider_crank import Crank, forward
 
 pytest.importorskip("flint")
@@ -73,7 +71,7 @@ def test_the_proof_tells_the_radius_of_its_numbers(marks: tuple[Mark, ...]) -> N
 def test_without_the_extra_there_is_no_proof_on_the_chart(
     crank: rulesheets.Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("solver.chart.methods.can_prove", lambda: False)
+    monkeypatch.setattr("solver.chart.measure.can_prove", lambda: False)
     found = measure(crank, {}, ["xB"], {})
     assert "backsolve" in {mark.family for mark in found}
     assert "backsolve, proved" not in {mark.family for mark in found}

@@ -13,7 +13,7 @@ import solver
 from benchmarks.standard import PROBLEMS, Problem
 from rulesheets.model import Model
 from solver import Result, Status
-from solver.attempts import Method
+from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question

@@ -20,10 +20,9 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.cli import main
-from solver.sweeping import work_of
-from solver.sweeps.chunks import grid_chunks
-from solver.sweeps.grid import Zipped, listed
-from solver.sweeps.running import solved_pieces
+from solver.sweeps.grid import Zipped, grid_chunks, listed
+from solver.sweeps.sweep import work_of
+from solver.sweeps.workers import solved_pieces
 
 pytest.importorskip("distributed")
 
@@ -93,9 +92,9 @@ def test_a_worker_that_is_killed_costs_no_rows(cluster: Cluster) -> None:
 
 
 def test_a_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    from solver.sweeps import cluster
+    from solver.sweeps import workers
 
-    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+    monkeypatch.setattr(workers, "ANSWER_WITHIN", 0.3)
     with pytest.raises(RuleSheetError) as caught:
         solver.sweep(rulesheets.loads("y = 2*x"), {"x": [1.0]}, scheduler="tcp://127.0.0.1:1")
     (diagnosis,) = caught.value.diagnoses
@@ -117,7 +116,7 @@ def test_dask_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_workers_of_another_version_are_refused() -> None:
-    from solver.sweeps.cluster import solve_piece
+    from solver.sweeps.workers import solve_piece
 
     work = work_of(solver.prepare(rulesheets.loads("y = 2*x"), ["x"]))
     with pytest.raises(RuleSheetError) as caught:

@@ -24,24 +24,22 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import symbolic
-from solver import sweeping
 from solver.cli import INTERRUPTED, main
-from solver.commands import progress
-from solver.commands.progress import clock, progress_line
+from solver.commands import sweep as progress
+from solver.commands.sweep import clock, progress_line
 from solver.files.columns import Columns, ParquetTable, csv_head, csv_rows, stacked
 from solver.files.replacing import Replacement
 from solver.files.tables import heading, pieces, write_table
 from solver.interruption import Interrupted
 from solver.plan import Plan
 from solver.result import Status
-from solver.sweeping import work_of
+from solver.sweeps import sweep as sweeping
 from solver.sweeps import workers
-from solver.sweeps.chunks import grid_chunks, grid_lessons
-from solver.sweeps.grid import Grid, Zipped, listed
-from solver.sweeps.running import solved_pieces
+from solver.sweeps.grid import Grid, Zipped, grid_chunks, grid_lessons, listed
 from solver.sweeps.stream import Outcome, run
+from solver.sweeps.sweep import work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked
-from solver.sweeps.workers import in_order
+from solver.sweeps.workers import in_order, solved_pieces
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -375,7 +373,7 @@ def test_workers_that_keep_ending_are_told(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_workers_start_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
-    from solver.sweeps import running
+    from solver.sweeps import workers as running
 
     asked: list[int] = []
 
@@ -395,7 +393,7 @@ def test_workers_start_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_row_that_goes_step_by_step_starts_no_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    from solver.sweeps import running
+    from solver.sweeps import workers as running
 
     clock = iter(range(1000))
     spent = [0.5, 0.001, 0.9, *[0.001] * 60]  # the first piece learns, the third has an odd row

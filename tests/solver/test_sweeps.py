@@ -17,9 +17,8 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from solver.files.columns import Columns, csv_head
-from solver.sweeps.chunks import LARGEST, file_chunks, grid_chunks, size
-from solver.sweeps.following import Follower
-from solver.sweeps.grid import Grid, Stretch, Zipped, listed
+from solver.sweeps.branches import Follower
+from solver.sweeps.grid import LARGEST, Grid, Stretch, Zipped, file_chunks, grid_chunks, listed, size
 from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent

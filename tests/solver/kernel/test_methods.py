@@ -8,7 +8,7 @@ import rulesheets
 import solver
 from benchmarks.hard_blocks import hard_block
 from rulesheets.evaluate import extended
-from solver.attempts import Method
+from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
 from solver.path.planner import planner

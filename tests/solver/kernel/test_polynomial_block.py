@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.attempts import Method
+from solver.facts import Method
 
 
 def solved(sheet: str, **inputs: float) -> solver.Result:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import rulesheets
 import solver
 from solver.ranking.ranking import Ranking
-from solver.report.json import result_json
+from solver.report.sheet import result_json
 from solver.report.text import result_text
 
 SHIELD = """variables

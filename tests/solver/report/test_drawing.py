@@ -17,12 +17,23 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.marks import ARROWS
-from solver.pictures.diagram import Diagram, Stroke, Window, bar, diagram, lacking, scale, variables, window
-from solver.pictures.film import Frame, Track, frames, gif, images
-from solver.pictures.labels import Box, Wish, place
+from solver.pictures.diagram import (
+    Box,
+    Diagram,
+    Panel,
+    Stroke,
+    Window,
+    Wish,
+    bar,
+    diagram,
+    lacking,
+    place,
+    scale,
+    variables,
+    window,
+)
 from solver.pictures.layout import View, layout
-from solver.pictures.page import compose, encode
-from solver.pictures.panel import Panel
+from solver.pictures.page import Frame, Track, compose, encode, frames, gif, images
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"

@@ -9,8 +9,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.report.json import result_json
-from solver.report.sheet import result_csv, sheet_rows
+from solver.report.sheet import result_csv, result_json, sheet_rows
 
 NETWORK = """variables
   q1 = 10

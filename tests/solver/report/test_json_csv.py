@@ -7,8 +7,7 @@ import io
 import json
 from dataclasses import replace
 
-from solver.report.json import error_json, result_json
-from solver.report.sheet import result_csv
+from solver.report.sheet import error_json, result_csv, result_json
 from solver.result import Result, Solution
 
 

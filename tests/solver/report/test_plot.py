@@ -13,8 +13,7 @@ import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.cli import main
 from solver.files.columns import Columns
-from solver.pictures.curves import Curves, Lattice, Maps, arranged, broken
-from solver.pictures.plot import colored, panels, titled
+from solver.pictures.plot import Curves, Lattice, Maps, arranged, broken, colored, panels, titled
 
 WORDS = ("solved", "infeasible")
 

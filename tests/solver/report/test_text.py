@@ -8,9 +8,8 @@ import pytest
 
 from rulesheets.model import Model
 from solver.path.steps import Check, Evaluate, Path, SolveBlock
-from solver.report.details import rule_statuses
 from solver.report.path import path_text
-from solver.report.text import result_text, work_line
+from solver.report.text import result_text, rule_statuses, work_line
 from solver.result import Result, Solution, Status
 
 

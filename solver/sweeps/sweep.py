@@ -22,12 +22,10 @@ from solver.interruption import Interrupted
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
 from solver.result import Column, Table
-from solver.sweeps.branches import Branches
-from solver.sweeps.chunks import Chunk, grid_chunks, grid_lessons
-from solver.sweeps.following import Follower
-from solver.sweeps.grid import Grid, Zipped, listed, one_length
-from solver.sweeps.running import solved_pieces
+from solver.sweeps.branches import Branches, Follower
+from solver.sweeps.grid import Chunk, Grid, Zipped, grid_chunks, grid_lessons, listed, one_length
 from solver.sweeps.work import Solved, Work
+from solver.sweeps.workers import solved_pieces
 
 
 def sweep(

@@ -1,0 +1,328 @@
+"""Simultaneous equations solved by formula: elimination until one line, circle or parabola is left.
+
+Every angle stands for two letters, its cosine and its sine, every root for one; the equations
+are polynomials in them. What occurs linearly is substituted; two equations that turn a cosine and a sine
+(``a c + b s = p``, ``-b c + a s = q``) give ``a² + b² = p² + q²``; circles are subtracted from one another.
+That closes the loops of planar linkages (the half-angle formulas of the textbooks, e.g. Norton, Design
+of Machinery, chapter 4), slider-driven ones included, and meets of circles and lines.
+
+Each step is valid for every solution as long as its divisor does not vanish: the solutions of the
+block are among the candidates then, and there are no others. Roots can bring in strangers, which the
+equations themselves have to refuse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import TypeAlias
+
+from rulesheets.model import Equation
+from rulesheets.syntax.nodes import Name, add, call, divide, multiply, negative
+from solver.path.closed_form import Circle, ClosedForm, Let, Parabola
+from solver.path.polynomial import (
+    UNIT,
+    Letters,
+    Line,
+    NoForm,
+    Polynomial,
+    System,
+    TooLarge,
+    coefficients,
+    constant,
+    degree,
+    letter,
+    letters,
+    minus,
+    plus,
+    reduced,
+    scaled,
+    substituted,
+    times,
+)
+
+
+def close(system: System) -> bool:
+    """Solve an equation in one letter, or a line in the cosine and sine of one angle."""
+    for place, equation in enumerate(system.equations):
+        unknown = sorted(system.unknown(equation))
+        if len(unknown) == 1 and system.plain(unknown[0]) and degree(equation, unknown[0]) <= 2:
+            _root(system, equation, unknown[0])
+        elif len(unknown) == 2 and _is_pair(system, *unknown) and system.linear(equation):
+            cosine, sine = unknown
+            a, b, k = system.line(equation, cosine, sine)
+            system.forward.append(Circle(cosine, sine, a, b, k, system.coefficient(constant(1.0))))
+            system.found(cosine, sine)
+        else:
+            continue
+        system.drop(place)
+        return True
+    return False
+
+
+def _is_pair(system: System, cosine: str, sine: str) -> bool:
+    return system.letters.pairs.get(sine) == cosine
+
+
+def _root(system: System, equation: Polynomial, name: str) -> None:
+    parts = coefficients(equation, name)
+    c, b, a = (parts.get(power, {}) for power in range(3))
+    if not a:
+        inverse = system.reciprocal(b)
+        value = negative(multiply(system.expression(c), Name(inverse)))
+        system.forward.append(Let(name, value))
+    else:
+        system.forward.append(Parabola(name, *map(system.coefficient, (a, b, c))))
+    system.found(name)
+
+
+def subtract(system: System) -> bool:
+    """Take one equation from another so that what is not linear in them goes."""
+    curved = [(i, system.curved(e)) for i, e in enumerate(system.equations)]
+    for i, one in curved:
+        for j, other in curved:
+            if i >= j or not one or set(one) != set(other):
+                continue
+            ratio = _ratio(one, other)
+            if ratio is not None:
+                system.equations[j] = minus(system.equations[j], scaled(system.equations[i], ratio))
+                return True
+    return False
+
+
+def _ratio(one: Polynomial, other: Polynomial) -> Fraction | None:
+    """The number that takes one polynomial to the other."""
+    ratios = {other[m] / one[m] for m in one}
+    return ratios.pop() if len(ratios) == 1 else None
+
+
+def line_and_circle(system: System) -> bool:
+    """``a x + b y = k`` and ``x² + y² + d x + e y + f = 0``, moved to the centre."""
+    for i, line in enumerate(system.equations):
+        unknown = sorted(system.unknown(line))
+        if len(unknown) != 2 or not system.linear(line) or not all(map(system.plain, unknown)):
+            continue
+        for j, circle in enumerate(system.equations):
+            if i != j and system.unknown(circle) == set(unknown) and _is_circle(system, circle, *unknown):
+                _circle_and_line(system, line, circle, *unknown)
+                system.drop(i, j)
+                return True
+    return False
+
+
+def _is_circle(system: System, equation: Polynomial, x: str, y: str) -> bool:
+    curved = system.curved(equation)
+    square = {((x, 2),), ((y, 2),)}
+    return set(curved) == square and len(set(curved.values())) == 1
+
+
+def _circle_and_line(system: System, line: Polynomial, circle: Polynomial, x: str, y: str) -> None:
+    circle = scaled(circle, 1 / circle[((x, 2),)])
+    by_x = coefficients(circle, x)
+    by_y = coefficients(by_x[0], y)
+    d, e, f = by_x.get(1, {}), by_y.get(1, {}), by_y.get(0, {})
+    centre = [scaled(part, Fraction(-1, 2)) for part in (d, e)]
+    square = minus(plus(*(times(part, part) for part in centre)), f)
+    meaning = system.letters.meaning
+    moved = {name: f"#m{len(meaning)} {name}" for name in (x, y)}
+    meaning.update({new: Name(new) for new in moved.values()})
+    shifted = line
+    for name, part in zip((x, y), centre, strict=True):
+        shifted = substituted(shifted, name, plus(letter(moved[name]), part))
+    a, b, k = system.line(shifted, moved[x], moved[y])
+    system.forward.append(Circle(moved[x], moved[y], a, b, k, system.coefficient(square)))
+    for name, part in zip((x, y), centre, strict=True):
+        system.forward.append(Let(name, add(Name(moved[name]), system.expression(part))))
+    system.found(x, y)
+
+
+def substitute(system: System, by_number: bool) -> bool:
+    """Replace a plain letter that an equation gives as a polynomial in the others.
+
+    Equations free of angles come first: what they make zero is exactly zero then. ``by_number``: only where
+    the coefficient of the letter is a number, so that no divisor is needed.
+    """
+    best = None
+    for place, equation in enumerate(system.equations):
+        unknown = system.unknown(equation)
+        turning = sum(1 for name in unknown if not system.plain(name))
+        for name in sorted(filter(system.plain, unknown)):
+            parts = coefficients(equation, name)
+            if set(parts) - {0, 1} or system.unknown(parts[1]):
+                continue
+            number = set(parts[1]) == {UNIT}
+            cost = (not number, turning, len(equation), place, name)
+            if (number or not by_number) and (best is None or cost < best):
+                best = cost
+    if best is None:
+        return False
+    *_, place, name = best
+    _replace(system, system.equations.pop(place), name)
+    return True
+
+
+def _replace(system: System, equation: Polynomial, name: str) -> None:
+    """Put what a linear equation says of a letter wherever the letter stands."""
+    parts = coefficients(equation, name)
+    value = scaled(parts.get(0, {}), Fraction(-1))
+    if set(parts[1]) == {UNIT}:
+        value = scaled(value, 1 / parts[1][UNIT])
+    else:
+        value = times(value, letter(system.reciprocal(parts[1])))
+    size = system.size(value) if name in system.letters.roots else None
+    system.backward.append([Let(name, system.expression(value), size=size)])
+    system.found(name)
+    system.equations = [substituted(e, name, value) for e in system.equations]
+
+
+def cross(system: System) -> bool:
+    """Two lines in two plain letters, by Cramer's rule: no pivot to choose before there are numbers."""
+    for i, one in enumerate(system.equations):
+        x, *others = sorted(system.unknown(one))
+        if len(others) != 1 or not (system.linear(one) and system.plain(x) and system.plain(others[0])):
+            continue
+        for j, other in enumerate(system.equations):
+            if i < j and system.unknown(other) == {x, *others} and system.linear(other):
+                _meet(system, one, other, x, others[0])
+                system.drop(i, j)
+                return True
+    return False
+
+
+def _meet(system: System, one: Polynomial, other: Polynomial, x: str, y: str) -> None:
+    (a, b, p), (c, d, q) = (system.sides(line, x, y) for line in (one, other))
+    inverse = Name(system.reciprocal(minus(times(a, d), times(b, c))))
+    by_x, by_y = minus(times(p, d), times(b, q)), minus(times(a, q), times(p, c))
+    system.forward.append(Let(x, multiply(system.expression(by_x), inverse)))
+    system.forward.append(Let(y, multiply(system.expression(by_y), inverse)))
+    system.found(x, y)
+
+
+Turn: TypeAlias = tuple[Polynomial, Polynomial, Polynomial, Polynomial]
+"""``a c + b s = p`` and ``-b c + a s = q`` as a, b, p and q."""
+
+
+def rotate(system: System) -> bool:
+    """Replace two equations that turn an angle, which occurs nowhere else, by ``a² + b² = p² + q²``."""
+    for cosine, sine in _open_pairs(system):
+        lines = [
+            (place, line)
+            for place, equation in enumerate(system.equations)
+            if (line := _turned(equation, cosine, sine)) is not None
+        ]
+        for i, (one, first) in enumerate(lines):
+            for other, second in lines[i + 1 :]:
+                turn = _matched(first, second)
+                if turn is not None and _only_in(system, cosine, sine, one, other):
+                    system.drop(one, other)
+                    _close(system, cosine, sine, turn)
+                    return True
+    return False
+
+
+def direction(name: str, cosine: str, sine: str, unit: str) -> Let:
+    """An angle from its cosine and sine; ``unit`` is "d" for degrees."""
+    return Let(name, call("atan2" + unit, Name(sine), Name(cosine)))
+
+
+def _open_pairs(system: System) -> Iterator[tuple[str, str]]:
+    for cosine, sine, _ in system.letters.angles.values():
+        if cosine in system.open and sine in system.open:
+            yield cosine, sine
+
+
+def _only_in(system: System, cosine: str, sine: str, *places: int) -> bool:
+    elsewhere = (e for place, e in enumerate(system.equations) if place not in places)
+    return not any(letters(equation) & {cosine, sine} for equation in elsewhere)
+
+
+def _turned(equation: Polynomial, cosine: str, sine: str) -> Line | None:
+    """``a c + b s = p`` with the rest free of the two."""
+    found = letters(equation)
+    if cosine not in found and sine not in found:
+        return None
+    by_cosine = coefficients(equation, cosine)
+    a, rest = by_cosine.get(1, {}), by_cosine.get(0, {})
+    by_sine = coefficients(rest, sine)
+    b, p = by_sine.get(1, {}), scaled(by_sine.get(0, {}), Fraction(-1))
+    if set(by_cosine) - {0, 1} or set(by_sine) - {0, 1} or sine in letters(a):
+        return None
+    return a, b, p
+
+
+def _matched(first: Line, second: Line) -> Turn | None:
+    """The turn that two lines are, up to a sign."""
+    a, b, p = first
+    c, d, q = second
+    opposite = scaled(b, Fraction(-1))
+    if c == opposite and d == a:
+        return a, b, p, q
+    if c == b and d == scaled(a, Fraction(-1)):
+        return a, b, p, scaled(q, Fraction(-1))
+    return None
+
+
+def _close(system: System, cosine: str, sine: str, turn: Turn) -> None:
+    a, b, p, q = turn
+    pairs, meaning = system.letters.pairs, system.letters.meaning
+    square = reduced(plus(times(a, a), times(b, b)), pairs)
+    closing = minus(plus(times(p, p), times(q, q)), square)
+    system.equations.append(reduced(closing, pairs))
+    system.found(cosine, sine)
+    name = f"#d{len(meaning)}"
+    meaning[name] = Name(name)
+    c, s = minus(times(a, p), times(b, q)), plus(times(b, p), times(a, q))
+    system.backward.append(
+        [
+            Let(name, system.expression(square), divisor=True, size=system.size(square)),
+            Let(cosine, divide(system.expression(c), Name(name))),
+            Let(sine, divide(system.expression(s), Name(name))),
+        ]
+    )
+
+
+MAX_EQUATIONS = 16
+
+Move: TypeAlias = Callable[[System], bool]
+"""One step of elimination; False where none of its kind is to be made."""
+
+MOVES: tuple[Move, ...] = (
+    partial(substitute, by_number=True),
+    close,
+    rotate,
+    subtract,
+    line_and_circle,
+    cross,
+    partial(substitute, by_number=False),
+)
+"""In the order in which they are tried: the first that can be made is made, then all are tried again."""
+
+
+def closed_form(
+    equations: Sequence[Equation], unknowns: Collection[str], turning: Collection[str] = ()
+) -> ClosedForm | None:
+    """A closed form of as many equations as unknowns; None where elimination does not lead to one.
+
+    ``turning`` are the unknowns that whole turns make no difference to.
+    """
+    if len(equations) > MAX_EQUATIONS:
+        return None
+    try:
+        return _eliminate(System(equations, Letters(unknowns, turning)), unknowns)
+    except (NoForm, TooLarge, OverflowError):
+        return None
+
+
+def _eliminate(system: System, unknowns: Collection[str]) -> ClosedForm | None:
+    angles = system.letters.angles
+    if any(name not in system.open and name not in angles for name in unknowns):
+        return None
+    while system.open:
+        system.tidy()
+        if not any(move(system) for move in MOVES):
+            return None
+    system.tidy()
+    if system.equations:
+        return None
+    return ClosedForm((*system.formulas(), *(direction(name, *angle) for name, angle in angles.items())))
