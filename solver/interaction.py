@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect_model
 from solver.files.replacing import missing_extra
 
@@ -16,23 +17,32 @@ if TYPE_CHECKING:
 
 def interact(
     model: Model,
-    over: Mapping[str, Sequence[Value]],
+    over: Mapping[str, Sequence[Value]] | None = None,
     inputs: Mapping[str, Value | None] | None = None,
     *,
     guesses: Mapping[str, float] | None = None,
-    want: Sequence[str] | None = None,
+    timeout: float = 10.0,
 ) -> Cell:
-    """A cell of a notebook with sliders, the figures of the sheet and its values.
+    """The page of a sheet (:doc:`page`) in a cell of a notebook.
 
-    ``over`` names up to three inputs with the values that their sliders run through; ``inputs``,
-    ``guesses`` and ``want`` are those of :func:`solve`. Every state is solved and checked by a
-    prepared plan while a slider moves. Raises RuleSheetError: E441 without the extra ``notebook``,
-    E445 for more sliders, and for names that the model does not have.
+    ``over`` names inputs with the values that a slider runs through; ``inputs`` and ``guesses`` are
+    those of :func:`solve` to begin with, ``timeout`` the seconds that a solve may take. The attribute
+    ``inputs`` of the cell holds the inputs as they are now. Values are in the units of the rules.
+    Raises RuleSheetError: E441 without the extra ``notebook``, and for names and values that
+    :func:`solve` refuses.
     """
     expect_model(model)
     if find_spec("anywidget") is None:
         raise RuleSheetError(missing_extra("the widget needs", "anywidget", "notebook"))
     from solver.page.widget import Cell
 
-    axes = {name: list(values) for name, values in over.items()}
-    return Cell(model, axes, inputs or {}, guesses or {}, want)
+    begin = override(model, inputs, guesses)
+    given = {name: begin.values.get(name) for name in inputs or {}}
+    sliders = {
+        name: [override(model, {name: value}).values[name] for value in values]
+        for name, values in (over or {}).items()
+    }
+    for name, values in sliders.items():
+        if name not in begin.values:
+            given[name] = values[len(values) // 2]
+    return Cell(model, sliders, given, {name: begin.guesses[name] for name in guesses or {}}, timeout)

@@ -15,16 +15,18 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from math import isfinite
 from queue import SimpleQueue
+from time import monotonic
 from typing import Any
 
 import numpy as np
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.inputs import parse_value
+from rulesheets.inputs import parse_input
 from rulesheets.loading import loads
 from rulesheets.model import Model, Value
 from rulesheets.units.check import check_units
+from rulesheets.units.quantity import converted, displays, parted
 from solver.derivation import why
 from solver.page.description import answered, complaint, derived, described, finite, typeset
 from solver.page.figures import geometry, handles, needed
@@ -43,13 +45,26 @@ ROWS = 2000
 PLANS = 8
 """Prepared plans that are kept."""
 
+KEPT = 1000
+"""Such answers that are kept of a plan."""
+
+MEMORY = 4 * 2**30
+"""Bytes of address space that a sheet may come to need."""
+
+HARD = 0.002
+"""Seconds from which on an answer is kept: its plan has no record there, as where a length is exactly 0."""
+
 
 class Bench:
-    """One sheet at a time: ``load`` it, then ask."""
+    """One sheet at a time: ``load`` it, then ask. Values are in the units of the rules.
 
-    def __init__(self) -> None:
+    ``python`` lets the Python files run that a sheet names.
+    """
+
+    def __init__(self, python: bool = False) -> None:
+        self.python = python
         self.model: Model | None = None
-        self.plans: dict[str, Plan] = {}
+        self.plans: dict[str, _Dragged] = {}
         self.last: tuple[str, Result] | None = None
         self.answers: dict[str, Callable[[Json], Json]] = {
             "load": self.load,
@@ -77,13 +92,17 @@ class Bench:
     # --- the sheet ---
 
     def load(self, question: Json) -> Json:
-        self.model, self.last = _read(question), None
+        return self.take(self._read(question))
+
+    def take(self, model: Model) -> Json:
+        """Answer about this model from now on."""
+        self.model, self.last = model, None
         self.plans.clear()
-        return described(self.model)
+        return described(model)
 
     def check(self, question: Json) -> Json:
         """Whether a text is a sheet, which changes nothing."""
-        model = _read(question)
+        model = self._read(question)
         warnings = [complaint(one) for one in (*model.notes, *check_units(model))]
         return {"rules": len(model.equations), "warnings": warnings}
 
@@ -91,8 +110,16 @@ class Bench:
         return {"rules": typeset(self._model())}
 
     def value(self, question: Json) -> Json:
-        """The value that a text stands for: ``pi/6``, ``'open``."""
-        return {"value": parse_value(str(question["text"]))}
+        """The value that a text stands for, in the unit of the rules: ``pi/6``, ``3 kW``, ``'open``."""
+        text, variable = str(question["text"]), self._model().variables[str(question["name"])]
+        value, _ = parse_input(text, variable=variable)
+        if variable.display_unit and parted(text) is None and not isinstance(value, str):
+            (value,) = converted([value], variable.display_unit, variable)
+        return {"value": value}
+
+    def _read(self, question: Json) -> Model:
+        text, name, base = question["text"], question["name"], question["base"]
+        return loads(text, name, base, within=question.get("within"), allow_python=self.python)
 
     def _model(self) -> Model:
         if self.model is None:
@@ -143,7 +170,7 @@ class Bench:
         return {"choices": sorted(share, key=lambda n: (n not in drivers, -share[n]))}
 
     def sweep(self, question: Json) -> Json:
-        """Columns over a range of one input; null where there is no answer."""
+        """Columns over a range of one input, all in the units shown; null where there is no answer."""
         name, model = str(question["name"]), self._model()
         start, stop, step = (float(question[key]) for key in ("start", "stop", "step"))
         if not all(map(isfinite, (start, stop, step))) or step == 0.0 or (stop - start) / step < 0.0:
@@ -156,8 +183,13 @@ class Bench:
         wanted = [
             n for n, v in model.variables.items() if v.posted and n != name and given.get(n, v.value) is None
         ]
-        table = sweep(model, {name: at}, want=wanted, given=given, guesses=_guesses(question))
-        columns = {n: [None if isinstance(v, str) else _number(v) for v in table[n].tolist()] for n in table}
+        variable = model.variables[name]
+        shown = variable.display_unit
+        rows = converted(at.tolist(), shown, variable) if shown else at
+        table = sweep(model, {name: rows}, want=wanted, given=given, guesses=_guesses(question))
+        scales = displays(model, table)
+        columns = {n: _column(table[n].tolist(), *scales.get(n, (1.0, 0.0))) for n in table}
+        columns[name] = at.tolist()
         return {"name": name, "columns": columns, "solved": int(table.solved.sum()), "rows": count}
 
     # --- dragging ---
@@ -183,8 +215,8 @@ class Bench:
     def frame(self, question: Json) -> Json:
         """All values and figures for one value of the dragged variable, on the branch of ``near``."""
         name, value = str(question["name"]), float(question["value"])
-        plan = self._plan(question, name)
-        status, answers = plan.outcome((value,))
+        dragged = self._dragged(question, name)
+        plan, (status, answers) = dragged.plan, dragged.outcome(value)
         if status is not Status.SOLVED:
             return {"status": str(status), "value": value}
         rows = [dict(zip(plan.want, answer, strict=True)) for answer in answers]
@@ -196,12 +228,13 @@ class Bench:
 
     def warm(self, question: Json) -> Json:
         """Prepare for frames at such values, so that the first of them does not wait for it."""
-        plan = self._plan(question, str(question["name"]))
-        for value in question["values"]:
-            plan.outcome((float(value),))
+        name = str(question["name"])
+        dragged, whole = self._dragged(question, name), turn(self._model(), name)
+        for value in (*question["values"], *(whole * k / 4 for k in range(-2, 3))):
+            dragged.outcome(float(value))
         return {}
 
-    def _plan(self, question: Json, name: str) -> Plan:
+    def _dragged(self, question: Json, name: str) -> _Dragged:
         model = self._model()
         given = {n: v for n, v in _values(question, "inputs").items() if n != name}
         key = json.dumps([name, given], sort_keys=True)
@@ -212,12 +245,26 @@ class Bench:
             want = [n for n in names if n != name and inputs[n] is None]
             if len(self.plans) >= PLANS:
                 del self.plans[next(iter(self.plans))]
-            self.plans[key] = prepare(model, [name], want=want, given=given)
+            self.plans[key] = _Dragged(prepare(model, [name], want=want, given=given))
         return self.plans[key]
 
 
-def _read(question: Json) -> Model:
-    return loads(question["text"], question["name"], question["base"], within=question["within"])
+class _Dragged:
+    """A plan with one input, and its answers at the values that it has no record for."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.hard: dict[float, tuple[Status, list[tuple[Value, ...]]]] = {}
+
+    def outcome(self, value: float) -> tuple[Status, list[tuple[Value, ...]]]:
+        """Status and answers at a value."""
+        if value in self.hard:
+            return self.hard[value]
+        began = monotonic()
+        found = self.plan.outcome((value,))
+        if monotonic() - began > HARD and len(self.hard) < KEPT:
+            self.hard[value] = found
+        return found
 
 
 def _values(question: Json, key: str) -> dict[str, Value | None]:
@@ -245,12 +292,12 @@ def _rail(model: Model, curve: Rail) -> Json:
     }
 
 
+def _column(values: list[Value | None], factor: float, shift: float) -> list[float | None]:
+    return [None if v is None or isinstance(v, str) else _number(v * factor + shift) for v in values]
+
+
 def _number(value: float | None) -> float | None:
     return value if value is not None and isfinite(value) else None
-
-
-MEMORY = 4 * 2**30
-"""Bytes of address space that a sheet may come to need."""
 
 
 def main() -> None:

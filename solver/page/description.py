@@ -10,6 +10,7 @@ from typing import Any
 from rulesheets.diagnosis import Diagnosis, render
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.units.quantity import displaying
 from solver.derivation import Derivation, Direct, Guard, Together
 from solver.page.figures import geometry, outline
 from solver.path.steps import equations_of
@@ -19,6 +20,11 @@ from solver.result import Result, Status
 
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 """The name of a call in front of a local, which the rule itself does not write."""
+
+NO_CODE = (
+    "a page runs no code of a sheet; if you trust the file, solve the sheet with --allow-python in the "
+    "terminal, or load it with allow_python=True and show it in a notebook"
+)
 
 
 def described(model: Model) -> dict[str, Any]:
@@ -36,7 +42,8 @@ def _variable(variable: Variable) -> dict[str, Any]:
         "name": variable.name,
         "value": variable.value,
         "guess": variable.guess,
-        "unit": variable.unit or "",
+        "unit": variable.display_unit or variable.unit or "",
+        "scale": list(displaying(variable)),
         "low": variable.low if isfinite(variable.low) else None,
         "high": variable.high if isfinite(variable.high) else None,
         "comment": variable.comment,
@@ -83,7 +90,7 @@ def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
         "code": diagnosis.code,
         "severity": str(diagnosis.severity),
         "message": diagnosis.message,
-        "notes": list(diagnosis.notes),
+        "notes": [NO_CODE] if diagnosis.code == "E313" else list(diagnosis.notes),
         "variables": list(diagnosis.variables),
         "places": [
             {

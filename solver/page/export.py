@@ -18,6 +18,7 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model, Value
+from rulesheets.units.quantity import displaying
 from solver.page.figures import geometry, handles, needed, outline, rectangle
 from solver.page.rail import turn
 from solver.plan import prepare
@@ -143,10 +144,10 @@ class Grid:
         ]
 
     def state(self, row: Mapping[str, Value], shown: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """A row as a browser draws it: the values of the variables shown, and every figure."""
+        """A row as a browser draws it: the variables shown, in the units shown, and every figure."""
         drawn = geometry(self.model, row)
         return {
-            "values": [_number(row.get(v["name"])) for v in shown],
+            "values": [_number(row.get(v["name"]), v["scale"]) for v in shown],
             "drawn": [_flat(one) for one in drawn],
         }
 
@@ -165,10 +166,18 @@ def document(
     return {
         "name": model.name,
         "axes": [
-            {"name": name, "values": list(map(_number, values)), "at": _place(model, name, values)}
+            {"name": name, "values": _shown(model, name, values), "at": _place(model, name, values)}
             for name, values in axes.items()
         ],
-        "variables": [{"name": v.name, "unit": v.unit or "", "comment": v.comment} for v in shown],
+        "variables": [
+            {
+                "name": v.name,
+                "unit": v.display_unit or v.unit or "",
+                "comment": v.comment,
+                "scale": displaying(v),
+            }
+            for v in shown
+        ],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
         "figures": outlines,
         "boxes": [_box(number, figure, drawn) for number, figure in enumerate(outlines)],
@@ -197,10 +206,15 @@ def _flat(one: dict[str, Any] | None) -> list[float] | None:
     return [_round(value) for value in (*(c for place in one["places"] for c in place), *one["angles"])]
 
 
-def _number(value: Value | None) -> Value | None:
+def _shown(model: Model, name: str, values: Sequence[Value]) -> list[Value | None]:
+    scale = displaying(model.variables[name])
+    return [_number(value, scale) for value in values]
+
+
+def _number(value: Value | None, scale: tuple[float, float]) -> Value | None:
     if value is None or isinstance(value, str):
         return value
-    return _round(float(value)) if isfinite(value) else None
+    return _round(value * scale[0] + scale[1]) if isfinite(value) else None
 
 
 def _round(value: float) -> float:

@@ -1,49 +1,91 @@
-"""A sheet in a cell of a notebook: sliders, figures and values, each state solved as a slider moves."""
+"""A sheet as a page in a cell of a notebook. The kernel answers what the page asks."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from anywidget import AnyWidget
 from traitlets import Dict
 
+from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.model import Model, Value
-from solver.page.export import STATIC, Axes, Grid, document, expect_few
+from solver.page.bench import Bench
 
-OUTLINED = 400
-"""States from which the room for the figures is found."""
+STATIC = Path(__file__).parent / "static"
+
+SHARE = 0.8
+"""Of the time of a question, what the solver may take until it says what it knows."""
 
 
 class Cell(AnyWidget):
-    """The widget; ``data`` is what it shows at first."""
+    """The widget. ``inputs`` are those that were given, as they were changed in the cell since."""
 
     _esm = STATIC / "widget.js"
-    data = Dict().tag(sync=True)
+    opened = Dict().tag(sync=True)
 
     def __init__(
         self,
         model: Model,
-        over: Axes,
+        over: Mapping[str, Sequence[Value]],
         inputs: Mapping[str, Value | None],
         guesses: Mapping[str, float],
-        want: Sequence[str] | None,
+        timeout: float,
     ) -> None:
-        expect_few(over)
-        self._axes, self._grid = over, Grid(model, inputs, guesses, over, want)
-        each = max(2, round(OUTLINED ** (1 / max(1, len(over)))))
-        few = {name: values[:: -(-len(values) // each)] for name, values in over.items()}
-        data = document(model, inputs, over, self._grid.rows(few))
-        self._shown = data["variables"]
-        state = self._state([axis["at"] for axis in data["axes"]])
-        super().__init__(data={**data, "state": state, "said": "Solved while you move a slider."})
-        self.on_msg(self._moved)
+        self.inputs: dict[str, Value | None] = dict(inputs)
+        self.text = _text(model)
+        self._bench, self._timeout = Bench(python=bool(model.python)), timeout
+        self._base = os.path.dirname(model.files[0]) if model.files else ""
+        state = {"text": self.text, "inputs": self.inputs, "guesses": dict(guesses), "near": None}
+        sliders = [{"name": name, "values": list(values)} for name, values in over.items()]
+        names = {"sheet": model.name, "name": model.name, "text": self.text, "seen": "", "shipped": True}
+        described = self._bench.take(model)
+        super().__init__(opened={**described, **names, "kept": {"doc": state}, "sliders": sliders})
+        self.on_msg(self._heard)
 
-    def _moved(self, _: object, message: Mapping[str, Any], __: object) -> None:
-        self.send({"state": self._state(message["places"])})
+    def _heard(self, _: object, message: Mapping[str, Any], __: object) -> None:
+        self.send({**self._answer(message), "id": message.get("id")})
 
-    def _state(self, places: Sequence[int]) -> dict[str, Any] | None:
-        """The state at these positions of the sliders, None where there is no answer."""
-        at = {name: [values[k]] for (name, values), k in zip(self._axes.items(), places, strict=True)}
-        (row,) = self._grid.rows(at)
-        return None if row is None else self._grid.state(row, self._shown)
+    def _answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        """The reply to a question of the page."""
+        do = message.get("do")
+        try:
+            with time_limit(self._timeout):
+                if do == "edit":
+                    return self._edit(str(message["text"]))
+                if do == "keep":
+                    return self._keep(message["state"])
+                if do == "check":
+                    return self._bench.answer(self._sheet("check", str(message["text"])))
+                if do != "load" and do in self._bench.answers:
+                    return self._bench.answer({**message, "timeout": SHARE * self._timeout})
+                return {"failed": "a cell has no such request"}
+        except TimeIsUp:
+            return {"gave_up": self._timeout}
+        except (ValueError, TypeError, KeyError, LookupError) as wrong:
+            return {"failed": str(wrong)}
+
+    def _edit(self, text: str) -> dict[str, Any]:
+        """Take another text; the last one stays where there is something wrong with it."""
+        reply = self._bench.answer(self._sheet("load", text))
+        if "variables" in reply:
+            self.text = text
+        return reply
+
+    def _sheet(self, do: str, text: str) -> dict[str, Any]:
+        return {"do": do, "text": text, "name": self.opened["name"], "base": self._base}
+
+    def _keep(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """What the page has come to: shown again where the cell is shown again."""
+        self.inputs = dict(state["doc"]["inputs"])
+        self.opened = {**self.opened, "kept": dict(state)}
+        return {}
+
+
+def _text(model: Model) -> str:
+    """The text of the sheet itself, without those that it uses."""
+    spans = [*(v.span for v in model.variables.values()), *(equation.rule for equation in model.equations)]
+    sources = [span.source for span in spans if span is not None]
+    return next((one.text for one in sources if not model.files or one.name == model.files[0]), "")

@@ -6,6 +6,7 @@ import os
 import re
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
@@ -34,13 +35,19 @@ CELLS = (
 
 
 @pytest.fixture(scope="module")
-def outputs() -> list[dict[str, Any]]:
-    """The one output of each cell: its data by type, or the error."""
+def notebook() -> Any:
+    """The notebook, executed."""
     nbclient = pytest.importorskip("nbclient")
     cells = [nbformat.v4.new_code_cell(source) for source in CELLS]
     notebook = nbformat.v4.new_notebook(cells=cells)
     os.environ["PYTHONPATH"] = str(ROOT)
     nbclient.NotebookClient(notebook, timeout=120, allow_errors=True, kernel_name="python3").execute()
+    return notebook
+
+
+@pytest.fixture(scope="module")
+def outputs(notebook: Any) -> list[dict[str, Any]]:
+    """The one output of each cell: its data by type, or the error."""
     return [dict(cell.outputs[-1]) for cell in notebook.cells]
 
 
@@ -100,21 +107,59 @@ def test_a_refusal_shows_the_rule_with_a_caret(outputs: list[dict[str, Any]]) ->
     assert "inconsistent" in page and "S520" in page and "^" in page
 
 
-def test_a_state_of_the_widget_is_what_a_solve_gives() -> None:
+def test_the_widget_holds_the_page_and_the_sheet(notebook: Any) -> None:
+    """What the notebook keeps of it: the page's script, and what the page shows at first."""
+    states = notebook.metadata["widgets"]["application/vnd.jupyter.widget-state+json"]["state"].values()
+    (state,) = [one["state"] for one in states if "opened" in one["state"]]
+    assert state["_esm"] == (ROOT / "solver/page/static/widget.js").read_text(encoding="utf-8")
+    assert [one["name"] for one in state["opened"]["sliders"]] == ["thetaAO"]
+    assert len(state["opened"]["rules"]) > 30 and "call position" in state["opened"]["text"]
+
+
+def asked(cell: Any, do: str, **more: object) -> dict[str, Any]:
+    """What the kernel sends when the page asks."""
+    sent: list[dict[str, Any]] = []
+    with patch.object(cell, "send", sent.append):
+        cell._heard(None, {"id": 7, "do": do, **more}, None)
+    assert sent[0].pop("id") == 7
+    return sent[0]
+
+
+def test_the_widget_answers_as_a_solve_does() -> None:
     model = solver.load("offset_slider_crank")
-    cell = solver.interact(model, {"thetaAO": [-30.0, -20.0], "AB": [8.0, 9.0]})
-    sent: list[Any] = []
-    cell.send = sent.append
-    cell._moved(None, {"places": [1, 1]}, None)
-    names = [one["name"] for one in cell.data["variables"]]
+    cell = solver.interact(model, {"thetaAO": range(-30, 31, 10)}, {"AB": 9})
+    assert cell.inputs == {"AB": 9.0}
     expected = solver.solve(model, {"thetaAO": -20.0, "AB": 9.0})["xB"]
-    assert sent[0]["state"]["values"][names.index("xB")] == pytest.approx(expected, rel=1e-7)
-    cell.send = sent.append
-    unreachable = solver.interact(model, {"AB": [8.0, 0.5]})
-    assert unreachable.data["state"] is not None and unreachable._state([1]) is None
+    reply = asked(cell, "solve", inputs={"thetaAO": -20.0, "AB": 9.0})
+    assert reply["solutions"][0]["xB"] == expected
+    frame = asked(cell, "frame", name="thetaAO", value=-20.0, inputs={"AB": 9.0}, near={})
+    assert frame["values"]["xB"] == pytest.approx(expected, rel=1e-15)
+    assert "values" not in asked(cell, "frame", name="AB", value=0.5, inputs={}, near={})
 
 
-def test_more_sliders_than_there_is_room_for_are_refused() -> None:
+def test_the_widget_remembers_what_was_changed_in_it() -> None:
+    cell = solver.interact(solver.loads("y = 2*x", name="double"), {"x": [1, 2, 3]})
+    assert cell.inputs == {"x": 2.0}, "an unknown begins in the middle of its slider"
+    doc = {"text": cell.text, "inputs": {"x": 3.0}, "guesses": {}, "near": None}
+    assert asked(cell, "keep", state={"doc": doc, "view": {}}) == {}
+    assert cell.inputs == {"x": 3.0} and cell.opened["kept"]["doc"] == doc
+
+
+def test_a_text_can_be_changed_in_the_widget() -> None:
+    cell = solver.interact(solver.loads("y = 2*x", name="double"))
+    assert asked(cell, "check", text="y = = x")["wrong"][0]["code"] == "E104"
+    assert asked(cell, "edit", text="y = = x")["wrong"] and cell.text == "y = 2*x"
+    assert asked(cell, "edit", text="y = 3*x")["variables"] and cell.text == "y = 3*x"
+    assert asked(cell, "solve", inputs={"x": 2.0})["solutions"] == [{"y": 6.0, "x": 2.0}]
+
+
+def test_the_widget_refuses_what_it_does_not_know() -> None:
+    cell = solver.interact(solver.loads("y = 2*x"))
+    assert "failed" in asked(cell, "save") and "wrong" in asked(cell, "why", name="nobody")
+
+
+def test_names_and_values_are_checked_before_there_is_a_widget() -> None:
     model = solver.load("offset_slider_crank")
-    with pytest.raises(RuleSheetError, match="3 sliders at most, and 4"):
-        solver.interact(model, {name: [1.0, 2.0] for name in ("thetaAO", "AO", "AB", "offset")})
+    for over, inputs in (({"nobody": [1]}, {}), ({"AO": ["three"]}, {}), ({}, {"AO": "three"})):
+        with pytest.raises(RuleSheetError):
+            solver.interact(model, over, inputs)

@@ -34,7 +34,7 @@ const fewFonts = {
 const cssAsText = {
   name: "css-as-text",
   setup(bundler) {
-    bundler.onLoad({ filter: /export\.css$/ }, async ({ path }) => {
+    bundler.onLoad({ filter: /page\.css$/ }, async ({ path }) => {
       const bundled = await build({ ...shared, entryPoints: [path], write: false });
       return { contents: bundled.outputFiles[0].text.trim(), loader: "text" };
     });

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -500,13 +501,13 @@ def test_an_exported_page_needs_nothing_but_itself(browser: Any, tmp_path: Path)
     page.close()
 
 
-MOUNT = """async (data) => {
+MOUNT = """async (opened) => {
   const heard = [];
   const kernel = {
-    get: () => data,
-    send: async ({places}) => {
-      const reply = await window.answer(places);
-      heard.forEach((one) => one(reply));
+    get: () => opened,
+    send: async (question) => {
+      const reply = JSON.parse(await window.answer(JSON.stringify(question)));
+      heard.forEach((one) => one({...reply, id: question.id}));
     },
     on: (_, one) => heard.push(one),
     off: () => {},
@@ -516,37 +517,58 @@ MOUNT = """async (data) => {
 }"""
 
 
-def test_the_widget_of_a_notebook_moves_with_its_slider(browser: Any, tmp_path: Path) -> None:
-    """The front end in a bare page, the kernel's side behind it; the cell's style stays in it."""
+def test_the_page_in_a_cell_of_a_notebook(browser: Any, tmp_path: Path) -> None:
+    """The same page, with a kernel behind it: slider, drag, tabs; its style stays in the cell."""
     pytest.importorskip("anywidget")
     model = rulesheets.load("offset_slider_crank")
-    angles = [float(angle) for angle in range(-180, 181, 5)]
-    cell = solver.interact(model, {"thetaAO": angles})
-    page = browser.new_page(viewport={"width": 800, "height": 1000})
+    cell = solver.interact(model, {"thetaAO": range(-180, 181, 5)})
+    page = browser.new_page(viewport={"width": 1000, "height": 1400})
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("console", lambda said: said.type == "error" and wrong.append(said.text))
     script = (ROOT / "solver/page/static/widget.js").read_text(encoding="utf-8")
-    bare = '<body><h1 id="mine">A notebook</h1><div id="cell"></div></body>'
+    bare = '<!doctype html><body><h1 id="mine">A notebook</h1><div id="cell"></div></body>'
     page.route("**/widget.js", lambda route: route.fulfill(body=script, content_type="text/javascript"))
     page.route("**/bare", lambda route: route.fulfill(body=bare, content_type="text/html"))
     page.goto("http://localhost/bare")
     before = page.evaluate("getComputedStyle(document.body).font")
-    page.expose_function("answer", lambda places: {"state": cell._state(places)})
-    page.evaluate(MOUNT, dict(cell.data))
-    value = page.locator("tr", has_text="coordinate of B").locator("td.number")
-    assert value.inner_text() == "9.79182"
-    slider = page.locator("input[type=range]")
+    page.expose_function("answer", lambda asked: json.dumps(cell._answer(json.loads(asked))))
+    page.evaluate(MOUNT, dict(cell.opened))
+    tab = Tab(page, "http://localhost/")
+    settled = ".body[data-state=settled]"
+    page.wait_for_selector(settled)
+    page.wait_for_selector("[data-handle=B]")
+    assert tab.value("xB") == "9.791823496"
+    slider = page.get_by_label(re.compile("thetaAO", re.IGNORECASE)).and_(page.locator("[type=range]"))
     slider.focus()
     for _ in range(10):
         slider.press("ArrowRight")
+        page.wait_for_selector(settled)
+    page.wait_for_function(HELD, arg=["thetaAO", "20"])
+    page.wait_for_selector(settled)
     expected = solver.solve(model, {"thetaAO": 20.0})["xB"]
-    page.wait_for_function(
-        "(said) => document.getElementById('cell').shadowRoot.textContent.includes(said)",
-        arg=f"{expected:.6g}",
-    )
-    assert page.locator("figure svg").count() >= 3
+    assert float(tab.value("xB")) == pytest.approx(expected, rel=1e-9)
+    assert cell.inputs["thetaAO"] == 20.0
+    box = page.locator('[data-handle="B"] .dot').bounding_box()
+    page.mouse.move(box["x"] + 4, box["y"] + 4)
+    page.mouse.down()
+    page.mouse.move(box["x"] - 80, box["y"], steps=20)
+    page.mouse.up()
+    page.wait_for_selector(settled)
+    page.wait_for_selector("[role=tab]:has-text('Answer 2')")
+    assert tab.given("xB") and cell.inputs["thetaAO"] is None
+    for name in ("Sweep", "Sensitivity", "Why", "Text", "Rules"):
+        page.get_by_role("tab", name=name, exact=True).click()
+        page.wait_for_selector(settled)
+    page.wait_for_selector(".rules math")
     assert page.evaluate("getComputedStyle(document.body).font") == before
-    assert wrong == []
     if folder := os.environ.get("PAGE_PICTURES"):
-        page.screenshot(path=f"{folder}/widget.png")
+        page.screenshot(path=f"{folder}/widget.png", full_page=True)
     page.close()
+    assert wrong == []
+
+
+HELD = """([name, value]) => {
+  const cell = document.getElementById('cell').shadowRoot;
+  return cell.querySelector(`tr[data-name="${name}"] input`)?.value === value;
+}"""

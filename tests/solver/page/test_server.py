@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,6 +20,7 @@ from starlette.websockets import WebSocketDisconnect
 import rulesheets
 import solver
 from rulesheets.loading import shipped_model
+from solver.cli import main
 from solver.page.server import application
 from solver.page.shelf import LARGEST
 
@@ -115,6 +117,53 @@ def test_an_output_names_the_inputs_that_may_be_taken_back_for_it(tab: WebSocket
     assert ask(tab, "swap", name="xB")["choices"][0] == "thetaAO"
     ask(tab, "open", sheet="lens.tk")
     assert set(ask(tab, "swap", name="m")["choices"]) == {"f", "u"}
+
+
+PUMP = (
+    "variables\n  Q = 0.01 [m^3/s]\n  P [W -> kW]\n  T = 300 [K -> degC]\n  T2 [K -> degC]\n"
+    "rules\n  P = 196200*Q\n  T2 = T + 10\n"
+)
+
+
+def test_values_are_read_and_shown_in_the_units_that_the_sheet_shows(
+    tab: WebSocketTestSession, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "pump.tk").write_text(PUMP)
+    known = {one["name"]: one for one in ask(tab, "open", sheet="pump.tk")["variables"]}
+    solved = ask(tab, "solve", inputs={})["solutions"][0]
+    main(["solve", str(folder / "pump.tk")])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines() if "[" not in line]
+    for name, unit in (("P", "kW"), ("T2", "degC")):
+        factor, shift = known[name]["scale"]
+        row = next(row for row in rows if name in row)
+        assert known[name]["unit"] == unit and unit in row
+        assert solved[name] * factor + shift == pytest.approx(float(row[row.index(name) + 1]), rel=1e-9)
+    assert ask(tab, "value", name="P", text="5") == {"value": 5000.0}
+    assert ask(tab, "value", name="P", text="1 hp")["value"] == pytest.approx(745.6998715822702)
+    assert ask(tab, "value", name="T", text="0") == {"value": 273.15}
+    assert ask(tab, "value", name="Q", text="pi/6")["value"] == pytest.approx(math.pi / 6)
+    assert ask(tab, "value", name="P", text="3 kg")["wrong"][0]["code"] == "E461"
+    swept = ask(tab, "sweep", name="T", start=0, stop=20, step=10, inputs={})["columns"]
+    assert swept["T"] == [0, 10, 20] and swept["T2"] == pytest.approx([10, 20, 30])
+    assert swept["P"] == pytest.approx([1.962] * 3)
+
+
+def test_a_page_runs_no_code_of_a_sheet(tab: WebSocketTestSession, folder: Path) -> None:
+    (folder / "curve.py").write_text(f"open({str(folder / 'ran')!r}, 'w')\n")
+    (folder / "code.tk").write_text('use python "curve.py"\nrules\n  y = f(2)\n')
+    (wrong,) = ask(tab, "open", sheet="code.tk")["wrong"]
+    assert wrong["code"] == "E313" and "a page runs no code" in wrong["notes"][0]
+    assert not (folder / "ran").exists()
+
+
+def test_an_answer_that_no_record_settles_is_kept_for_the_next_frame(tab: WebSocketTestSession) -> None:
+    """At a quarter turn a coordinate is exactly 0, which no record settles."""
+    ask(tab, "open", sheet=CRANK)
+    ask(tab, "warm", name="thetaAO", values=[-30.0, 40.0, 110.0, 170.0], inputs={})
+    for angle in (-180, -90, 0, 90, 180):
+        reply = ask(tab, "frame", name="thetaAO", value=angle, inputs={}, near={})
+        expected = solver.solve(rulesheets.load("offset_slider_crank"), {"thetaAO": float(angle)})
+        assert reply["values"]["xB"] == pytest.approx(expected["xB"], rel=1e-14)
 
 
 def test_why_ends_in_the_formula_of_the_number(tab: WebSocketTestSession) -> None:

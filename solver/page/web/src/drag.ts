@@ -1,13 +1,53 @@
 // One drag, from the grab to the release: one step of undo, one question in flight, the latest value wins.
 import { type Leg, legAt, legsOf, onLeg, project, type Spot, wrapped } from "./rail";
 import { niceStep, readable, rounded } from "./format";
-import { about, commit, doc, draw, flash, inputs, live, model, motion, shown, stroke, strokeEnd, swapped, view } from "./state";
+import { about, commit, doc, draw, flash, inputs, live, model, motion, shown, stroke, strokeEnd, swapped, toShown, view } from "./state";
 import type { Doc } from "./state";
 import { ask } from "./talk";
 import type { Frame, Handle, Place, Rail, Values } from "./types";
 import { signal } from "@preact/signals";
 
 export const dragging = signal<Handle | null>(null);
+
+interface Wanted {
+  value: number;
+  near: Values;
+  stale: string;
+}
+
+/** Frames for one input: one question in flight, the latest value wins. */
+export class Frames {
+  private next: Wanted | null = null;
+  private flying = false;
+  private stopped = false;
+
+  constructor(
+    private readonly name: string,
+    private readonly work: Doc,
+  ) {}
+
+  want(next: Wanted): void {
+    this.next = next;
+    if (!this.flying) void this.pump();
+  }
+
+  stop(): void {
+    this.stopped = true;
+  }
+
+  private async pump(): Promise<void> {
+    this.flying = true;
+    while (this.next && !this.stopped) {
+      const { value, near, stale } = this.next;
+      this.next = null;
+      const frame = await ask<Frame>({ do: "frame", name: this.name, value, near, ...about(this.work) }, true);
+      if (this.stopped) break;
+      if (frame.values) draw(frame as Frame, stale);
+      else if (!stale && shown.value) live.value = { ...shown.value, stale: `no answer at ${this.name} = ${readable(toShown(this.name, value), 6)}` };
+    }
+    this.flying = false;
+  }
+}
 
 /** A drag that is under way. */
 class Drag {
@@ -16,8 +56,7 @@ class Drag {
   private leg: number;
   private work: Doc;
   private moved = false;
-  private flying = false;
-  private next: { value: number; near: Values; stale: string } | null = null;
+  private readonly frames: Frames;
   private value: number;
   private over = false;
 
@@ -33,6 +72,7 @@ class Drag {
     this.value = values[handle.variable] as number;
     this.leg = legAt(this.legs, handle.variable, values);
     this.work = takeOver(handle, this.value);
+    this.frames = new Frames(handle.variable, this.work);
   }
 
   /** The pointer is there. */
@@ -64,27 +104,12 @@ class Drag {
     } else stroke.value = null;
     const inside = past ? within(leg, spot.end) : onLeg(leg, this.value, variable).value;
     const near = onLeg(leg, inside, variable).near;
-    const stale = past ? `last answer at ${variable} = ${readable(wrapped(inside, turn), 6)}` : "";
-    this.next = { value: past ? wrapped(inside, turn) : this.value, near, stale };
-    if (!this.flying) void this.pump();
-  }
-
-  private async pump(): Promise<void> {
-    this.flying = true;
-    while (this.next) {
-      const { value, near, stale } = this.next;
-      this.next = null;
-      const question = { do: "frame", name: this.handle.variable, value, near, ...about(this.work) };
-      const frame = await ask<Frame>(question, true);
-      if (current !== this) break;
-      if (frame.values) draw(frame as Frame, stale);
-    }
-    this.flying = false;
+    const stale = past ? `last answer at ${variable} = ${readable(toShown(variable, wrapped(inside, turn)), 6)}` : "";
+    this.frames.want({ value: past ? wrapped(inside, turn) : this.value, near, stale });
   }
 
   /** The pointer is released: what is on show is the new document. */
   async release(): Promise<void> {
-    this.next = null;
     const near = live.value?.values ?? this.before.near;
     this.end();
     if (!this.moved) return;
@@ -101,6 +126,7 @@ class Drag {
 
   private end(): void {
     current = null;
+    this.frames.stop();
     dragging.value = null;
     doc.value = this.before;
   }

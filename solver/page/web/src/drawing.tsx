@@ -118,7 +118,7 @@ const JOINTS = new Set(["slider", "block", "trunnion"]);
 
 /** Names of points beside them, away from the strokes that meet there; of arrows beside their middle. */
 function Labels({ outline, places, unit }: { outline: Outline; places: Map<string, Place>; unit: number }) {
-  const texts: { text: string; at: Place; off: Place }[] = [];
+  const texts: Label[] = [];
   const taken: Place[] = [];
   for (const { name, kind: joint } of outline.places) {
     const at = places.get(name)!;
@@ -142,13 +142,35 @@ function Labels({ outline, places, unit }: { outline: Outline; places: Map<strin
   }
   return (
     <>
-      {texts.map(({ text, at, off }, k) => (
+      {apart(texts, unit).map(({ text, at, off }, k) => (
         <text key={k} transform={`translate(${at[0] + 16 * unit * off[0]},${at[1] + 16 * unit * off[1]}) scale(${unit},${-unit})`}>
           {text}
         </text>
       ))}
     </>
   );
+}
+
+interface Label {
+  text: string;
+  at: Place;
+  off: Place;
+}
+
+/** Labels that do not cover one another: one in the way goes to the other side, or is left out. */
+function apart(labels: Label[], unit: number): Label[] {
+  const kept: Label[] = [];
+  const clash = (one: Label) =>
+    kept.some((other) => {
+      const [dx, dy] = [0, 1].map((k) => Math.abs((one.at[k] - other.at[k]) / unit + 16 * (one.off[k] - other.off[k])));
+      return dx < 4 * (one.text.length + other.text.length) && dy < 13;
+    });
+  for (const label of labels) {
+    const other = { ...label, off: [-label.off[0], -label.off[1]] as Place };
+    const free = [label, other].find((one) => !clash(one));
+    if (free) kept.push(free);
+  }
+  return kept;
 }
 
 function away(at: Place, name: string, outline: Outline, places: Map<string, Place>): Place {

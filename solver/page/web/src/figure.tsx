@@ -3,7 +3,7 @@ import { signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { cancel, dragging, grab, limitsOf, move, nudge, railOf, release } from "./drag";
 import { niceStep, readable } from "./format";
-import { answer, chosen, endGesture, model, motion, shown, trouble } from "./state";
+import { answer, chosen, endGesture, motion, shown, toShown, trouble, unitOf } from "./state";
 import type { Geometry, Handle, Outline, Place } from "./types";
 import { Drawing, type Box, boxOf } from "./drawing";
 
@@ -98,7 +98,6 @@ function Handles({ outline, index, geometry, unit, svg }: HandlesProps) {
 function Knob({ handle, place, unit, svg }: { handle: Handle; place: Place; unit: number; svg: HandlesProps["svg"] }) {
   const [low, high] = limitsOf(handle);
   const value = shown.value!.values[handle.variable] as number;
-  const units = model.value!.variables.find((one) => one.name === handle.variable)?.unit ?? "";
   const pointer = (event: PointerEvent): Place => {
     const matrix = (svg.current!.firstElementChild as SVGGElement).getScreenCTM()!;
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
@@ -112,10 +111,10 @@ function Knob({ handle, place, unit, svg }: { handle: Handle; place: Place; unit
       tabIndex={0}
       role="slider"
       aria-label={`${handle.point}: drag to move ${handle.variable}`}
-      aria-valuemin={low}
-      aria-valuemax={high}
-      aria-valuenow={value}
-      aria-valuetext={`${handle.variable} ${readable(value, 6)} ${units}`}
+      aria-valuemin={toShown(handle.variable, low)}
+      aria-valuemax={toShown(handle.variable, high)}
+      aria-valuenow={toShown(handle.variable, value)}
+      aria-valuetext={`${handle.variable} ${readable(toShown(handle.variable, value), 6)} ${unitOf(handle.variable)}`}
       onPointerDown={(event) => {
         if (event.button !== 0 || !grab(handle, unit)) return;
         event.currentTarget.setPointerCapture(event.pointerId);

@@ -1,4 +1,5 @@
 // Formulas by KaTeX, which is loaded once something is to be typeset; until then, and where it fails, their text.
+import { host } from "./host";
 import { useEffect, useState } from "preact/hooks";
 
 let katex: Promise<typeof import("katex")> | undefined;
@@ -9,7 +10,8 @@ export function Formula({ tex, text }: { tex: string; text: string }) {
     let there = true;
     katex ??= import("katex");
     void katex.then(({ default: render }) => {
-      const options = { throwOnError: false, trust: false, maxExpand: 100, strict: false, displayMode: false } as const;
+      const output = host.notebook ? "mathml" : "htmlAndMathml";
+      const options = { output, throwOnError: false, trust: false, maxExpand: 100, strict: false, displayMode: false } as const;
       if (there) setHtml(render.renderToString(`\\displaystyle ${tex}`, options));
     });
     return () => void (there = false);

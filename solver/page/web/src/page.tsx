@@ -1,229 +1,34 @@
-// The page: top bar, variable sheet, figures, and what else there is to see in tabs below.
-import { computed, effect } from "@preact/signals";
-import { render } from "preact";
+// The page that `backsolve open` serves.
 import "katex/dist/katex.min.css";
 import "./page.css";
-import { dragging, warm } from "./drag";
-import { Figure } from "./figure";
-import { plural } from "./format";
-import { Message } from "./messages";
-import { Rules } from "./rules";
-import { Sensitivity } from "./sensitivity";
-import { Sheet } from "./sheet";
-import {
-  answer,
-  beyond,
-  connectedAgain,
-  dirty,
-  future,
-  model,
-  motion,
-  notice,
-  openSheet,
-  past,
-  redo,
-  save,
-  setView,
-  sheet,
-  sheets,
-  stroke,
-  trouble,
-  undo,
-  view,
-  whenMoving,
-} from "./state";
-import { Sweep } from "./sweep";
-import { ask, connected, onReconnect, waiting } from "./talk";
-import { Text } from "./text";
-import { Why } from "./why";
+import { mount } from "./app";
+import { host } from "./host";
+import { openSheet, sheet, sheets } from "./state";
+import { ask, talkThrough, waiting } from "./talk";
 
-const MEANINGS: Record<string, string> = {
-  partial: "partly solved",
-  inconsistent: "rules contradict each other",
-  infeasible: "no real solution",
-  singular: "not determined there",
-  failed: "no answer found",
-};
+talkThrough(
+  (heard, lost) =>
+    new Promise((resolve) => {
+      const socket = new WebSocket(`ws://${location.host}/talk`);
+      socket.onopen = () => resolve({ send: (question) => socket.send(JSON.stringify(question)) });
+      socket.onmessage = (event) => heard(JSON.parse(event.data as string));
+      socket.onclose = lost;
+    }),
+  // the server has new workers, which load the sheet anew
+  () => sheet.value && void openSheet(sheet.value.key),
+);
 
-/** The verdict in words, and how it looks. */
-const verdict = computed<[string, string]>(() => {
-  if (!connected.value) return ["no connection", "bad"];
-  if (trouble.value) return [trouble.value.text, "bad"];
-  if (stroke.value ?? beyond.value) return [(stroke.value ?? beyond.value)!, "warn"];
-  const found = answer.value;
-  if (!found) return ["…", ""];
-  if (found.status === "solved") {
-    return [`solved · ${plural(found.solutions.length, "answer")} · all rules hold`, "good"];
-  }
-  const missing = found.undetermined.length;
-  const more = found.status === "partial" && missing ? ` · ${missing} not determined` : "";
-  return [`${found.status}: ${MEANINGS[found.status] ?? ""}${more}`, found.status === "partial" ? "warn" : "bad"];
-});
-
-const TABS = [
-  ["rules", "Rules", Rules],
-  ["sweep", "Sweep", Sweep],
-  ["sensitivity", "Sensitivity", Sensitivity],
-  ["why", "Why", Why],
-  ["text", "Text", Text],
-] as const;
-
-function Page() {
-  const figures = model.value?.figures ?? [];
-  return (
-    <>
-      <Bar />
-      <main class={figures.length ? "" : "plain"}>
-        <div class="left">
-          <Sheet />
-          <Messages />
-        </div>
-        {figures.length > 0 && (
-          <section class="figures" aria-label="Figures">
-            {figures.map((outline, index) => (
-              <Figure key={outline.name} outline={outline} index={index} />
-            ))}
-            {motion.value?.handles.length ? <Carry /> : null}
-          </section>
-        )}
-      </main>
-      <Tabs />
-      <p class="sr" role="status" aria-live="polite">
-        {dragging.value ? "" : verdict.value[0]}. {notice.value}
-      </p>
-    </>
-  );
-}
-
-function Bar() {
-  const [words, look] = verdict.value;
-  const list = sheets.value;
-  return (
-    <header>
-      <select
-        class="sheets"
-        aria-label="Sheet"
-        value={sheet.value?.key ?? ""}
-        onChange={(event) => void openSheet(event.currentTarget.value)}
-      >
-        {!sheet.value && <option value="">choose a sheet</option>}
-        {list.map(({ key, name }) => (
-          <option key={key} value={key}>
-            {name}
-          </option>
-        ))}
-      </select>
-      <span class={`verdict ${look}`} data-verdict>
-        {words}
-      </span>
-      <span class="busy" aria-hidden="true">
-        {waiting.value > 0 && "·"}
-      </span>
-      <nav aria-label="Actions">
-        <button onClick={() => void undo()} disabled={!past.value.length} title="Undo (Ctrl+Z)">
-          Undo
-        </button>
-        <button onClick={() => void redo()} disabled={!future.value.length} title="Redo (Ctrl+Y)">
-          Redo
-        </button>
-        <button onClick={() => void save()} disabled={!dirty.value || sheet.value?.shipped} title="Write the sheet's file (Ctrl+S)">
-          Save
-        </button>
-        <button onClick={changeTheme} title="Dark or light" aria-label="Dark or light">
-          ◐
-        </button>
-      </nav>
-    </header>
-  );
-}
-
-/** Messages that belong to no rule on show, or to a sheet that cannot be read. */
-function Messages() {
-  const found = trouble.value ? trouble.value.complaints : (answer.value?.diagnoses ?? []);
-  const gave = trouble.value && !trouble.value.complaints.length;
-  if (!found.length && !notice.value && !gave) return null;
-  return (
-    <section class="messages" aria-label="Messages">
-      {gave && <p class="message error">{trouble.value!.text}</p>}
-      {found.map((one) => (
-        <Message key={one.code + one.printed} complaint={one} />
-      ))}
-      {notice.value && <p class="hint notice">{notice.value}</p>}
-    </section>
-  );
-}
-
-function Carry() {
-  return (
-    <label class="carry">
-      <input type="checkbox" checked={view.value.carry} onChange={(event) => setView({ carry: event.currentTarget.checked })} />
-      carry through dead centre
-    </label>
-  );
-}
-
-function Tabs() {
-  const now = view.value.tab;
-  const keys = (event: KeyboardEvent) => {
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    if (!step) return;
-    const at = TABS.findIndex(([key]) => key === now);
-    const next = TABS[(at + step + TABS.length) % TABS.length][0];
-    setView({ tab: next });
-    document.getElementById(`tab-${next}`)?.focus();
-  };
-  const [, label, Panel] = TABS.find(([key]) => key === now) ?? TABS[0];
-  return (
-    <section class="below">
-      <div class="tabs" role="tablist" aria-label="More" onKeyDown={keys}>
-        {TABS.map(([key, name]) => (
-          <button
-            key={key}
-            id={`tab-${key}`}
-            role="tab"
-            aria-selected={key === now}
-            aria-controls="panel"
-            tabIndex={key === now ? 0 : -1}
-            onClick={() => setView({ tab: key })}
-          >
-            {name}
-          </button>
-        ))}
-      </div>
-      <div id="panel" class={`panel panel-${now}`} role="tabpanel" aria-label={label}>
-        {model.value || now === "text" ? <Panel key={sheet.value?.key} /> : null}
-      </div>
-    </section>
-  );
-}
-
-function changeTheme(): void {
+host.changeTheme = () => {
   const root = document.documentElement;
   const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   root.dataset.theme = dark ? "light" : "dark";
   sessionStorage.setItem("theme", root.dataset.theme);
-}
-
-function shortcuts(event: KeyboardEvent): void {
-  if (!(event.ctrlKey || event.metaKey) || event.target instanceof HTMLTextAreaElement) return;
-  const key = event.key.toLowerCase();
-  const action = key === "z" ? (event.shiftKey ? redo : undo) : key === "y" ? redo : key === "s" ? save : null;
-  if (!action) return;
-  event.preventDefault();
-  if (event.target instanceof HTMLInputElement) event.target.blur();
-  void action();
-}
+};
 
 async function start(): Promise<void> {
   const theme = sessionStorage.getItem("theme");
   if (theme) document.documentElement.dataset.theme = theme;
-  render(<Page />, document.body);
-  document.addEventListener("keydown", shortcuts);
-  effect(() => {
-    document.body.dataset.state = waiting.value === 0 ? "settled" : "working";
-  });
-  onReconnect(connectedAgain);
-  whenMoving(warm);
+  mount(document.body);
   waiting.value += 1;
   const reply = await ask<{ sheets: { key: string; name: string }[]; first: string }>({ do: "sheets" });
   sheets.value = reply.sheets ?? [];

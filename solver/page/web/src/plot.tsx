@@ -38,7 +38,7 @@ export function Plot({ x, name, series, cursor, here, pick }: Props) {
         {series.unit && <small> {series.unit}</small>}
       </figcaption>
       <svg viewBox={`0 0 ${W} ${H}`} role="img" aria-label={`${series.name} over ${name}`} onClick={choose}>
-        {ticks(y0, y1, 4).map((at) => (
+        {ticks(y0, y1, 5).map((at) => (
           <g key={at} class="grid">
             <line x1={L} x2={W - R} y1={py(at)} y2={py(at)} />
             <text x={L - 6} y={py(at) + 3.5} text-anchor="end">
@@ -69,9 +69,13 @@ export function Plot({ x, name, series, cursor, here, pick }: Props) {
 function curve(x: number[], values: (number | null)[], px: (at: number) => number, py: (at: number) => number): string {
   let text = "";
   let drawing = false;
+  const known = values.filter((one): one is number => one !== null);
+  // a leap over most of the range is a pole or a jump, and no line
+  const leap = known.length < 10 ? Infinity : 0.7 * (Math.max(...known) - Math.min(...known));
   values.forEach((value, k) => {
-    if (value === null) drawing = false;
-    else {
+    const before = values[k - 1];
+    if (value === null || (typeof before === "number" && Math.abs(value - before) > leap)) drawing = false;
+    if (value !== null) {
       text += `${drawing ? "L" : "M"}${px(x[k]).toFixed(2)},${py(value).toFixed(2)}`;
       drawing = true;
     }

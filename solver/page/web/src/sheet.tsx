@@ -19,11 +19,13 @@ import {
   shown,
   stroke,
   swapped,
+  toShown,
   trouble,
   troubleOf,
 } from "./state";
 import { ask } from "./talk";
 import { dragging } from "./drag";
+import { host } from "./host";
 import type { Value, Variable } from "./types";
 
 export function Sheet() {
@@ -120,21 +122,21 @@ function Field({ variable }: { variable: Variable }) {
   const wrong = useSignal("");
   const dragged = live.value?.values[name];
   const value = dragging.value?.variable === name && dragged !== undefined ? dragged : inputs.value[name];
-  const text = typed(value);
+  const text = typed(toShown(name, value));
   useEffect(() => {
-    if (field.current && document.activeElement !== field.current) field.current.value = text;
+    if (field.current && host.root.activeElement !== field.current) field.current.value = text;
   }, [text]);
   const enter = async () => {
     const now = field.current!.value.trim();
     wrong.value = "";
     if (now === text) return;
     if (now === "") return void setInput(name, null);
-    const number = plainNumber(now);
-    const reply = number === undefined ? await ask<{ value: Value }>({ do: "value", text: now }) : { value: number };
+    const number = variable.scale[0] === 1 && variable.scale[1] === 0 ? plainNumber(now) : undefined;
+    const reply = number === undefined ? await ask<{ value: Value }>({ do: "value", name, text: now }) : { value: number };
     const found = troubleOf(reply);
     if (found || reply.value === undefined) wrong.value = found?.text ?? "not a value";
     else await setInput(name, reply.value);
-    if (!wrong.value && field.current) field.current.value = typed(inputs.value[name]);
+    if (!wrong.value && field.current) field.current.value = typed(toShown(name, inputs.value[name]));
   };
   return (
     <>
@@ -168,7 +170,7 @@ function Field({ variable }: { variable: Variable }) {
 /** A number that was found; a click says why. */
 function Output({ variable }: { variable: Variable }) {
   const { name } = variable;
-  const text = useComputed(() => readable(shown.value?.values[name]));
+  const text = useComputed(() => readable(toShown(name, shown.value?.values[name])));
   const stale = useComputed(() => (shown.value?.stale || shown.value?.values[name] === undefined ? "value stale" : "value"));
   return (
     <button
@@ -214,7 +216,7 @@ function Status({ variable, given }: { variable: Variable; given: boolean }) {
 function edit(name: string): void {
   const guess = doc.value.guesses[name];
   void setInput(name, guess ?? 1).then(() => {
-    document.querySelector<HTMLInputElement>(`tr[data-name="${CSS.escape(name)}"] input`)?.select();
+    host.root.querySelector<HTMLInputElement>(`tr[data-name="${CSS.escape(name)}"] input`)?.select();
   });
 }
 
@@ -236,7 +238,7 @@ function Menu({ name, choices, accept, cancel }: MenuProps) {
     if (!step) return;
     event.preventDefault();
     const all = [...box.current!.querySelectorAll("button")];
-    all[(all.indexOf(document.activeElement as HTMLButtonElement) + step + all.length) % all.length].focus();
+    all[(all.indexOf(host.root.activeElement as HTMLButtonElement) + step + all.length) % all.length].focus();
   };
   const leave = (event: FocusEvent) => {
     if (!box.current?.contains(event.relatedTarget as Node)) cancel();

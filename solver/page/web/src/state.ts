@@ -1,6 +1,7 @@
 // The state of one tab: the sheet as it is edited, its last answer, and what can be undone.
 import { batch, computed, signal } from "@preact/signals";
 import { readable } from "./format";
+import { host } from "./host";
 import { ask } from "./talk";
 import type { Answer, Complaint, Frame, Geometry, Model, Motion, Rail, Reply, Value, Values } from "./types";
 
@@ -32,7 +33,14 @@ export interface Opened extends Model {
   text: string;
   seen: string;
   shipped: boolean;
-  kept: { doc: Doc; view: View } | null;
+  kept: { doc: Doc; view?: View } | null;
+  /** Inputs with a slider in a notebook, and the values that it runs through. */
+  sliders?: Slider[];
+}
+
+export interface Slider {
+  name: string;
+  values: Value[];
 }
 
 const EMPTY: Doc = { text: "", inputs: {}, guesses: {}, near: null };
@@ -54,6 +62,7 @@ export const live = signal<Shown | null>(null);
 export const stroke = signal<string | null>(null);
 export const motion = signal<Motion | null>(null);
 export const typeset = signal<string[][] | null>(null);
+export const sliders = signal<Slider[]>([]);
 export const notice = signal<string>("");
 export const flashed = signal<ReadonlySet<string>>(new Set());
 
@@ -93,7 +102,7 @@ export const beyond = computed<string | null>(() => {
 });
 
 export function strokeEnd(name: string, sign: string, limit: number, from: string[]): string {
-  return `end of stroke: ${name} ${sign} ${readable(limit, 6)}${from.length ? ` (from ${from.join(", ")})` : ""}`;
+  return `end of stroke: ${name} ${sign} ${readable(toShown(name, limit), 6)}${from.length ? ` (from ${from.join(", ")})` : ""}`;
 }
 
 /** The inputs in force. */
@@ -105,6 +114,25 @@ export const inputs = computed<Record<string, Value>>(() => {
   }
   return found;
 });
+
+const variables = computed(() => new Map((model.value?.variables ?? []).map((one) => [one.name, one])));
+
+export function unitOf(name: string): string {
+  return variables.value.get(name)?.unit ?? "";
+}
+
+/** A value, which is in the unit of the rules, in the unit that is shown. */
+export function toShown<T extends Value | null | undefined>(name: string, value: T): T {
+  const [factor, shift] = variables.value.get(name)?.scale ?? [1, 0];
+  if (typeof value !== "number" || (factor === 1 && shift === 0)) return value;
+  return Number((value * factor + shift).toPrecision(15)) as T;
+}
+
+/** A number in the unit that is shown, in that of the rules. */
+export function fromShown(name: string, value: number): number {
+  const [factor, shift] = variables.value.get(name)?.scale ?? [1, 0];
+  return factor === 1 && shift === 0 ? value : Number(((value - shift) / factor).toPrecision(15));
+}
 
 export const dirty = computed(() => sheet.value !== null && doc.value.text !== sheet.value.saved);
 
@@ -250,6 +278,7 @@ async function step(from: typeof past, to: typeof past): Promise<void> {
   const next = from.value.at(-1);
   if (!next) return;
   endGesture();
+  notice.value = "";
   batch(() => {
     from.value = from.value.slice(0, -1);
     to.value = [...to.value, doc.value];
@@ -339,15 +368,15 @@ async function compose(): Promise<void> {
 export async function openSheet(key: string, restore = true): Promise<void> {
   const reply = await ask<Opened>({ do: "open", sheet: key });
   const wrong = troubleOf(reply);
-  if (reply.sheet === undefined) {
-    trouble.value = wrong;
-    return;
-  }
-  const opened = reply as Opened;
-  const kept = restore ? (remembered(key) ?? opened.kept) : null;
+  if (reply.sheet === undefined) trouble.value = wrong;
+  else await show(reply as Opened, wrong, restore ? (remembered(key) ?? undefined) : null);
+}
+
+/** Show a sheet that was opened, in the state in which it was left. */
+export async function show(opened: Opened, wrong: typeof trouble.value = null, kept: Opened["kept"] = opened.kept): Promise<void> {
   batch(() => {
     sheet.value = {
-      key,
+      key: opened.sheet,
       name: opened.name,
       seen: opened.seen,
       saved: opened.text,
@@ -359,10 +388,11 @@ export async function openSheet(key: string, restore = true): Promise<void> {
     trouble.value = wrong;
     past.value = [];
     future.value = [];
+    sliders.value = opened.sliders ?? [];
     view.value = { ...FIRST_VIEW, ...kept?.view };
     doc.value = { ...EMPTY, text: opened.text, ...kept?.doc };
   });
-  document.title = `${opened.name} · Backsolve`;
+  if (!host.notebook) document.title = `${opened.name} · Backsolve`;
   if (doc.value.text !== opened.text || wrong) return reload(doc.value.text);
   accept(opened);
   await solve();
@@ -390,8 +420,10 @@ function keep(): void {
   if (!key) return;
   const state = { doc: doc.value, view: view.value };
   try {
-    sessionStorage.setItem("sheet", key);
-    sessionStorage.setItem(`state of ${key}`, JSON.stringify(state));
+    if (!host.notebook) {
+      sessionStorage.setItem("sheet", key);
+      sessionStorage.setItem(`state of ${key}`, JSON.stringify(state));
+    }
   } catch {
     // a full or forbidden store: the server still keeps the state
   }
@@ -401,9 +433,4 @@ function keep(): void {
 function remembered(key: string): { doc: Doc; view: View } | null {
   const text = sessionStorage.getItem(`state of ${key}`);
   return text === null ? null : JSON.parse(text);
-}
-
-/** After the connection was lost: the server has new workers, which load the sheet anew. */
-export function connectedAgain(): void {
-  if (sheet.value) void openSheet(sheet.value.key);
 }

@@ -1,7 +1,7 @@
 // A sweep over one input, as plots with a cursor.
 import { untracked, useSignal, useSignalEffect } from "@preact/signals";
 import { plainNumber, plural } from "./format";
-import { about, doc, inputs, model, motion, setInput, setView, shown, troubleOf, view } from "./state";
+import { about, doc, fromShown, inputs, model, motion, setInput, setView, shown, toShown, troubleOf, unitOf, view } from "./state";
 import { ask } from "./talk";
 import { Plot } from "./plot";
 import type { Sweep as Swept } from "./types";
@@ -10,13 +10,12 @@ const TURNS: Record<string, number> = { deg: 360, "°": 360, rad: 6.2831853 };
 
 /** A range to begin with: a turn of an angle, otherwise half the value to one and a half of it. */
 function firstRange(name: string): [number, number, number] {
-  const unit = model.value!.variables.find((one) => one.name === name)?.unit ?? "";
-  const turn = TURNS[unit];
+  const turn = TURNS[unitOf(name)];
   const rail = Object.values(motion.value?.rails ?? {}).find((one) => name in one.limits);
-  const [low, high] = rail?.limits[name] ?? [null, null];
+  const [low, high] = (rail?.limits[name] ?? [null, null]).map((one) => toShown(name, one));
   if (low !== null && high !== null) return [low, high, (high - low) / 60].map((one) => Number(one.toPrecision(6))) as [number, number, number];
   if (turn) return [0, turn, Number((turn / 72).toPrecision(6))];
-  const value = Number(inputs.value[name]) || 1;
+  const value = Number(toShown(name, inputs.value[name])) || 1;
   return [value * 0.5, value * 1.5, value / 50].map((one) => Number(one.toPrecision(6))) as [number, number, number];
 }
 
@@ -26,7 +25,7 @@ export function Sweep() {
   const problem = useSignal("");
   const spec = view.value.sweep;
   const driver = (motion.value?.handles ?? []).flatMap((one) => [one.driver, one.variable]).find((one) => numbers.includes(one));
-  const turning = driver ?? numbers.find((name) => TURNS[model.value!.variables.find((one) => one.name === name)?.unit ?? ""]);
+  const turning = driver ?? numbers.find((name) => TURNS[unitOf(name)]);
   const name = spec && numbers.includes(spec.name) ? spec.name : (turning ?? numbers[0]);
   const [start, stop, step] = spec?.name === name ? [spec.start, spec.stop, spec.step] : name ? firstRange(name) : [0, 1, 1];
   // The sweep depends on every input but its own.
@@ -66,7 +65,7 @@ export function Sweep() {
     </label>
   );
   const table = found.value;
-  const at = table ? shown.value?.values[table.name] : undefined;
+  const at = table ? toShown(table.name, shown.value?.values[table.name]) : undefined;
   const cursor = typeof at === "number" ? onto(at, start, stop, TURNS[unitOf(table!.name)] ?? 0) : null;
   return (
     <div class="sweep">
@@ -101,8 +100,8 @@ export function Sweep() {
                 name={table.name}
                 series={{ name: one, unit: unitOf(one), values: table.columns[one] }}
                 cursor={cursor}
-                here={numberOr(shown.value?.values[one])}
-                pick={(value) => table.name in inputs.value && void setInput(table.name, value)}
+                here={numberOr(toShown(one, shown.value?.values[one]))}
+                pick={(value) => table.name in inputs.value && void setInput(table.name, fromShown(table.name, value))}
               />
             ))}
         </div>
@@ -115,10 +114,6 @@ let asked = "";
 
 function isVariable(name: string): boolean {
   return model.value?.variables.some((one) => one.name === name) ?? false;
-}
-
-function unitOf(name: string): string {
-  return model.value?.variables.find((one) => one.name === name)?.unit ?? "";
 }
 
 function numberOr(value: unknown): number | null {

@@ -1,4 +1,4 @@
-// The websocket to the server: numbered questions, each answered once.
+// Numbered questions to whatever solves behind the page, each answered once.
 import { signal } from "@preact/signals";
 import type { Reply } from "./types";
 
@@ -7,40 +7,43 @@ export const connected = signal(true);
 
 type Waiter = (reply: Reply<unknown>) => void;
 
-const waiters = new Map<number, Waiter>();
-let socket: Promise<WebSocket> | undefined;
-let last = 0;
-let again: (() => void) | undefined;
-
-/** Called when a lost connection is there again. */
-export function onReconnect(then: () => void): void {
-  again = then;
+/** A line to the solver: the server's websocket, or the kernel of a notebook. */
+export interface Line {
+  send(question: object): void;
 }
 
-function connect(): Promise<WebSocket> {
-  return new Promise((resolve) => {
-    const opening = new WebSocket(`ws://${location.host}/talk`);
-    opening.onopen = () => {
-      connected.value = true;
-      resolve(opening);
-    };
-    opening.onmessage = (event) => {
-      const reply = JSON.parse(event.data as string);
-      waiters.get(reply.id)?.(reply);
-      waiters.delete(reply.id);
-    };
-    opening.onclose = () => lost();
-  });
+/** Opens a line; tell it what is `heard`, and that it was `lost`. */
+export type Open = (heard: (reply: Reply<unknown> & { id: number }) => void, lost: () => void) => Promise<Line>;
+
+const waiters = new Map<number, Waiter>();
+let line: Promise<Line> | undefined;
+let last = 0;
+let open: Open;
+let again: (() => void) | undefined;
+
+/** Talk through such a line; `reconnected` is called when a lost one is there again. */
+export function talkThrough(opener: Open, reconnected?: () => void): void {
+  open = opener;
+  again = reconnected;
+}
+
+async function connect(): Promise<Line> {
+  const found = await open((reply) => {
+    waiters.get(reply.id)?.(reply);
+    waiters.delete(reply.id);
+  }, lost);
+  connected.value = true;
+  return found;
 }
 
 function lost(): void {
   connected.value = false;
   for (const waiter of waiters.values()) waiter({ failed: "the connection was lost" });
   waiters.clear();
-  socket = undefined;
+  line = undefined;
   setTimeout(() => {
-    socket ??= connect();
-    void socket.then(() => again?.());
+    line ??= connect();
+    void line.then(() => again?.());
   }, 1000);
 }
 
@@ -48,12 +51,12 @@ function lost(): void {
 export async function ask<T>(question: { do: string } & Record<string, unknown>, quiet = false): Promise<Reply<T>> {
   if (!quiet) waiting.value = waiting.peek() + 1;
   try {
-    socket ??= connect();
-    const open = await socket;
+    line ??= connect();
+    const to = await line;
     const id = ++last;
     return await new Promise<Reply<T>>((resolve) => {
       waiters.set(id, (reply) => resolve(reply as Reply<T>));
-      open.send(JSON.stringify({ ...question, id }));
+      to.send({ ...question, id });
     });
   } finally {
     if (!quiet) waiting.value = waiting.peek() - 1;

@@ -2,6 +2,7 @@
 import { untracked, useSignal, useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { commit, dirty, doc, save, sheet, troubleOf } from "./state";
+import { host } from "./host";
 import { ask } from "./talk";
 import { Message } from "./messages";
 import type { Complaint } from "./types";
@@ -64,7 +65,9 @@ export function Text() {
           <Message key={one.printed} complaint={one} open />
         ))}
         {sheet.value?.shipped ? (
-          <p class="hint">This sheet comes with Backsolve: it can be changed here, and not saved.</p>
+          <p class="hint">
+            {host.notebook ? "Changes stay in this cell; its attribute text holds them." : "This sheet comes with Backsolve: it can be changed here, and not saved."}
+          </p>
         ) : (
           <p>
             <button onClick={() => void save()} disabled={!dirty.value}>

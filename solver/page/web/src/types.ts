@@ -6,7 +6,9 @@ export interface Variable {
   name: string;
   value: Value | null;
   guess: number | null;
+  /** The unit shown; factor and shift lead to it from the unit of the rules, in which all values are. */
   unit: string;
+  scale: [number, number];
   low: number | null;
   high: number | null;
   comment: string;

@@ -1,50 +1,55 @@
-// The cell of a notebook: the same view, each state solved by the kernel as a slider moves.
-import { signal } from "@preact/signals";
-import { render } from "preact";
-import css from "./export.css";
-import { type Data, type State, View } from "./view";
+// The page in a cell of a notebook; the kernel answers.
+import css from "./page.css";
+import { mount } from "./app";
+import { host } from "./host";
+import { type Opened, show } from "./state";
+import { talkThrough } from "./talk";
+import type { Reply } from "./types";
+
+type Heard = Reply<unknown> & { id: number };
 
 /** What anywidget hands over. */
 interface Kernel {
-  get(name: "data"): Data & { state: State | null };
-  send(message: { places: number[] }): void;
-  on(event: "msg:custom", heard: (message: { state: State | null }) => void): void;
-  off(event: "msg:custom", heard: (message: { state: State | null }) => void): void;
+  get(name: "opened"): Opened;
+  send(question: object): void;
+  on(event: "msg:custom", heard: (reply: Heard) => void): void;
+  off(event: "msg:custom", heard: (reply: Heard) => void): void;
 }
 
-function show({ model, el }: { model: Kernel; el: HTMLElement }) {
-  const data = model.get("data");
-  const places = signal(data.axes.map(({ at }) => at));
-  const state = signal(data.state);
-  let [asked, waiting] = [false, false];
-  // one question at a time; when it is answered, the latest one that waits
-  const ask = () => {
-    waiting = asked;
-    if (!asked) model.send({ places: places.value });
-    asked = true;
-  };
-  const heard = (message: { state: State | null }) => {
-    asked = false;
-    state.value = message.state;
-    if (waiting) ask();
-  };
-  const move = (axis: number, to: number) => {
-    places.value = places.value.map((one, k) => (k === axis ? to : one));
-    ask();
-  };
-  model.on("msg:custom", heard);
+function render({ model, el }: { model: Kernel; el: HTMLElement }) {
   const root = el.attachShadow({ mode: "open" });
+  host.root = root;
+  host.notebook = true;
   const style = document.createElement("style");
   style.textContent = css;
   const body = document.createElement("div");
-  body.className = "sheet";
+  body.className = "body";
+  body.style.colorScheme = darkAround(el) ? "dark" : "light";
   root.append(style, body);
-  const Cell = () => <View data={data} places={places.value} state={state.value} move={move} />;
-  render(<Cell />, body);
+  // keys belong to the page, not to the notebook's shortcuts
+  el.dataset.lmSuppressShortcuts = "true";
+  el.addEventListener("keydown", (event) => event.stopPropagation());
+  let listener: ((reply: Heard) => void) | undefined;
+  talkThrough(async (heard) => {
+    listener = heard;
+    model.on("msg:custom", heard);
+    return { send: (question) => model.send(question) };
+  });
+  const unmount = mount(body);
+  void show(model.get("opened"));
   return () => {
-    model.off("msg:custom", heard);
-    render(null, body);
+    if (listener) model.off("msg:custom", listener);
+    unmount();
   };
 }
 
-export default { render: show };
+/** Whether the notebook is dark: by the first ground behind the cell that is not transparent. */
+function darkAround(el: HTMLElement): boolean {
+  for (let at: HTMLElement | null = el; at; at = at.parentElement) {
+    const [r, g, b, a = 1] = (getComputedStyle(at).backgroundColor.match(/[\d.]+/g) ?? []).map(Number);
+    if (a > 0) return 0.3 * r + 0.6 * g + 0.1 * b < 110;
+  }
+  return false;
+}
+
+export default { render };
