@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
+from functools import cache
 from pathlib import Path
 
 from rulesheets.syntax.source import Span, escaped
@@ -75,7 +76,7 @@ class RuleSheetError(Exception):
 def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
     """An error with a code of the catalogue, whose title is the message unless one is given."""
     if message is None:
-        message = CATALOGUE[code].title
+        message = catalogue()[code].title
     return Diagnosis(code, Severity.ERROR, message, labels, notes)
 
 
@@ -187,10 +188,11 @@ class Entry:
     fix: str
 
 
-_TABLE = tomllib.loads((Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8"))
-
-CATALOGUE: dict[str, Entry] = {code: Entry(**row) for code, row in _TABLE.items()}
-"""What is known of a code, wherever it is said."""
+@cache
+def catalogue() -> dict[str, Entry]:
+    """What is known of a code, wherever it is said."""
+    text = (Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8")
+    return {code: Entry(**row) for code, row in tomllib.loads(text).items()}
 
 
 # --- names that may be meant -------------------------------------------------

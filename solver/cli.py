@@ -12,7 +12,6 @@ import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Collection, Sequence
 from importlib import import_module
-from importlib.metadata import version
 from typing import NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
@@ -186,6 +185,8 @@ def _unknown_command(word: str) -> int:
 
 
 def _version() -> str:
+    from importlib.metadata import version  # takes longer to import than help does
+
     return f"backsolve {version('backsolve')}"
 
 

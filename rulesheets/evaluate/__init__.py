@@ -1,13 +1,6 @@
-"""Expressions and conditions turned into numbers, slopes and enclosures.
+"""Expressions and conditions turned into numbers, slopes and enclosures."""
 
-``extended`` and ``extended_derivatives``, which need mpmath, are loaded at their first use.
-"""
-
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+from rulesheets.evaluate.digits import extended, extended_derivatives
 from rulesheets.evaluate.gradient import (
     NotDifferentiable,
     derivatives,
@@ -16,9 +9,6 @@ from rulesheets.evaluate.gradient import (
     simplify,
 )
 from rulesheets.evaluate.number import Undefined, enclose, holds, value
-
-if TYPE_CHECKING:
-    from rulesheets.evaluate.digits import extended, extended_derivatives
 
 __all__ = [
     "NotDifferentiable",
@@ -33,9 +23,3 @@ __all__ = [
     "simplify",
     "value",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in ("extended", "extended_derivatives"):
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("rulesheets.evaluate.digits"), name)

@@ -11,9 +11,6 @@ from functools import cache, lru_cache, partial
 from threading import get_ident
 from typing import Any, TypeAlias
 
-import mpmath
-from mpmath.libmp import NoConvergence
-
 from rulesheets.evaluate.gradient import Part, Traced, accumulated
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions.digits import Extended
@@ -32,7 +29,9 @@ def context(digits: int) -> Any:
 
 @cache
 def _context(thread: int, digits: int) -> Any:
-    made = mpmath.MPContext()
+    from mpmath import MPContext  # many solves need no more digits than floats have
+
+    made = MPContext()
     made.dps = digits
     return made
 
@@ -63,7 +62,7 @@ def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
     def value(*arguments: Extended) -> Extended:
         try:
             result = function(*arguments)
-        except NoConvergence as endless:
+        except mp.NoConvergence as endless:
             raise ValueError("no value within the limits of mpmath") from endless
         if isinstance(result, mp.mpc) or not mp.isfinite(result):
             raise ValueError("no real value")

@@ -8,13 +8,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache, cached_property, reduce
-from importlib.metadata import version
-from importlib.util import find_spec
 from operator import mul
 from pathlib import Path
 from typing import Any
-
-from rulesheets import store
 
 ANGLE = "rad"
 """The base unit that is a number of its own dimension: kept apart in conversions, ignored by dimensions."""
@@ -283,38 +279,20 @@ def _defined(line: str) -> Iterator[tuple[str, tuple[str, str, bool]]]:
 def _from_pint(name: str) -> Unit | None:
     """A unit that only pint knows, by its name alone; None where pint is absent or knows none.
 
-    Short names are not asked for: pint reads ``cfm`` as centifermi and ``Nm`` as a number of metres. Since
-    pint takes longer to load than a sheet, what it said is kept.
+    Short names are not asked for: pint reads ``cfm`` as centifermi and ``Nm`` as a number of metres.
     """
-    if len(name) < SHORTEST or find_spec("pint") is None:
-        return None
-    key = store.digest(b"factor and powers", version("pint").encode(), name.encode())
-    kept = store.load("unit", key)
-    text = _asked(name) if kept is None else kept.decode()
-    if kept is None:
-        store.save("unit", key, text.encode())
-    if not text:
-        return None
-    factor, *bases = text.split()
-    powers = (part.split(":") for part in bases)
-    return Unit(Fraction(factor), 0, {base: Fraction(power) for base, power in powers})
-
-
-def _asked(name: str) -> str:
-    """``1/100 m:1``, or nothing, as pint reads a name."""
-    registry = _registry()
+    registry = _registry() if len(name) >= SHORTEST else None
     if registry is None:
-        return ""
+        return None
     try:
         found = registry.Quantity(1, registry.parse_units(name, as_delta=True)).to_base_units()
     except Exception:  # pint raises errors of its own and of Python for a name that it cannot read
-        return ""
+        return None
     powers = found._units.items()
     if not {base for base, _ in powers} <= _BASES.keys() or not isinstance(found.magnitude, int | Fraction):
-        return ""
-    return " ".join(
-        [str(Fraction(found.magnitude)), *(f"{_BASES[base]}:{Fraction(e)}" for base, e in powers)]
-    )
+        return None
+    bases = {_BASES[base]: Fraction(exponent) for base, exponent in powers}
+    return Unit(Fraction(found.magnitude), 0, bases)
 
 
 _BASES = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from rulesheets.diagnosis import CATALOGUE, RuleSheetError, error, suggestion
+from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
 from solver.report.table import columns
 
 
@@ -17,12 +17,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """One code with its cause and its cure, or a line for each."""
     if arguments.code is None:
-        print(columns((code, entry.title) for code, entry in CATALOGUE.items()))
+        print(columns((code, entry.title) for code, entry in catalogue().items()))
         return 0
     code = arguments.code.strip("[]").upper()
-    if code not in CATALOGUE:
-        notes = (*suggestion(code, CATALOGUE), "`backsolve codes` lists them")
+    if code not in catalogue():
+        notes = (*suggestion(code, catalogue()), "`backsolve codes` lists them")
         raise RuleSheetError(error("E426", f"no message has the code {arguments.code}", notes=notes))
-    entry = CATALOGUE[code]
+    entry = catalogue()[code]
     print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
     return 0

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, derivatives, extended, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
@@ -463,8 +463,6 @@ def _reading(operation: str, target: float) -> str:
 
 def _underflows(expression: Expression, at: Mapping[str, Value]) -> bool:
     """Whether what comes out as 0 in floats is a smaller number than they hold."""
-    from rulesheets.evaluate import extended  # rarely needed, and dear to import
-
     if isinstance(expression, Name | Number):
         return False
     try:

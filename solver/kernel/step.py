@@ -12,7 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
+from rulesheets.evaluate import (
+    Undefined,
+    derivatives,
+    extended,
+    extended_derivatives,
+    rounded_derivatives,
+    value,
+)
 from rulesheets.evaluate.digits import context
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
@@ -186,8 +193,6 @@ class StepSolver(Preimages):
 
     def _slopes_below_floats(self, number: float) -> bool:
         """Whether the slope is no 0, but a number smaller than floats hold."""
-        from rulesheets.evaluate import extended_derivatives  # rarely needed, and dear to import
-
         if not number:
             return False
         at, unknown = {**self.values, self.isolation.unknown: number}, self.isolation.unknown

@@ -166,8 +166,6 @@ class _Residual:
 
     def exact_sign(self, x: Any) -> int:
         """The same of a number of many digits."""
-        from rulesheets.evaluate import extended  # rarely needed, and dear to import
-
         values: dict[str, Any] = {**self.known, self.chain.tears[0]: x}
         try:
             for item in self.chain.assignments:

@@ -13,8 +13,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from scipy.linalg import qr
-from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from solver.numerics.tolerances import EPS
 
@@ -68,11 +66,12 @@ def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
         scaled = as_matrix(matrix, len(weights)) * weights
         sizes = np.abs(scaled).sum(axis=1)
         if len(sizes) == len(weights) > 0 and sizes.min() > 0.0 and sizes.max() < np.inf:
-            lu, pivots, _ = dgetrf(scaled / sizes[:, None])
+            lapack = scipy.linalg.lapack  # scipy loads a part of its own when that is first named
+            lu, pivots, _ = lapack.dgetrf(scaled / sizes[:, None])
             if _is_regular(lu.diagonal()):
                 return Factor(
-                    lambda b: dgetrs(lu, pivots, b)[0],
-                    lambda: 1.0 / float(dgecon(lu, 1.0, norm="I")[0]),
+                    lambda b: lapack.dgetrs(lu, pivots, b)[0],
+                    lambda: 1.0 / float(lapack.dgecon(lu, 1.0, norm="I")[0]),
                     len(weights),
                     sizes,
                     weights,
@@ -228,7 +227,7 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
     if not a.size:
         columns_left = tuple(range(a.shape[1]))
         return Independence((), columns_left, columns_left)
-    r, order = qr(a.T, mode="r", pivoting=True)
+    r, order = scipy.linalg.qr(a.T, mode="r", pivoting=True)
     pivots = np.abs(np.diagonal(r))
     rank = int((pivots > RANK * pivots[0]).sum()) if pivots.size and pivots[0] else 0
     rows = tuple(sorted(int(i) for i in order[:rank]))
@@ -236,5 +235,5 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
         return Independence(rows, (), ())
     null = np.linalg.svd(a)[2][rank:]
     free = tuple(int(j) for j in np.flatnonzero(np.abs(null).max(axis=0) > MOVES))
-    held = qr(a[list(rows)], mode="r", pivoting=True)[1][rank:]
+    held = scipy.linalg.qr(a[list(rows)], mode="r", pivoting=True)[1][rank:]
     return Independence(rows, free, tuple(sorted(int(j) for j in held)))

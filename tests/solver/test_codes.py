@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rulesheets.diagnosis import CATALOGUE
+from rulesheets.diagnosis import catalogue
 from solver.cli import main
 
 ROOT = Path(__file__).parent.parent.parent
@@ -17,20 +17,20 @@ def test_the_codes_said_are_those_of_the_catalogue() -> None:
     rooms = [*(ROOT / "rulesheets").rglob("*.py"), *(ROOT / "solver").rglob("*.py")]
     texts = [file.read_text(encoding="utf-8") for file in rooms if "catalogue" not in str(file)]
     said = {code for text in texts for code in re.findall(r'"([ESW]\d{3})"', text)}
-    assert said == CATALOGUE.keys()
+    assert said == catalogue().keys()
 
 
 @pytest.mark.parametrize("word", ["S530", "s530", "[S530]"])
 def test_a_code_is_explained(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["codes", word]) == 0
-    entry = CATALOGUE["S530"]
+    entry = catalogue()["S530"]
     assert capsys.readouterr().out == f"S530: {entry.title}\n\n{entry.cause}\n{entry.fix}\n"
 
 
 def test_all_codes_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["codes"]) == 0
     listed = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in listed] == list(CATALOGUE)
+    assert [line.split()[0] for line in listed] == list(catalogue())
 
 
 def test_a_code_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
