@@ -342,7 +342,7 @@ class Preimages:
         self.delicate = self.delicate or _underflows(stage.divisor, at)
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
-        if dividend == 0.0 or self._holds_anyway():
+        if self._holds_anyway() or (dividend == 0.0 and not self.isolation.verify):
             raise Refused(AsksNothing(self.index, unknown))
         self.delicate = self.delicate or abs(dividend) <= DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"

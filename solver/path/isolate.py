@@ -9,7 +9,7 @@ rule, the operation and the value: ``cosd = 1.08``.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -29,6 +29,7 @@ from rulesheets.syntax.nodes import (
     add,
     call,
     divide,
+    exchange,
     is_number,
     multiply,
     negative,
@@ -180,7 +181,7 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
         inside, other = (left, right) if in_left else (right, left)
         return _chain(inside, other, unknown)
     if in_left + in_right > 1:
-        return _by_formula(left, right, unknown)
+        return _by_formula(left, right, unknown) or _by_common_part(left, right, unknown)
     return None
 
 
@@ -195,14 +196,26 @@ def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Ex
 
 
 def _chain(inside: Expression, other: Expression, unknown: str) -> Isolation | None:
+    stages = _stages(inside, unknown)
+    return None if stages is None else _through(stages, other, unknown)
+
+
+def _stages(node: Expression, unknown: str) -> list[Stage] | None:
+    """What undoes an expression, one operation after another; None where that is not known."""
     stages: list[Stage] = []
-    node = inside
     while not isinstance(node, Name):
+        if sum(unknown in nodes.names(part) for part in nodes.operands(node)) > 1:
+            rest = _repeated(node, unknown)
+            return None if rest is None else [*stages, *rest]
         undone = _undo(node, unknown)
         if undone is None:
             return None
         stage, node = undone
         stages.append(stage)
+    return stages
+
+
+def _through(stages: Sequence[Stage], other: Expression, unknown: str, verify: bool = False) -> Isolation:
     branches = 1
     for stage in stages:
         branches *= len(stage.forms)
@@ -213,7 +226,7 @@ def _chain(inside: Expression, other: Expression, unknown: str) -> Isolation | N
         tuple(stages),
         cost=branches if branches > 1 else int(doubtful),
         branches=branches,
-        verify=any(stage.operation in _EXTRANEOUS for stage in stages),
+        verify=verify or any(stage.operation in _EXTRANEOUS for stage in stages),
     )
 
 
@@ -249,9 +262,7 @@ def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
         case Power(base, exponent) if unknown in nodes.names(base):
             return _undo_power(exponent), base
         case Power(base, exponent):
-            form = divide(call("ln", TARGET), call("ln", base))
-            stage = Stage("power", (form,), low=0.0, low_open=True, divisor=call("ln", base))
-            return stage, exponent
+            return _undo_exponent(base), exponent
         case Call(function, arguments):
             return _undo_call(function, arguments, unknown)
     return None
@@ -264,6 +275,11 @@ def _undo_sum(terms: tuple[Expression, ...], unknown: str) -> tuple[Stage, Expre
     if isinstance(inner, Negative):
         return Stage("sum", (subtract(others, TARGET),)), inner.operand
     return Stage("sum", (subtract(TARGET, others),)), inner
+
+
+def _undo_exponent(base: Expression) -> Stage:
+    form = divide(call("ln", TARGET), call("ln", base))
+    return Stage("power", (form,), low=0.0, low_open=True, divisor=call("ln", base))
 
 
 def _undo_power(exponent: Expression) -> Stage:
@@ -335,6 +351,124 @@ def _by_formula(left: Expression, right: Expression, unknown: str) -> Isolation 
         quadratic = Quadratic(*polynomial)
         return Isolation(unknown, polynomial[0], (), 2, 2, verify=multiplied, quadratic=quadratic)
     return None
+
+
+# --- an unknown that occurs several times, all in one part ---
+
+PART = "#part"
+"""Stands for the part of an equation that holds all occurrences of the unknown."""
+
+
+def _by_common_part(left: Expression, right: Expression, unknown: str) -> Isolation | None:
+    """Solve for the part that holds every occurrence, such as ``exp(-x)`` or ``(1 + i)^x``: undo what
+    encloses them all, then solve a linear equation for that part; last, undo the part itself."""
+    both = unknown in nodes.names(left) and unknown in nodes.names(right)
+    if both and (powers := _powers(left, right, unknown)) is not None:
+        return powers
+    if both:
+        left, right = subtract(left, right), ZERO
+    inside, other = (left, right) if unknown in nodes.names(left) else (right, left)
+    stages = _stages(inside, unknown)
+    if stages is None or any(stage.period for stage in stages):
+        return None
+    return _through(stages, other, unknown, verify=True)
+
+
+def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
+    """What undoes an expression of which several operands hold the unknown."""
+    signed = _signed_square(node, unknown)
+    if signed is not None:
+        return signed
+    formula = _ratio(node, unknown)
+    if formula is not None:
+        return [formula]
+    for part in _enclosing(node, unknown):
+        exchanged = exchange(node, part, Name(PART))
+        if unknown not in nodes.names(exchanged) and (formula := _ratio(exchanged, PART)) is not None:
+            rest = _stages(part, unknown)
+            return None if rest is None else [formula, *rest]
+    return None
+
+
+def _ratio(node: Expression, unknown: str) -> Stage | None:
+    """``node = target`` as a linear equation in the unknown, its denominators multiplied away."""
+    found = rational.equation(node, TARGET, unknown)
+    if found is None or len(found[0]) != 2:
+        return None
+    c, b = found[0]
+    return Stage("ratio", (divide(negative(c), b),), divisor=b)
+
+
+def _enclosing(node: Expression, unknown: str) -> Iterator[Expression]:
+    """The operands that hold the first occurrence of the unknown, the largest first, but not itself."""
+    while not isinstance(node, Name):
+        node = next(part for part in nodes.operands(node) if unknown in nodes.names(part))
+        if not isinstance(node, Name):
+            yield node
+
+
+def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
+    """What undoes ``x*abs(x)``, the square with the sign of x, as in the head loss of a pipe."""
+    factors, divisors = _factors(node)
+    held = [factor for factor in factors if unknown in nodes.names(factor)]
+    if any(unknown in nodes.names(divisor) for divisor in divisors) or len(held) != 2:
+        return None
+    one, other = held
+    if one == Call("abs", (other,)):
+        one, other = other, one
+    if other != Call("abs", (one,)) or (rest := _stages(one, unknown)) is None:
+        return None
+    known = [factor for factor in factors if factor not in held]
+    factor = divide(_product(known), _product(divisors))
+    root = multiply(call("sgn", TARGET), call("sqrt", call("abs", TARGET)))
+    return [Stage("product", (divide(TARGET, factor),), divisor=factor), Stage("root", (root,)), *rest]
+
+
+def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | None:
+    """``p*a^x = q*b^x`` as ``(a/b)^x = q/p``."""
+    (above, below), (under, over) = _factors(left), _factors(right)
+    above, below = [*above, *over], [*below, *under]
+    held = [part for part in (*above, *below) if unknown in nodes.names(part)]
+    exponents = {part.exponent for part in held if isinstance(part, Power)}
+    bases = [part.base for part in held if isinstance(part, Power)]
+    if len(bases) < len(held) or len(exponents) != 1 or not _free(_product(bases), (unknown,)):
+        return None
+    (exponent,) = exponents
+    rest = _stages(exponent, unknown)
+    if rest is None or any(stage.period for stage in rest):
+        return None
+    base = divide(_product(_bases(above, held)), _product(_bases(below, held)))
+    start = divide(
+        _product([p for p in below if p not in held]), _product([p for p in above if p not in held])
+    )
+    return _through([_undo_exponent(base), *rest], start, unknown, verify=True)
+
+
+def _bases(parts: Sequence[Expression], held: Sequence[Expression]) -> list[Expression]:
+    return [part.base for part in parts if part in held and isinstance(part, Power)]
+
+
+def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
+    """The factors and the divisors of a product, signs among them."""
+    match node:
+        case Product(left, right):
+            (above, below), (over, under) = _factors(left), _factors(right)
+            return [*above, *over], [*below, *under]
+        case Quotient(left, right):
+            (above, below), (under, over) = _factors(left), _factors(right)
+            return [*above, *over], [*below, *under]
+        case Negative(operand):
+            above, below = _factors(operand)
+            return [Number(-1.0), *above], below
+        case _:
+            return [node], []
+
+
+def _product(factors: Sequence[Expression]) -> Expression:
+    product: Expression = Number(1.0)
+    for factor in factors:
+        product = multiply(product, factor)
+    return product
 
 
 def _quadratic_forms(quadratic: Quadratic) -> tuple[Expression, ...]:
