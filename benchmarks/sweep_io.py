@@ -93,8 +93,8 @@ def work(csv: bool, count: int, jit: bool):
 
 def by_hand(work, count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
+    from solver.facts import Status
     from solver.files.columns import Columns, csv_rows
-    from solver.result import Status
     from solver.sweeps.grid import grid_chunks
     from solver.sweeps.work import Solved
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 
-from rulesheets.diagnosis import Diagnosis, error, labels, meant, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels, meant, suggestion
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.source import Span
 
@@ -185,3 +186,12 @@ def not_finite_number(number: float, variable: Variable) -> Diagnosis:
 
 def unwritable(path: str, failure: OSError) -> Diagnosis:
     return error("E416", f"{path} cannot be written: {failure.strerror}", notes=("choose another place",))
+
+
+def expect_regular(name: str) -> None:
+    """Raise RuleSheetError (E304) for a pipe or a device: reading it may never end."""
+    if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
+        notes = ("a dash in place of the sheet reads it from standard input",)
+        raise RuleSheetError(
+            error("E304", f"{name} cannot be read: it is a pipe or a device, not a file", notes=notes)
+        )

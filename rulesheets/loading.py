@@ -11,6 +11,7 @@ from rulesheets.build import build
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, suggestion
 from rulesheets.functions.registered import run_python
+from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
 from rulesheets.parse import parse
 from rulesheets.syntax.nodes import Function, RuleSheet, UnitRow, Use
@@ -71,15 +72,6 @@ def near_files(path: str) -> tuple[str, ...]:
         return (f"there is no folder {folder} either",)
     ending = os.path.splitext(name)[1]
     return suggestion(name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending)))
-
-
-def expect_regular(name: str) -> None:
-    """Raise RuleSheetError (E304) for a pipe or a device: reading it may never end."""
-    if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
-        notes = ("a dash in place of the sheet reads it from standard input",)
-        raise RuleSheetError(
-            error("E304", f"{name} cannot be read: it is a pipe or a device, not a file", notes=notes)
-        )
 
 
 def decoded(name: str, data: bytes) -> str:

@@ -18,7 +18,6 @@ from __future__ import annotations
 import csv
 import io
 import os
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -33,7 +32,7 @@ from rulesheets.input_messages import (
     unknown_column,
     unknown_status,
 )
-from rulesheets.inputs import is_symbol, parse_input, variable_named
+from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_input, unguarded, variable_named
 from rulesheets.loading import read_source
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax.source import Source, Span
@@ -183,33 +182,3 @@ def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
     if not row.name:
         raise RuleSheetError(nameless_input(row.input, line))
     return row
-
-
-_FORMULA = re.compile(r"'*[=+\-@\t\r]")
-_NUMBER = r"(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"
-_PLAIN = re.compile(rf"[-+]?{_NUMBER}")
-_TOLERATED = re.compile(rf"[-+]?{_NUMBER}(?:\s*(?:±|\+-)\s*{_NUMBER}\s*%?)?")
-
-
-def guarded(text: str) -> str:
-    """A cell that no spreadsheet computes: an apostrophe before what would begin a formula.
-
-    Numbers stay as they are; :func:`unguarded` reads the text again.
-    """
-    return f"'{text}" if _FORMULA.match(text) and not _PLAIN.fullmatch(text) else text
-
-
-def unguarded(text: str) -> str:
-    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
-
-
-def delimiter(heading: str) -> str:
-    """A comma, or what spreadsheets write instead where commas are decimal: a semicolon or a tab."""
-    return max(",;\t", key=heading.count)
-
-
-def decimal_point(text: str) -> str:
-    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; any other cell as it is."""
-    if "," not in text or "." in text or not _TOLERATED.fullmatch(text.strip()):
-        return text
-    return text.replace(",", ".")

@@ -11,28 +11,28 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rulesheets.loading import load, loads
     from solver.derivation import Derivation, why
+    from solver.facts import Status
     from solver.interaction import interact
     from solver.pictures.drawing import draw
     from solver.plan import Plan, Unsolved, prepare
-    from solver.result import Result, Solution, Status, Table
-    from solver.sampling import Samples, monte_carlo
+    from solver.result import Result, Samples, Solution, Table
     from solver.solving import solve
-    from solver.sweeps.sweep import sweep
+    from solver.sweeps.sweep import monte_carlo, sweep
 
 _HOMES = {
     "Derivation": "solver.derivation",
     "Plan": "solver.plan",
     "Result": "solver.result",
-    "Samples": "solver.sampling",
+    "Samples": "solver.result",
     "Solution": "solver.result",
-    "Status": "solver.result",
+    "Status": "solver.facts",
     "Table": "solver.result",
     "Unsolved": "solver.plan",
     "draw": "solver.pictures.drawing",
     "interact": "solver.interaction",
     "load": "rulesheets.loading",
     "loads": "rulesheets.loading",
-    "monte_carlo": "solver.sampling",
+    "monte_carlo": "solver.sweeps.sweep",
     "prepare": "solver.plan",
     "solve": "solver.solving",
     "sweep": "solver.sweeps.sweep",

@@ -10,6 +10,25 @@ from typing import TypeAlias
 from rulesheets.model import Value
 
 
+class Status(Enum):
+    """The outcome of a solve; ``str(status)`` is the word of the contract."""
+
+    SOLVED = "solved"
+    PARTIAL = "partial"
+    INCONSISTENT = "inconsistent"
+    INFEASIBLE = "infeasible"
+    SINGULAR = "singular"
+    FAILED = "failed"
+
+    def __str__(self) -> str:
+        return self.value
+
+    @property
+    def exit_code(self) -> int:
+        """That of the command: 0 where it is solved."""
+        return 0 if self is Status.SOLVED else 1
+
+
 @dataclass(frozen=True, slots=True)
 class NoValue:
     """Solving ``equation`` for ``unknown`` needs what can't be: ``reading`` says it (``cosd = 1.08``).
@@ -250,3 +269,31 @@ class Attempt:
     found: int
     complete: bool = False
     iterations: int = 0
+
+
+@dataclass(frozen=True)
+class ProvedRoots:
+    """As many ``roots``, two or none, are proved to be next to what floats see as a double root of
+    ``unknowns``; of two, ``apart`` says how far from each other they lie, at least."""
+
+    unknowns: tuple[str, ...]
+    roots: int
+    apart: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
+
+    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
+    ``double``: unknowns at a double root that is exactly there: in rational numbers the rules hold, and their
+    Jacobian is singular. (Such an answer is not ``proved``: no change of an input, however small, leaves it.)
+    ``beside``: where floats see a double root that is not there, what is, for the numbers as they are.
+    """
+
+    proved: bool
+    radius: Mapping[str, float] = field(default_factory=dict)
+    nearest: bool = False
+    obstacle: str = ""
+    double: tuple[str, ...] = ()
+    beside: ProvedRoots | None = None

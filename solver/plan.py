@@ -15,12 +15,12 @@ from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import is_symbol, override, quantities, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.column import column_of
-from solver.facts import OutOfTime
+from solver.facts import OutOfTime, Status
 from solver.files.columns import free_name
 from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
 from solver.ranking.branches import kept, points_of
-from solver.result import CODES, Column, Status, Table
+from solver.result import CODES, Column, Table
 from solver.solution.leaves import Exploration
 from solver.trace.guards import Pattern
 from solver.trace.program import Program

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.model import Value
+from solver.facts import Status
 from solver.files.columns import Columns, free_name
 from solver.files.replacing import expect_no_input
 from solver.files.tables import write_table
@@ -23,32 +23,12 @@ if TYPE_CHECKING:
     from solver.accuracy.forward_error import ForwardErrors
     from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
     from solver.derivatives.total_derivatives import Near
-    from solver.facts import Attempt
+    from solver.facts import Attempt, Proof
     from solver.path.steps import Path, SolveBlock, Step
-    from solver.solution.proof import Proof
 
 
 SHOWN = 6
 """Values of an answer that its ``repr`` tells."""
-
-
-class Status(Enum):
-    """The outcome of a solve; ``str(status)`` is the word of the contract."""
-
-    SOLVED = "solved"
-    PARTIAL = "partial"
-    INCONSISTENT = "inconsistent"
-    INFEASIBLE = "infeasible"
-    SINGULAR = "singular"
-    FAILED = "failed"
-
-    def __str__(self) -> str:
-        return self.value
-
-    @property
-    def exit_code(self) -> int:
-        """That of the command: 0 where it is solved."""
-        return 0 if self is Status.SOLVED else 1
 
 
 class UnknownName(KeyError):
@@ -305,3 +285,40 @@ class Table(Mapping[str, NDArray[Any]]):
         """
         expect_no_input(path, self._files)
         write_table(path, Columns(self._columns, self.status, tuple(map(str, self.STATUSES))))
+
+
+SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
+"""The standard deviation of an input in units of its tolerance.
+
+``uniform``: anywhere within the tolerance alike. ``normal``: the tolerance is three standard deviations.
+"""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """``table`` has one row a sample: the inputs drawn, and the outputs, NaN where it is not solved.
+
+    ``spread`` is the standard deviation of an input in units of its tolerance.
+    """
+
+    table: Table
+    tolerances: Mapping[str, float]
+    outputs: tuple[str, ...]
+    distribution: str
+    seed: int
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of an input, in units of its tolerance."""
+        return SPREADS[self.distribution]
+
+    def solved(self, name: str) -> NDArray[np.float64]:
+        """The values of an output, of the samples that are solved."""
+        column: NDArray[np.float64] = np.asarray(self.table[name], dtype=np.float64)
+        return np.compress(np.isfinite(column), column)
+
+    @property
+    def counts(self) -> dict[Status, int]:
+        """How many samples came out with each status."""
+        codes, numbers = np.unique(self.table.status, return_counts=True)
+        return {self.table.STATUSES[code]: int(n) for code, n in zip(codes, numbers, strict=True)}

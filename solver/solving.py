@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 from rulesheets.deadline import TimeIsUp, grace, time_limit
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
-from solver.facts import OutOfTime, Unmet
+from solver.facts import OutOfTime, Status, Unmet
 from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.ranking.ranking import unlikely
-from solver.result import Result, Solution, Status
+from solver.result import Result, Solution
 from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.refinement import explore_required
 from solver.verdicts.conclusion import conclude

@@ -18,8 +18,9 @@ from benchmarks.speed.closed_forms import Array
 from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.rules_as_equations import System, system_of
 from rulesheets.model import Model
+from solver.facts import Status
 from solver.plan import Plan
-from solver.result import CODES, Status
+from solver.result import CODES
 from solver.solution.refinement import explore_refined
 from solver.trace.llvm import available
 

@@ -15,6 +15,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.accuracy.digits import linearized
 from solver.derivatives.linearization import active_equations, linearize
+from solver.facts import Status
 from solver.kernel.block import BlockKernel
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
@@ -22,7 +23,6 @@ from solver.numerics.termination import scaled_norm
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.plan import Plan, Unsolved, prepare
-from solver.result import Status
 from solver.solution.proof import can_prove
 from solver.solving import solve
 

@@ -15,13 +15,14 @@ from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
+from solver.facts import Status
 from solver.files.replacing import write_file
 from solver.pictures.diagram import variables
 from solver.pictures.drawing import chosen, left_out, views
 from solver.pictures.layout import View
 from solver.plan import Unsolved
 from solver.report.text import MEANINGS
-from solver.result import Result, Status
+from solver.result import Result
 from solver.solving import solve
 
 PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)

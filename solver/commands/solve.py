@@ -22,7 +22,7 @@ from solver.solving import solve
 
 if TYPE_CHECKING:
     from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
-    from solver.sampling import Samples
+    from solver.result import Samples
 
 MOST_WARNINGS = 3
 """Warnings of units after a table."""
@@ -191,6 +191,6 @@ def _bands(result: Result, arguments: Namespace) -> ToleranceBands | None:
 def _drawn(result: Result, arguments: Namespace, bands: ToleranceBands) -> Samples | None:
     if not arguments.monte_carlo or not bands.tolerances or not result.solutions:
         return None
-    from solver.sampling import monte_carlo
+    from solver.sweeps.sweep import monte_carlo
 
     return monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)

@@ -19,13 +19,14 @@ from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import displays, shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
-from solver.curves.following import follow_sweep
-from solver.curves.tracing import Branch, CurveTable
-from solver.files.columns import Columns, csv_head, csv_rows
+from solver.files.columns import Columns, csv_head, csv_rows, joined
+from solver.files.replacing import write_file
 from solver.files.tables import is_csv, write_table
 from solver.interruption import WATCH
+from solver.path.planner import planner
 from solver.pictures.drawing import require_matplotlib
 from solver.plan import prepare
+from solver.sweeps.curves import follow_sweep
 from solver.sweeps.grid import Chunk
 from solver.sweeps.stream import (
     FileSink,
@@ -40,6 +41,7 @@ from solver.sweeps.stream import (
 )
 from solver.sweeps.stream import run as streamed
 from solver.sweeps.sweep import followed, work_of
+from solver.sweeps.tracing import Branch, CurveTable
 from solver.sweeps.work import Solved, Work
 from solver.sweeps.workers import solved_pieces
 
@@ -119,6 +121,75 @@ def clock(seconds: float) -> str:
     minutes, rest = divmod(int(seconds + 0.5), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+ROWS_DRAWN = 1_000_000
+"""Rows that a picture may have: all of them are held."""
+PICTURES = (".png", ".svg", ".pdf")
+
+
+class PlotSink:
+    """Holds the rows and draws them when the last has come.
+
+    ``shape`` is that of the grid, None for rows of a file. Raises RuleSheetError: E433 for an
+    ending that is no picture, E445 for a sweep that cannot be drawn, E416.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        model: Model,
+        inputs: tuple[str, ...],
+        shape: tuple[int, ...] | None,
+        answer: str | None,
+    ) -> None:
+        self._path, self._model, self._inputs = path, model, inputs
+        self._shape, self._answer = shape, answer
+        self._form = os.path.splitext(path)[1].lower()
+        self._pieces: list[Columns] = []
+        self._rows = 0
+        if self._form not in PICTURES:
+            raise RuleSheetError(error("E433", f"{path}: a picture ends in .png, .svg or .pdf"))
+
+    def add(self, piece: Solved) -> None:
+        assert piece.table is not None
+        self._rows += sum(piece.counts)
+        if self._rows <= ROWS_DRAWN:
+            self._pieces.append(piece.table)
+        else:
+            self._pieces = []
+
+    def close(self) -> None:
+        from solver.pictures import plot
+
+        if self._rows > ROWS_DRAWN:
+            raise RuleSheetError(too_many())
+        if not self._pieces:
+            return
+        table = self._drawn(joined(self._pieces))
+        lattice = plot.Lattice(self._inputs, self._shape or (self._rows,), self._answer)
+        drawn = plot.arranged(table, lattice)
+        picture = plot.plotted(
+            drawn, self._model, {name: self._turn(name) for name in table.values}, self._form[1:]
+        )
+        write_file(self._path, picture)
+
+    def _turn(self, name: str) -> float | None:
+        turn = planner(self._model).graph.turn(name)
+        return turn and shown(turn, self._model.variables[name], difference=True)
+
+    def _drawn(self, table: Columns) -> Columns:
+        """The columns of variables, and the numbers of answers where every one is drawn."""
+        drawn = (*self._model.variables, self._answer)
+        kept = replace(table, values={n: column for n, column in table.values.items() if n in drawn})
+        return shown_columns(kept, self._model)
+
+    def discard(self) -> None:
+        self._pieces = []
+
+
+def too_many() -> Diagnosis:
+    return error("E445", f"a picture shows at most {ROWS_DRAWN:,} rows", notes=("take a larger step",))
 
 
 INTERRUPTED = 130
@@ -236,9 +307,7 @@ def _not_resumable() -> Diagnosis:
 
 def _plot(path: str, work: Work, swept: Swept) -> Sink:
     require_matplotlib()
-    from solver.pictures.plot import LIMIT, PlotSink, too_many
-
-    if swept.total is not None and swept.total > LIMIT:
+    if swept.total is not None and swept.total > ROWS_DRAWN:
         raise RuleSheetError(too_many())
     answer = work.names[len(work.inputs)] if work.every else None
     return PlotSink(path, work.model, work.inputs, swept.shape, answer)

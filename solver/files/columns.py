@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.input_messages import unwritable
-from rulesheets.loading import expect_regular
+from rulesheets.input_messages import expect_regular, unwritable
 from solver.files.replacing import Replacement, missing_extra, unreadable_rows
 
 Array: TypeAlias = NDArray[Any]

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.inputs import parse_value
-from rulesheets.loading import expect_regular
-from rulesheets.variables import decimal_point, delimiter
+from rulesheets.input_messages import expect_regular
+from rulesheets.inputs import decimal_point, delimiter, parse_value
 from solver.files.columns import (
     Array,
     Columns,

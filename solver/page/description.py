@@ -12,11 +12,12 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.units.quantity import displaying
 from solver.derivation import Derivation, Direct, Guard, Together
+from solver.facts import Status
 from solver.page.figures import geometry, outline
 from solver.path.steps import equations_of
 from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.report.why import Page, iterated
-from solver.result import Result, Status
+from solver.result import Result
 
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 """The name of a call in front of a local, which the rule itself does not write."""

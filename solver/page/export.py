@@ -19,10 +19,10 @@ from typing import Any
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model, Value
 from rulesheets.units.quantity import displaying
+from solver.facts import Status
 from solver.page.figures import geometry, handles, needed, outline, rectangle
 from solver.page.rail import turn
 from solver.plan import prepare
-from solver.result import Status
 from solver.solving import solve
 
 STATIC = Path(__file__).parent / "static"

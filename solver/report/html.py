@@ -17,13 +17,13 @@ from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
 from solver.derivation import Derivation, Direct, Together
 from solver.derivatives.sensitivities import Band, Sensitivities, ToleranceBands
+from solver.facts import Status
 from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report.path import Plain, Tex, equation, told
 from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
 from solver.report.table import table
 from solver.report.why import ESCAPED, Page, iterated
-from solver.result import Result, Status
-from solver.sampling import Samples
+from solver.result import Result, Samples
 
 NONE = "none"
 """What stands for a derivative that does not exist, or cannot be told."""

@@ -12,14 +12,14 @@ from math import ceil, inf, isfinite, log10
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.format import format_condition
+from rulesheets.inputs import guarded
 from rulesheets.model import Model, Tolerance, Value, Variable
 from rulesheets.syntax.source import Span
 from rulesheets.units.quantity import shown
-from rulesheets.variables import guarded
+from solver.facts import Proof
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.report.path import rule_text, told
 from solver.result import Result, Solution
-from solver.solution.proof import Proof
 
 
 def exact(value: Value | None) -> str:

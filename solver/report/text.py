@@ -11,7 +11,7 @@ from rulesheets.diagnosis import plural, render
 from rulesheets.format import readable
 from rulesheets.model import Equation, Requirement
 from rulesheets.syntax.source import Span, escaped
-from solver.facts import Attempt
+from solver.facts import Attempt, Proof, ProvedRoots, Status
 from solver.path.steps import Evaluate, Path, Select, SolveBlock
 from solver.report.path import Places, path_text, rule_text
 from solver.report.sheet import (
@@ -28,8 +28,7 @@ from solver.report.sheet import (
     tolerated,
 )
 from solver.report.table import SCREEN, fits, table
-from solver.result import Result, Status
-from solver.solution.proof import Beside, Proof
+from solver.result import Result
 
 WAITING, BLAMED = "*", ">"
 
@@ -177,7 +176,7 @@ def _singular(proofs: list[Proof]) -> Iterator[str]:
         yield "not proved: a hair decides whether there are two answers, one or none"
 
 
-def _beside(found: Beside) -> str:
+def _beside(found: ProvedRoots) -> str:
     """What is next to a double root that is not there."""
     if not found.roots:
         return f"there is no answer here for {', '.join(found.unknowns)}, by a hair"

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import RuleSheetError, error
@@ -27,7 +26,7 @@ from rulesheets.syntax.nodes import (
     Symbol,
     subtract,
 )
-from solver.facts import DoubleRoot
+from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.path.cases import activity
 from solver.path.steps import Evaluate, Select, SolveBlock
 from solver.solution.leaves import Leaf
@@ -38,34 +37,6 @@ if TYPE_CHECKING:
 
 BITS = 400
 EXTRA = "python-flint"
-
-
-@dataclass(frozen=True)
-class Beside:
-    """As many ``roots``, two or none, are proved to be next to what floats see as a double root of
-    ``unknowns``; of two, ``apart`` says how far from each other they lie, at least."""
-
-    unknowns: tuple[str, ...]
-    roots: int
-    apart: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Proof:
-    """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
-
-    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
-    ``double``: unknowns at a double root that is exactly there: in rational numbers the rules hold, and their
-    Jacobian is singular. (Such an answer is not ``proved``: no change of an input, however small, leaves it.)
-    ``beside``: where floats see a double root that is not there, what is, for the numbers as they are.
-    """
-
-    proved: bool
-    radius: Mapping[str, float] = field(default_factory=dict)
-    nearest: bool = False
-    obstacle: str = ""
-    double: tuple[str, ...] = ()
-    beside: Beside | None = None
 
 
 def can_prove() -> bool:
@@ -114,7 +85,7 @@ class _Double(Exception):
 class _Parted(Exception):
     """A double root is not there, but two roots next to it, or none."""
 
-    def __init__(self, beside: Beside) -> None:
+    def __init__(self, beside: ProvedRoots) -> None:
         self.beside = beside
 
 
@@ -188,7 +159,7 @@ class _Proving:
 
         found = unfolded(square, self.balls, middle)
         if found is not None:
-            raise _Parted(Beside(tuple(square.unknowns), len(found), _apart(found)))
+            raise _Parted(ProvedRoots(tuple(square.unknowns), len(found), _apart(found)))
 
     def _uncontradicted(self, equation: Equation) -> None:
         """Left and right of a rule that checks must overlap."""

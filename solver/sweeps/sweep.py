@@ -1,4 +1,4 @@
-"""Sweeps: one solve a row, a status for each row, and no row that spoils its neighbours."""
+"""Many solves of one plan: sweeps, a status for each row; and samples drawn within tolerances."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from time import time
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.deadline import time_limit
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.inputs import variable_named
-from rulesheets.model import Model, Value, expect_model
+from rulesheets.inputs import variable_named, variables_named
+from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units.quantity import scaling
+from solver.derivatives.sensitivities import tolerances_of
 from solver.files.columns import joined
 from solver.files.replacing import missing_extra
 from solver.interruption import Interrupted
 from solver.path.planner import planner
 from solver.plan import Plan, prepare
-from solver.result import Column, Table
+from solver.result import SPREADS, Column, Result, Samples, Table
 from solver.sweeps.branches import Branches, Follower
 from solver.sweeps.grid import Chunk, Grid, Zipped, grid_chunks, grid_lessons, listed, one_length
 from solver.sweeps.work import Solved, Work
@@ -65,7 +67,7 @@ def sweep(
     if jobs is not None and jobs < 1:
         raise ValueError(f"{jobs} is no number of processes")
     if follow:
-        from solver.curves.following import follow_sweep
+        from solver.sweeps.curves import follow_sweep
 
         if len(inputs) != 1:
             raise ValueError("a curve is followed over one swept variable")
@@ -162,3 +164,53 @@ def _numbering(work: Work, line: int) -> Callable[[Solved], Solved]:
         return replace(piece, table=follow(piece.table))
 
     return numbered
+
+
+def monte_carlo(
+    result: Result,
+    samples: int = 1000,
+    seed: int = 0,
+    distribution: str = "uniform",
+    tolerances: Mapping[str, float | Tolerance] | None = None,
+    outputs: Iterable[str] | None = None,
+) -> Samples:
+    """Solve for ``samples`` draws of the inputs that have a tolerance, near the primary answer of ``result``.
+
+    Inputs are drawn independently of one another; the same ``seed`` gives the same draws. Of several
+    answers of a sample the nearest to the primary one counts. ``tolerances`` override those of the sheet,
+    in the units of the inputs.
+
+    Raises ValueError for an unknown distribution, for less than two samples, and where nothing is solved to
+    start from; RuleSheetError for unknown names.
+    """
+    if distribution not in SPREADS:
+        raise ValueError(f"the distributions are {', '.join(SPREADS)}, not {distribution}")
+    if samples < 2:
+        raise ValueError("at least two samples are needed")
+    if not result.solutions:
+        raise ValueError("there is no answer to sample around")
+    model, answer = result.model, result.solutions[0]
+    sizes = tolerances_of(model, result.inputs, tolerances)
+    named = None if outputs is None else variables_named(outputs, model)
+    wanted = tuple(
+        n for n in (named or result.wanted) if n not in result.inputs and isinstance(answer.get(n), float)
+    )
+    draw = np.random.default_rng(seed)
+    columns = {
+        n: float(result.inputs[n]) + size * _drawn(draw, distribution, samples) for n, size in sizes.items()
+    }
+    given = {name: result.inputs.get(name) for name in model.variables}
+    guesses = {name: answer[name] for name in model.variables if _unknown_number(name, result)}
+    plan = prepare(model, list(sizes), wanted, given, guesses)  # type: ignore[arg-type]
+    return Samples(plan.sweep(*columns.values()), sizes, wanted, distribution, seed)
+
+
+def _unknown_number(name: str, result: Result) -> bool:
+    return name not in result.inputs and isinstance(result.solutions[0].get(name), float)
+
+
+def _drawn(draw: np.random.Generator, distribution: str, count: int) -> NDArray[np.float64]:
+    """Deviations in units of a tolerance."""
+    if distribution == "normal":
+        return draw.normal(0.0, SPREADS["normal"], count)
+    return draw.uniform(-1.0, 1.0, count)

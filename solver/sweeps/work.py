@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from rulesheets.deadline import time_limit
 from rulesheets.functions.registered import run_python
 from rulesheets.model import Model, Value, Variable
+from solver.facts import Status
 from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted
 from solver.plan import Plan, one_answer
-from solver.result import CODES, Status, Table
+from solver.result import CODES, Table
 from solver.trace.rows import Answers, together, written
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Value
+from solver.facts import Status
 from solver.interruption import Interrupted
-from solver.result import Status
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable

@@ -36,9 +36,8 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
-from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss
+from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
 from solver.path.cases import activity
-from solver.result import Status
 from solver.solution.explore import explore
 from solver.solution.leaves import Exploration, Leaf, indeterminacy
 from solver.solution.limits import answers_between

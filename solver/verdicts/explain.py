@@ -27,11 +27,11 @@ from solver.facts import (
     OutOfTime,
     RankLoss,
     RestsOnRounding,
+    Status,
     Truncated,
     Unfixed,
     Unmet,
 )
-from solver.result import Status
 from solver.solution.leaves import Leaf
 from solver.verdicts.remedy import Patience, bounds, clash, cures, derivation, givings, rounded
 from solver.verdicts.verdict import Verdict

@@ -20,13 +20,13 @@ from solver.facts import (
     OutOfRange,
     RankLoss,
     RestsOnRounding,
+    Status,
     Truncated,
     Unfixed,
     Unmet,
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
-from solver.result import Status
 from solver.solution.leaves import Exploration, Leaf, leaf_errors, within_one_turn
 
 ROUNDED = 2.0**-51

@@ -13,7 +13,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.variables import read_variable_sheet
 from solver.cli import main
-from solver.curves.tracing import CurveTable
+from solver.sweeps.tracing import CurveTable
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from solver.curves.following import parted
+from solver.sweeps.curves import parted
 
 
 def is_parted(function: Callable[[float], float], start: float, end: float) -> bool:

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError, render
-from rulesheets.variables import guarded, read_variable_sheet, unguarded
+from rulesheets.inputs import guarded, unguarded
+from rulesheets.variables import read_variable_sheet
 from solver.cli import WRONG, main
 from solver.derivation import why
 from solver.report.sheet import result_csv

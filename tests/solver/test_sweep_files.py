@@ -27,12 +27,12 @@ from rulesheets.inputs import symbolic
 from solver.cli import INTERRUPTED, main
 from solver.commands import sweep as progress
 from solver.commands.sweep import clock, progress_line
+from solver.facts import Status
 from solver.files.columns import Columns, ParquetTable, csv_head, csv_rows, stacked
 from solver.files.replacing import Replacement
 from solver.files.tables import heading, pieces, write_table
 from solver.interruption import Interrupted
 from solver.plan import Plan
-from solver.result import Status
 from solver.sweeps import sweep as sweeping
 from solver.sweeps import workers
 from solver.sweeps.grid import Grid, Zipped, grid_chunks, grid_lessons, listed

@@ -21,7 +21,8 @@ from rulesheets.deadline import TimeIsUp, expect_time, expired, grace, time_limi
 from rulesheets.model import Model
 from solver.cli import WRONG, main
 from solver.commands import solve as solve_command
-from solver.result import Result, Status
+from solver.facts import Status
+from solver.result import Result
 
 ROOT = Path(__file__).parent.parent.parent
 

@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 
 from rulesheets.model import Model
+from solver.facts import Status
 from solver.path.steps import Check, Evaluate, Path, SolveBlock
 from solver.report.path import path_text
 from solver.report.text import result_text, rule_statuses, work_line
-from solver.result import Result, Solution, Status
+from solver.result import Result, Solution
 
 
 def test_the_sheet_of_a_solved_result(solved: Result) -> None:

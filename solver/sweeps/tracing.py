@@ -16,6 +16,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Name, subtract
 from solver.derivatives.linearization import active_equations
+from solver.facts import Status
 from solver.kernel.emitter import compile_expressions
 from solver.numerics.continuation import (
     CurvePoint,
@@ -30,7 +31,7 @@ from solver.numerics.continuation import (
 )
 from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph
-from solver.result import Status, Table
+from solver.result import Table
 from solver.solution.explore import explore
 from solver.verdicts.verdict import judge
 

@@ -15,7 +15,16 @@ from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.nodes import subtract
-from solver.curves.tracing import (
+from solver.facts import Status
+from solver.files.columns import free_name
+from solver.numerics.continuation import CurvePoint, End, Vector
+from solver.path.isolate import is_linear
+from solver.path.planner import planner
+from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
+from solver.plan import Plan, prepare
+from solver.result import CODES
+from solver.solution.leaves import Leaf
+from solver.sweeps.tracing import (
     Branch,
     CoreSystem,
     Curve,
@@ -26,14 +35,6 @@ from solver.curves.tracing import (
     curve_rows,
     traced,
 )
-from solver.files.columns import free_name
-from solver.numerics.continuation import CurvePoint, End, Vector
-from solver.path.isolate import is_linear
-from solver.path.planner import planner
-from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
-from solver.plan import Plan, prepare
-from solver.result import CODES, Status
-from solver.solution.leaves import Leaf
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,0 @@
-"""Sweeps that follow the curve of answers through its turning points, one branch after another."""
