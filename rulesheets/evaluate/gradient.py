@@ -38,12 +38,12 @@ from rulesheets.syntax.nodes import (
 T = TypeVar("T")
 
 _EPSILON = 2.0**-52
-_CHOOSING = frozenset({"min", "max"})
-_SMALLEST = 2.0**-1022
+CHOOSING = frozenset({"min", "max"})
+SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
 _LEAST = 2.0**-1074
-_BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
-_BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
+BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
+BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
 """Slopes of the power ``0^1``."""
 
 
@@ -107,14 +107,14 @@ class Traced(Arithmetic[Part[T]]):
         result = self.numbers.raised(node, base.value, exponent.value)
         slopes: list[tuple[Any, Part[T]]] = []
         if not base.exact:
-            slopes.append((self.slope(_BY_BASE, (base, exponent), node) if exponent.value else 0.0, base))
+            slopes.append((self.slope(BY_BASE, (base, exponent), node) if exponent.value else 0.0, base))
         if not exponent.exact:
-            slopes.append((self.slope(_BY_EXPONENT, (base, exponent), node), exponent))
+            slopes.append((self.slope(BY_EXPONENT, (base, exponent), node), exponent))
         return Part(result, "", tuple(slopes))
 
     def applied(self, node: Call, arguments: list[Part[T]]) -> Part[T]:
         result = self.numbers.applied(node, [part.value for part in arguments])
-        slopes = _partials(TABLE[node.function], len(arguments))
+        slopes = partials(TABLE[node.function], len(arguments))
         below = tuple(
             (self._partial(slope, arguments, node), part)
             for slope, part in zip(slopes, arguments, strict=True)
@@ -133,7 +133,7 @@ def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...
 
 
 @cache
-def _partials(row: Function, count: int) -> tuple[Expression | None, ...]:
+def partials(row: Function, count: int) -> tuple[Expression | None, ...]:
     """The slopes of a function of the places of its arguments."""
     return row.partials(tuple(Name(str(place)) for place in range(count)))
 
@@ -148,7 +148,7 @@ def accumulated(part: Part[Any], zero: Any) -> tuple[dict[str, Any], float]:
         if part.name:
             gradient[part.name] = gradient.get(part.name, zero) + slope
         elif part.rounded:
-            noise += abs(slope) * part.rounded or (_SMALLEST if slope else 0.0)
+            noise += abs(slope) * part.rounded or (SMALLEST if slope else 0.0)
         for inner, below in part.slopes[::-1]:
             pending.append((slope * inner, below))
     return gradient, noise
@@ -208,7 +208,7 @@ class TracedFloats(Traced[float]):
         result = first.value * second.value
         rounded = _rounded(result, first.value != 0.0 != second.value)
         if first.value == 0.0 == second.value and _lost(first) and _lost(second):
-            rounded = _SMALLEST
+            rounded = SMALLEST
         return Part(result, "", _varying((second.value, first), (first.value, second)), rounded)
 
     def divided(self, node: Quotient, above: Part[float], below: Part[float]) -> Part[float]:
@@ -220,18 +220,18 @@ class TracedFloats(Traced[float]):
         part = Traced.raised(self, node, base, exponent)
         part.rounded = _rounded(_finite(part.value, node), base.value != 0.0)
         if part.value == 0.0 == base.value and _lost(base):
-            part.rounded = _SMALLEST
+            part.rounded = SMALLEST
         return part
 
     def applied(self, node: Call, arguments: list[Part[float]]) -> Part[float]:
         part = Traced.applied(self, node, arguments)
         row = TABLE[node.function]
         size = abs(_finite(part.value, node))
-        if size < _SMALLEST and (
+        if size < SMALLEST and (
             size or _below_floats(node.function, arguments) or any(map(_lost, arguments))
         ):
-            size = _SMALLEST
-        if node.function in _CHOOSING and _tied(arguments):
+            size = SMALLEST
+        if node.function in CHOOSING and _tied(arguments):
             size = math.inf
         part.rounded = size * row.ulps
         return part
@@ -246,14 +246,14 @@ def _finite(result: float, node: Expression) -> float:
 def _rounded(result: float, some: bool) -> float:
     """The size of a result that has been rounded; ``some``: it would not be 0 in exact numbers."""
     size = abs(result)
-    return size if size >= _SMALLEST else _SMALLEST if size else math.inf if some else 0.0
+    return size if size >= SMALLEST else SMALLEST if size else math.inf if some else 0.0
 
 
 def _lost(part: Part[float]) -> bool:
     """Whether a 0 is a number below floats, or made of such, which no slope of what is made of it tells."""
     if part.value != 0.0:
         return False
-    below = 0.0 < part.rounded <= _SMALLEST * 64.0 or part.rounded == math.inf
+    below = 0.0 < part.rounded <= SMALLEST * 64.0 or part.rounded == math.inf
     return below or (not part.rounded and any(_lost(inner) for _, inner in part.slopes))
 
 
@@ -262,7 +262,7 @@ def _below_floats(function: str, parts: Sequence[Part[float]]) -> bool:
     first, row = parts[0].value if parts else 0.0, TABLE[function]
     if row.direction:
         return first != 0.0
-    return row.nonzero or (function in ("sind", "tand") and 0.0 < abs(first) < _SMALLEST)
+    return row.nonzero or (function in ("sind", "tand") and 0.0 < abs(first) < SMALLEST)
 
 
 def _tied(parts: Sequence[Part[float]]) -> bool:

@@ -12,18 +12,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
+
+import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.rule_check import check_rule, sides
+from solver.accuracy.alike import Evaluated, evaluated
+from solver.accuracy.rule_check import blur, check_rule, sides
 from solver.facts import DoubleRoot
+from solver.numerics.linear_algebra import any_rank, as_matrix, factorise, null_direction, sparse_matrix
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
-
-if TYPE_CHECKING:
-    from typing import Any
-
 
 # --- roots of higher multiplicity: they may be off as far as the rules hold along their null direction ---
 #
@@ -76,7 +76,6 @@ class _Flat:
 
     def _correct(self, there: dict[str, Value]) -> None:
         """One Gauss–Newton step, by no part along the direction."""
-        from solver.numerics.linear_algebra import any_rank
 
         names = list(self.direction)
         sizes = [abs(number) or 1.0 for number in (float(self.values[name]) for name in names)]
@@ -99,6 +98,8 @@ FREE = 1e-9
 """Share of the largest unknown from which on one moves along a null direction."""
 DENSE = 400
 """Unknowns from which on a block is factored as a sparse matrix."""
+MANY = 30
+"""Unknowns beyond which the rules of a block are evaluated at once."""
 
 Errors = list[float]
 """One error a choice of signs."""
@@ -247,7 +248,6 @@ class _Propagation:
         return _Row(slopes, [_finite(number) for number in off])
 
     def _last_places(self, equation: Equation) -> float:
-        from solver.accuracy.rule_check import blur
 
         return blur(subtract(equation.left, equation.right), self.values, {})
 
@@ -256,6 +256,9 @@ class _Propagation:
             self._spread(double, unknowns)
             return
         present = [name for name in unknowns if name in self.values]
+        if len(unknowns) > MANY and len(present) == len(unknowns) and self.rounds and not self.doubles:
+            self._large_block(equations, unknowns)
+            return
         rows = (
             [self._row(equation, unknowns) for equation in equations] if len(present) == len(unknowns) else []
         )
@@ -265,6 +268,38 @@ class _Propagation:
             return
         for place, name in enumerate(unknowns):
             self.errors[name] = [math.inf] * SAMPLES if solved is None else [s[place] for s in solved]
+
+    def _large_block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
+        """The same on arrays."""
+        found = evaluated(self.model, equations, self.values)
+        solved = self._solved_at_once(found, [e.index for e in equations], unknowns)
+        errors = [[math.inf] * SAMPLES] * len(unknowns) if solved is None else solved.tolist()
+        self.errors.update(zip(unknowns, errors, strict=True))
+
+    def _solved_at_once(self, found: Evaluated, indices: Sequence[int], unknowns: Sequence[str]) -> Any:
+        """The errors (n, samples) of the unknowns; None where they are not determined."""
+        n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
+        off = (found.noise + np.abs(found.miss))[:, None] * np.array([list(_signs(i)) for i in indices])
+        columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
+        inside = columns >= 0
+        for share, row, column in zip(
+            found.slopes[~inside].tolist(), found.rows[~inside], found.columns[~inside], strict=True
+        ):
+            known = self.errors.get(found.names[column])
+            if known is not None and any(known):
+                off[row] += share * np.array(known)
+        if not (np.isfinite(off).all() and np.isfinite(found.slopes).all()):
+            return None
+        matrix = sparse_matrix(found.slopes[inside], found.rows[inside], columns[inside], (n, n))
+        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
+        factor = factorise(matrix if n > DENSE else matrix.toarray(), weights)
+        key = tuple(unknowns)
+        regular = factor.rank == n
+        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
+        if not regular:
+            return None
+        errors = np.array([factor.solve(-column) for column in off.T]).T
+        return np.where(np.isnan(errors), np.inf, errors)
 
     # --- at a double root ---
 
@@ -306,13 +341,11 @@ class _Propagation:
             return 0.0
         if len(unknowns) == 1:
             return found[0].get(unknowns[0], 0.0)
-        import numpy as np
 
         with np.errstate(all="ignore"):  # an infinite one is large enough
             return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
 
     def _free(self, rows: Sequence[_Row | None], unknowns: Sequence[str]) -> None:
-        from solver.numerics.linear_algebra import null_direction
 
         matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows if row is not None]
         numbers = [float(self.values[name]) for name in unknowns]
@@ -322,7 +355,6 @@ class _Propagation:
 
     def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
         """The errors of the unknowns for every choice of signs; None where they are not determined."""
-        from solver.numerics.linear_algebra import factorise
 
         if not all(math.isfinite(row.slopes.get(name, 0.0)) for row in rows for name in row.slopes):
             return None
@@ -349,7 +381,6 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
 
 def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
     """Rows for a small block, an array for a larger one, a sparse matrix for a large one."""
-    from solver.numerics.linear_algebra import as_matrix, sparse_matrix
 
     if len(unknowns) <= DENSE:
         matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]

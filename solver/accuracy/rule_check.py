@@ -71,9 +71,19 @@ class _Last:
 def _last(equation: Equation, values: Mapping[str, Value]) -> _Last:
     at = tuple([values[name] for name in equation.names])
     kept: _Last | None = equation.__dict__.get("_last")
-    if kept is None or kept.at != at or 0.0 in at:  # a zero may have another sign
+    if kept is None or kept.at != at or (0.0 in at and str(kept.at) != str(at)):  # zeros have signs
         kept = equation.__dict__["_last"] = _Last(at)
     return kept
+
+
+def is_checked(equation: Equation, values: Mapping[str, Value]) -> bool:
+    """Whether the check of an equation is known at these values."""
+    return _last(equation, values).check is not None
+
+
+def note(equation: Equation, values: Mapping[str, Value], check: RuleCheck) -> None:
+    """Keep what was found out about an equation elsewhere (``alike.py``)."""
+    _last(equation, values).check = check
 
 
 def sides(equation: Equation, values: Mapping[str, Value]) -> tuple[Sides, Sides]:

@@ -23,6 +23,7 @@ from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
+from solver.accuracy.alike import Alike, alike
 from solver.kernel.chain import (
     RESIDUAL,
     Assignment,
@@ -134,10 +135,15 @@ class BlockKernel:
         return compile_expressions(flat, (*self.unknowns, *self.known))
 
     @cached_property
+    def alike(self) -> Alike:
+        """Its rules by their shapes."""
+        return alike(self.graph.model, self.equations)
+
+    @cached_property
     def sparse(self) -> SparseSystem | None:
         """The block as a sparse system; None where a derivative has no formula."""
         try:
-            return SparseSystem(self.forms, self.unknowns, self.known)
+            return SparseSystem(self.alike, self.unknowns, self.known)
         except NotDifferentiable:
             return None
 

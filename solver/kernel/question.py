@@ -20,6 +20,7 @@ from rulesheets.deadline import expect_time, limited
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Number
 from rulesheets.syntax.program import walk
+from solver.accuracy.alike import note_checks
 from solver.accuracy.rule_check import check_rule
 from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Factor, factorise, sparse_matrix
@@ -94,6 +95,8 @@ class Budget:
         return True
 
 
+MANY = 30
+"""Unknowns of a block beyond which its rules are checked at once."""
 SPARSE = 100
 """Unknowns of a block beyond which its Jacobian is taken as a sparse matrix."""
 REMOTE = 1e50
@@ -174,6 +177,8 @@ class Question:
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
+        if len(self.unknowns) > MANY:
+            note_checks(self.graph.model, self.kernel.equations, everything)
         return all(check_rule(equation, everything).holds for equation in self.kernel.equations)
 
     def outside(self, point: Mapping[str, float]) -> str | None:

@@ -27,6 +27,7 @@ from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.evaluate.digits import context
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
+from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import BACKWARD, gross, size
 from solver.kernel.question import SPARSE, Question, Sparse
@@ -68,24 +69,28 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
 def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
     """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
     as the terms of that are. Linear rules are not steep, however much cancels in their brackets."""
-    straight = zip(question.kernel.straight, _sizes_of_rules(question, point), strict=True)
-    sizes = [(moves, max(moves, terms) if linear else terms) for linear, (moves, terms) in straight]
+    found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
+    moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
+    terms = np.where(question.kernel.straight, np.maximum(moves, gross), gross)
     x = np.array(list(point.values()))
     entries = sparse[1](x)
+    with np.errstate(all="ignore"):
+        steepness = float(np.where(moves > 0.0, moves / terms, 0.0).max())
+    steepness = math.inf if math.isnan(steepness) else steepness
     try:
         factor = SparseFactor(entries, len(x))
     except ArithmeticError:
-        return Uncertainty([math.inf] * len(x), _steepness(sizes), math.inf)
+        return Uncertainty([math.inf] * len(x), steepness, math.inf)
     slopes, rows, columns = entries
-    terms, reach = np.array([term for _, term in sizes]), np.full(len(x), np.inf)
+    reach = np.full(len(x), np.inf)
     with np.errstate(all="ignore"):
         np.minimum.at(reach, columns, np.where(slopes, terms[rows] / np.abs(slopes), np.inf))
     weight = np.maximum(np.abs(x), np.where(np.isfinite(reach), reach, 0.0))
     weight = np.where(weight > 0.0, weight, 1.0)
-    relative = factor.spread(np.array(_tolerances(sizes)), weight)
+    relative = factor.spread(np.maximum(BACKWARD * moves, EPSILON * terms), weight)
     if not math.isfinite(relative):
         relative = math.inf
-    return Uncertainty((relative * weight).tolist(), _steepness(sizes), relative)
+    return Uncertainty((relative * weight).tolist(), steepness, relative)
 
 
 def _steepness(sizes: Sequence[tuple[float, float]]) -> float:

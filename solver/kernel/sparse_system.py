@@ -1,59 +1,42 @@
 """A large block as a sparse system: residual and exact Jacobian, with rules of one shape compiled once.
 
-Two rules have one shape where they differ in names and numbers only, as the rules of a network do: they are
-the rows of one vectorised function.
+Rules of one shape (``accuracy/alike.py``) are the rows of one vectorised function.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate
-from rulesheets.syntax.nodes import Expression, Name, Number, Power, operands, rebuilt
+from rulesheets.syntax.nodes import Expression, Name, Number, Power, operands, rebuilt, subtract
+from solver.accuracy.alike import Alike, Family
 from solver.kernel.emitter import compile_arrays
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
 
 
 class SparseSystem:
-    """Residual (n,) and Jacobian of the ``forms`` as functions of points (n,); ``known`` in their order.
+    """Residual (n,) and Jacobian of n rules as functions of points (n,); ``known`` names in their order.
 
     Raises NotDifferentiable.
     """
 
-    def __init__(self, forms: Sequence[Expression], unknowns: Sequence[str], known: Sequence[str]) -> None:
+    def __init__(self, rules: Alike, unknowns: Sequence[str], known: Sequence[str]) -> None:
         self.n = len(unknowns)
-        self.places = {name: place for place, name in enumerate((*unknowns, *known))}
-        self.numbers: dict[float, int] = {}
-        grouped: dict[tuple[Expression, tuple[bool, ...]], list[tuple[int, list[int]]]] = {}
-        for row, form in enumerate(forms):
-            shape, places = self._shape(form)
-            moving = tuple(place < self.n for place in places)
-            grouped.setdefault((shape, moving), []).append((row, places))
-        self.shapes = [_Shape(*key, members) for key, members in grouped.items()]
+        place = {name: place for place, name in enumerate((*unknowns, *known))}
+        order = np.array([place[name] for name in rules.names], dtype=np.intp)
+        self.shapes = [_Shape(family, order[family.columns], self.n) for family in rules.families]
         self.rows = np.concatenate([shape.slope_rows for shape in self.shapes])
         self.columns = np.concatenate([shape.slope_columns for shape in self.shapes])
 
-    def _shape(self, form: Expression) -> tuple[Expression, list[int]]:
-        """The form with names and numbers told by their order alone, and where their values stand."""
-        order: dict[int, int] = {}
-
-        def place(leaf: Name | Number) -> Expression:
-            return Name(f"#{order.setdefault(self._place(leaf), len(order))}")
-
-        return _mapped(form, place), list(order)
-
-    def _place(self, leaf: Name | Number) -> int:
-        if isinstance(leaf, Name):
-            return self.places[leaf.name]
-        return len(self.places) + self.numbers.setdefault(leaf.value, len(self.numbers))
-
     def at(self, known: Sequence[float]) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
         """Residual and Jacobian at these values of the known names; nan where they are undefined."""
-        constants = np.array([*known, *self.numbers], dtype=float)
+        constants = np.array(known, dtype=float)
 
         def residual(x: Array) -> Array:
             everything, found = np.concatenate([x, constants]), np.empty(self.n)
@@ -70,35 +53,41 @@ class SparseSystem:
 
 
 class _Shape:
-    """Rules that differ in names and numbers only: one function of arrays for all of them."""
+    """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones."""
 
-    def __init__(
-        self, form: Expression, moving: Sequence[bool], members: list[tuple[int, list[int]]]
-    ) -> None:
-        self.rows = np.array([row for row, _ in members])
-        self.places = np.array([places for _, places in members], dtype=np.intp).reshape(len(members), -1).T
-        arguments = [f"#{k}" for k in range(len(moving))]
-        inner = [k for k, moves in enumerate(moving) if moves]
-        partials = [differentiate(form, arguments[k]) for k in inner]
+    def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
+        self.rows, self.places, self.numbers = family.places, places, family.numbers
+        rule, numbers = family.first, count()
+        names = {name: Name(f"#{k}") for k, name in enumerate(rule.names)}
+        form = subtract(*(_template(side, names, numbers) for side in (rule.left, rule.right)))
+        arguments = [f"#{k}" for k in range(len(names))] + [f"#.{k}" for k in range(len(self.numbers))]
+        self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self._residual = compile_arrays([form], arguments)
-        self._partials = compile_arrays(partials, arguments)
-        self.slope_rows = np.tile(self.rows, len(inner))
-        self.slope_columns = self.places[inner].ravel()
+        self._partials = compile_arrays([differentiate(form, f"#{k}") for k, _ in self.moving], arguments)
+        self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
+        self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
 
     def residual(self, everything: Array) -> Any:
         with np.errstate(all="ignore"):
-            return self._residual(*everything[self.places])[0]
+            return self._residual(*everything[self.places], *self.numbers)[0]
 
     def slopes(self, everything: Array) -> Array:
         with np.errstate(all="ignore"):
-            columns = self._partials(*everything[self.places])
-        return np.concatenate([np.broadcast_to(column, len(self.rows)) for column in columns])
+            columns = self._partials(*everything[self.places], *self.numbers)
+        every = zip(columns, self.moving, strict=True)
+        return np.concatenate([np.broadcast_to(column, len(m))[m] for column, (_, m) in every])
 
 
-def _mapped(form: Expression, place: Callable[[Any], Expression]) -> Expression:
-    """The form with its leaves changed, but for exponents, which belong to its shape."""
-    if isinstance(form, Power) and isinstance(form.exponent, Number):
-        return Power(_mapped(form.base, place), form.exponent)
-    if isinstance(form, Name | Number):
-        return place(form)
-    return rebuilt(form, tuple(_mapped(part, place) for part in operands(form)))
+def _template(form: Expression, names: dict[str, Name], numbers: Iterator[int]) -> Expression:
+    """The form with its leaves told by their order, but for exponents, which belong to its shape."""
+    if isinstance(form, Number):
+        return Name(f"#.{next(numbers)}")
+    if isinstance(form, Name):
+        return names[form.name]
+    parts = [
+        (part, next(numbers))[0]
+        if isinstance(form, Power) and part is form.exponent and isinstance(part, Number)
+        else _template(part, names, numbers)
+        for part in operands(form)
+    ]
+    return rebuilt(form, tuple(parts))

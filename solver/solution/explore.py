@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Number
-from solver.accuracy.rule_check import check_rule
+from solver.accuracy.alike import note_checks
+from solver.accuracy.rule_check import check_rule, is_checked
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.linear_block import Blur
-from solver.kernel.question import PLAN, STEP, Budget
+from solver.kernel.question import MANY, PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
 from solver.path.cases import EQUAL, Pair, activity, value_of_equality
@@ -116,9 +117,14 @@ class Findings:
         values = branch.values
         conflicts: list[Fact] = []
         worst, checked = 0.0, 0
-        for equation in self.model.equations:
-            if not activity(equation, decided) or not all(name in values for name in equation.names):
-                continue
+        rules = [
+            equation
+            for equation in self.model.equations
+            if activity(equation, decided) and all(name in values for name in equation.names)
+        ]
+        if len(rules) > MANY:
+            note_checks(self.model, [rule for rule in rules if not is_checked(rule, values)], values)
+        for equation in rules:
             check = check_rule(equation, values)
             checked += 1
             if check.holds:

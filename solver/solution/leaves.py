@@ -227,7 +227,18 @@ class Leaf:
 
 
 def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
-    """The error bars of the values of a leaf: of those known to more digits, what rounding them has cost."""
+    """The error bars of the values of a leaf: of those known to more digits, what rounding them has cost.
+
+    Found once for the values that it has.
+    """
+    kept = leaf.__dict__.get("_errors")
+    if kept is None or kept[0] != leaf.branch.values or kept[1] is not model:
+        kept = leaf.__dict__["_errors"] = dict(leaf.branch.values), model, _leaf_errors(model, leaf)
+    found: ForwardErrors = kept[2]
+    return found
+
+
+def _leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     from solver.accuracy.forward_error import ForwardErrors, forward_errors
 
     branch = leaf.branch

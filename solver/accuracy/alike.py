@@ -1,0 +1,473 @@
+"""Rules that differ in names and numbers only, evaluated at once: the rule check for networks of thousands.
+
+The rules of a network come in a few shapes. Those of one shape are the rows of arrays, on which one walk over
+the shape gives values, slopes and bounds of rounding, operation by operation as ``rulesheets.evaluate`` has
+them for a single rule. A row in which anything is out of the ordinary (a number below those that floats hold
+in full, no number at all, a function that jumps or chooses) is left to the check of single rules.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.gradient import BY_BASE, BY_EXPONENT, CHOOSING, SMALLEST, partials
+from rulesheets.evaluate.number import Arithmetic
+from rulesheets.functions import TABLE
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    operands,
+)
+from solver.accuracy import rule_check
+from solver.accuracy.rule_check import BACKWARD, EPSILON, ROUNDINGS, STEEP, RuleCheck
+
+Array: TypeAlias = NDArray[np.float64]
+
+FEWEST = 8
+"""Rules of one shape from which on arrays are faster than one rule after another."""
+FAINTEST = 1e-200
+"""What a rule moves with its values, below which products of slopes may be lost below floats."""
+
+
+LONGER = float(np.finfo(np.longdouble).eps) / EPSILON
+"""How much finer than floats the long floats of numpy are: 2⁻¹¹ on most machines, on others no finer."""
+LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin", "cos")}
+"""Functions that numpy has for its long floats as we mean them."""
+
+
+# --- rules of one shape ---------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Family:
+    """Rules of one shape: their ``places`` (m,) among all rules, the first of them, the ``columns`` (k, m) of
+    its names, in order of first appearance, and of theirs among all names, and the ``numbers`` (c, m) that
+    stand in them, in the order of the text."""
+
+    places: NDArray[np.intp]
+    first: Equation
+    columns: NDArray[np.intp]
+    numbers: Array
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Rules by their shapes, in order of first appearance, and the names that they read."""
+
+    names: tuple[str, ...]
+    families: tuple[Family, ...]
+
+
+def alike(model: Model, equations: Sequence[Equation]) -> Alike:
+    """The rules by their shapes (found once for the same rules)."""
+    known: dict[tuple[int, ...], Alike] = model.__dict__.setdefault("_alike", {})
+    key = tuple([equation.index for equation in equations])
+    if key not in known:
+        known[key] = _grouped(equations)
+    return known[key]
+
+
+def _grouped(equations: Sequence[Equation]) -> Alike:
+    found: dict[tuple[Any, ...], list[tuple[int, list[float]]]] = {}
+    for place, equation in enumerate(equations):
+        shape, numbers = _shape(equation)
+        found.setdefault(shape, []).append((place, numbers))
+    column = {name: place for place, name in enumerate(dict.fromkeys(n for e in equations for n in e.names))}
+    grouped = []
+    for members in found.values():
+        rules = [equations[place] for place, _ in members]
+        columns = [[column[name] for name in rule.names] for rule in rules]
+        grouped.append(
+            Family(
+                np.array([place for place, _ in members], dtype=np.intp),
+                rules[0],
+                np.array(columns, dtype=np.intp).reshape(len(rules), -1).T,
+                np.array([numbers for _, numbers in members], dtype=float).reshape(len(rules), -1).T,
+            )
+        )
+    return Alike(tuple(column), tuple(grouped))
+
+
+def _shape(equation: Equation) -> tuple[tuple[Any, ...], list[float]]:
+    """The operations of both sides with names by their order, and the numbers; exponents belong to both."""
+    order = {name: place for place, name in enumerate(equation.names)}
+    shape: list[Any] = []
+    numbers: list[float] = []
+    stack: list[Expression] = [equation.right, equation.left]
+    while stack:
+        node = stack.pop()
+        kind = type(node)
+        shape.append(kind)
+        if isinstance(node, Name):
+            shape.append(order[node.name])
+        elif isinstance(node, Number):
+            numbers.append(node.value)
+        else:
+            if isinstance(node, Power) and isinstance(node.exponent, Number):
+                shape.append(node.exponent.value)
+            parts = operands(node)
+            shape.append(node.function if isinstance(node, Call) else node if not parts else kind)
+            shape.append(len(parts))
+            stack.extend(parts[::-1])
+    return tuple(shape), numbers
+
+
+# --- one walk for all of them ---------------------------------------------------
+
+
+class _Rows(Arithmetic[Array]):
+    """Columns of numbers, a row for each rule. ``plain`` are the rows in which all is in order so far.
+
+    ``numbers`` are the columns of those in the text, in its order; without them a number stands for itself.
+    """
+
+    def __init__(self, columns: Mapping[str, Any], numbers: Array | None, count: int) -> None:
+        self.columns, self.plain = columns, np.ones(count, dtype=bool)
+        self.numbers = None if numbers is None else iter(numbers)
+
+    def number(self, node: Number) -> Any:
+        return node.value if self.numbers is None else next(self.numbers)
+
+    def name(self, node: Name) -> Any:
+        return self.columns[node.name]
+
+    def divided(self, node: Quotient, above: Any, below: Any) -> Array:
+        return self.finite(np.true_divide(above, below))
+
+    def raised(self, node: Power, base: Any, exponent: Any) -> Array:
+        return self.finite(_each(math.pow, len(self.plain), base, exponent))
+
+    def applied(self, node: Call, arguments: list[Any]) -> Array:
+        return self.finite(_each(TABLE[node.function].value, len(self.plain), *arguments))
+
+    def finite(self, result: Array) -> Array:
+        self.plain &= np.isfinite(result)
+        return result
+
+
+def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
+    """The function of floats row by row, so that its last digit is that of a single rule."""
+    rows = [np.broadcast_to(column, (count,)).tolist() for column in columns]
+    if not rows:
+        return np.full(count, function())
+    try:
+        return np.array([function(*row) for row in zip(*rows, strict=True)], dtype=float)
+    except (ArithmeticError, ValueError):
+        return np.array([_or_nan(function, row) for row in zip(*rows, strict=True)], dtype=float)
+
+
+def _or_nan(function: Callable[..., float], row: Sequence[float]) -> float:
+    try:
+        return function(*row)
+    except (ArithmeticError, ValueError):
+        return math.nan
+
+
+@dataclass(slots=True)
+class _Part:
+    """As ``rulesheets.evaluate.gradient.Part`` for all rows; ``exact``: it neither varies nor is rounded."""
+
+    value: Any
+    name: str = ""
+    slopes: list[tuple[Any, _Part]] = field(default_factory=list)
+    rounded: Any = 0.0
+    exact: bool = False
+
+
+class _Traced(Arithmetic[_Part]):
+    """The parts of an expression with slopes and rounding, as ``TracedFloats`` has them of one rule."""
+
+    def __init__(self, rows: _Rows) -> None:
+        self.rows = rows
+
+    def number(self, node: Number) -> _Part:
+        return _Part(self.rows.number(node), exact=True)
+
+    def name(self, node: Name) -> _Part:
+        return _Part(self.rows.name(node), node.name)
+
+    def negative(self, node: Negative) -> _Part:
+        part = self.of(node.operand)
+        return _Part(-part.value, "", _varying((-1.0, part)), exact=part.exact)
+
+    def sum(self, node: Sum) -> _Part:
+        return self.added([self.of(term) for term in node.terms])
+
+    def added(self, parts: Sequence[_Part]) -> _Part:
+        total, rounded = 0.0 + parts[0].value, 0.0
+        for part in parts[1:]:
+            total = total + part.value
+            rounded = rounded + np.abs(total)
+        return _Part(total, "", _varying(*((1.0, part) for part in parts)), rounded)
+
+    def product(self, node: Product) -> _Part:
+        one, other = self.of(node.left), self.of(node.right)
+        result = one.value * other.value
+        none = (one.value == 0.0) ^ (other.value == 0.0)  # with two zeros, either may be lost below floats
+        return _Part(
+            result, "", _varying((other.value, one), (one.value, other)), self._rounded(result, none)
+        )
+
+    def divided(self, node: Quotient, above: _Part, below: _Part) -> _Part:
+        result = self.rows.divided(node, above.value, below.value)
+        slopes = _varying((np.true_divide(1.0, below.value), above), (-result / below.value, below))
+        return _Part(result, "", slopes, self._rounded(result, above.value == 0.0))
+
+    def raised(self, node: Power, base: _Part, exponent: _Part) -> _Part:
+        result = self.rows.raised(node, base.value, exponent.value)
+        slopes = []
+        if not base.exact:
+            by_base = self._slope(BY_BASE, (base, exponent))
+            slopes.append((np.where(exponent.value == 0.0, 0.0, by_base), base))
+        if not exponent.exact:
+            slopes.append((self._slope(BY_EXPONENT, (base, exponent)), exponent))
+        exact_zero = np.asarray(base.value == 0.0) & (base.exact or bool(base.name))
+        return _Part(result, "", slopes, self._rounded(result, exact_zero))
+
+    def applied(self, node: Call, arguments: list[_Part]) -> _Part:
+        row = TABLE[node.function]
+        if node.function in CHOOSING or row.jumps:
+            raise Undefined(node.function, (), node)
+        result = self.rows.applied(node, [part.value for part in arguments])
+        slopes = [
+            (np.nan if template is None else self._slope(template, arguments), part)
+            for template, part in zip(partials(row, len(arguments)), arguments, strict=True)
+            if not part.exact
+        ]
+        return _Part(result, "", slopes, self._rounded(result, False) * row.ulps)
+
+    def _slope(self, template: Expression, arguments: Sequence[_Part]) -> Any:
+        columns = {str(place): part.value for place, part in enumerate(arguments)}
+        rows = _Rows(columns, None, len(self.rows.plain))
+        found = rows.of(template)
+        return np.where(rows.plain & np.isfinite(found), found, np.nan)
+
+    def _rounded(self, result: Any, zero: Any) -> Any:
+        """The size of a result; rows with one below those that floats hold in full are not plain, unless it
+        is 0 because something is exactly ``zero``."""
+        size = np.abs(result)
+        self.rows.plain &= (size >= SMALLEST) | ((size == 0.0) & zero)
+        return size
+
+
+def _varying(*slopes: tuple[Any, _Part]) -> list[tuple[Any, _Part]]:
+    return [pair for pair in slopes if not pair[1].exact]
+
+
+def _accumulated(part: _Part) -> tuple[dict[str, Any], Any]:
+    """The gradient by names, and the sum of what was rounded."""
+    gradient: dict[str, Any] = {}
+    noise: Any = 0.0
+    pending: list[tuple[Any, _Part]] = [(1.0, part)]
+    while pending:
+        slope, part = pending.pop()
+        if part.name:
+            gradient[part.name] = gradient.get(part.name, 0.0) + slope
+        else:
+            noise = noise + np.abs(slope) * part.rounded
+        pending += [(slope * inner, below) for inner, below in part.slopes[::-1]]
+    return gradient, noise
+
+
+class _Extended(_Rows):
+    """The same in the long floats of numpy, for what rounding of a difference hides in floats."""
+
+    def __init__(self, columns: Mapping[str, Any], numbers: Array, count: int) -> None:
+        longer = {name: column.astype(np.longdouble) for name, column in columns.items()}
+        super().__init__(longer, numbers.astype(np.longdouble), count)
+
+    def raised(self, node: Power, base: Any, exponent: Any) -> Any:
+        return self.finite(np.power(base, exponent))
+
+    def applied(self, node: Call, arguments: list[Any]) -> Any:
+        if node.function not in LONG:
+            raise Undefined(node.function, (), node)
+        return self.finite(LONG[node.function](*arguments))
+
+
+# --- what comes of it -----------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """Rules (n,) at a point: ``miss`` = left - right with the rounding in it (``noise``), the size of their
+    terms before they cancel (``gross``), and how far each moves with its values (``moves`` = Σ|∂F/∂v · v|).
+
+    ``slopes``, ``rows`` and ``columns`` are triplets: ∂F/∂v, the place of the rule, and that of v among
+    ``names``. ``holds`` where the check of single rules would say so; others have to be asked one by one.
+    What can't be evaluated is nan.
+    """
+
+    names: tuple[str, ...]
+    miss: Array
+    noise: Array
+    gross: Array
+    moves: Array
+    holds: NDArray[np.bool_]
+    slopes: Array
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+
+
+def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
+    """All rules at once; those of rare shapes, or out of the ordinary, one by one."""
+    known = alike(model, equations)
+    numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
+    point = np.fromiter(numbers, dtype=float, count=len(known.names))
+    found = _Found(known, len(equations))
+    left_over: list[int] = []
+    for family in known.families:
+        plain = np.zeros(len(family.places), dtype=bool)
+        if len(plain) >= FEWEST:
+            plain = found.enter(family, point)
+        left_over += family.places[~plain].tolist()
+    column = {name: place for place, name in enumerate(known.names)} if left_over else {}
+    for place in left_over:
+        found.enter_one(equations[place], place, values, column)
+    return found.evaluated()
+
+
+class _Found:
+    """Filled family by family."""
+
+    def __init__(self, known: Alike, n: int) -> None:
+        self.names = known.names
+        self.miss, self.noise, self.gross, self.moves = (np.full(n, np.nan) for _ in range(4))
+        self.holds = np.zeros(n, dtype=bool)
+        self.triplets: list[tuple[Array, NDArray[np.intp], NDArray[np.intp]]] = []
+
+    def evaluated(self) -> Evaluated:
+        none = (np.empty(0), np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+        triplets = (np.concatenate(column) for column in zip(none, *self.triplets, strict=True))
+        return Evaluated(self.names, self.miss, self.noise, self.gross, self.moves, self.holds, *triplets)
+
+    def enter(self, family: Family, point: Array) -> NDArray[np.bool_]:
+        """Enter the rows of a family that are plain, and tell which they are."""
+        values = point[family.columns]
+        rows = _Rows(dict(zip(family.first.names, values, strict=True)), family.numbers, len(family.places))
+        rows.plain &= np.isfinite(values).all(axis=0)
+        try:
+            with np.errstate(all="ignore"):
+                self._enter(family, rows)
+        except Undefined:
+            rows.plain[:] = False
+        return rows.plain
+
+    def _enter(self, family: Family, rows: _Rows) -> None:
+        side = _Sides(family.first, rows)
+        plain, places = rows.plain, family.places[rows.plain]
+        holds = side.holds(family)
+        columns = (side.miss, side.noise, side.gross, side.moves, holds)
+        stores = (self.miss, self.noise, self.gross, self.moves, self.holds)
+        for store, column in zip(stores, columns, strict=True):
+            store[places] = np.broadcast_to(column, plain.shape)[plain]
+        for name, column in zip(family.first.names, family.columns, strict=True):
+            if name in side.slopes:
+                slope = np.broadcast_to(side.slopes[name], plain.shape)[plain]
+                self.triplets.append((slope, places, column[plain]))
+
+    def enter_one(
+        self, equation: Equation, place: int, values: Mapping[str, Value], column: Mapping[str, int]
+    ) -> None:
+        try:
+            (left, slopes, noise), (right, others, more) = rule_check.sides(equation, values)
+        except (Undefined, KeyError):
+            return
+        slopes = dict(slopes)
+        for name, slope in others.items():
+            slopes[name] = slopes.get(name, 0.0) - slope
+        self.miss[place], self.noise[place] = left - right, noise + more
+        self.gross[place] = rule_check.gross(equation, values)
+        self.moves[place] = rule_check.size(equation, values)
+        columns = np.array([column[name] for name in slopes], dtype=np.intp)
+        self.triplets.append((np.array([*slopes.values()]), np.full(len(slopes), place), columns))
+
+
+class _Sides:
+    """Both sides of the rules of a family: what misses, what moves, what was rounded."""
+
+    def __init__(self, rule: Equation, rows: _Rows) -> None:
+        self.rows, traced = rows, _Traced(rows)
+        self.gross: Any = 0.0
+        parts = []
+        for side in (rule.left, rule.right):
+            terms = [traced.of(term) for term in (side.terms if isinstance(side, Sum) else (side,))]
+            self.gross = self.gross + sum(np.abs(term.value) for term in terms)
+            parts.append(traced.added(terms) if isinstance(side, Sum) else terms[0])
+        (self.slopes, noise), (others, more) = map(_accumulated, parts)
+        for name, slope in others.items():
+            self.slopes[name] = self.slopes.get(name, 0.0) - slope
+        left, right = (part.value for part in parts)
+        self.size = np.abs(left) + np.abs(right)
+        self.miss, self.noise = left - right, EPSILON * noise + EPSILON * more
+        self.terms = [np.abs(slope * rows.columns[name]) for name, slope in self.slopes.items()]
+        self.moves = sum(self.terms, 0.0 * self.miss)
+        rows.plain &= np.isfinite(self.size + self.noise) & (self.moves > FAINTEST) & (self.moves < np.inf)
+
+    def holds(self, family: Family) -> Any:
+        """Where the check of single rules accepts a rule by its slopes: the same criterion, on arrays."""
+        bound, limit, off = BACKWARD * self.moves, STEEP * self.size, np.abs(self.miss) + self.noise
+        within = off <= bound
+        reaches = [BACKWARD * move for move in self.terms]
+        steady = sum(np.where(reach <= limit, reach, 0.0) for reach in reaches)
+        gentle = (np.abs(self.miss) <= BACKWARD * self.size) & ((bound <= limit) | (off <= steady))
+        accepted = within & gentle
+        if (within & ~gentle).any():
+            share = 2 * np.maximum(np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPSILON)
+            accepted |= within & self._straddles(family, share)
+        open_to_more = self.rows.plain & ~within & (np.abs(self.miss) <= bound + ROUNDINGS * self.noise)
+        if LONGER < 1.0 and open_to_more.any():
+            accepted |= open_to_more & self._straddles(family, np.full_like(bound, 2 * BACKWARD), bound)
+        return accepted | ((self.miss == 0.0) & (self.noise == 0.0))
+
+    def _straddles(self, family: Family, share: Array, bound: Array | None = None) -> NDArray[np.bool_]:
+        """Where F changes its sign as all values move along its slopes, and against them, by a share of them.
+
+        With a ``bound``, in long floats, by more than their rounding, and only where F is within it.
+        """
+        count, rule = len(self.rows.plain), family.first
+        plain = np.ones(count, dtype=bool)
+        margin = 0.0 if bound is None else ROUNDINGS * LONGER * self.noise
+        found = []
+        for change in (share, -share, 0.0 * share):
+            moved = dict(self.rows.columns)
+            for name, slope in self.slopes.items():
+                to = moved[name] + np.copysign(change * np.abs(moved[name]), change * slope)
+                moved[name] = np.where(slope != 0.0, to, moved[name])
+            kind = _Rows if bound is None else _Extended
+            rows = kind(moved, family.numbers, count)
+            try:
+                found.append(rows.of(rule.left) - rows.of(rule.right))
+            except Undefined:
+                return np.zeros(count, dtype=bool)
+            plain &= rows.plain & np.isfinite(found[-1])
+        if bound is not None:
+            plain &= np.abs(found[2]) + margin <= bound
+        straddling: NDArray[np.bool_] = plain & (found[0] >= margin) & (found[1] <= -margin)
+        return straddling
+
+
+def note_checks(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> None:
+    """Check all rules at once, so that asking for the check of each finds that it holds. Rules that do not
+    are not marked: what is known of them is found out one by one."""
+    found = evaluated(model, equations, values)
+    scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
+    numbers = zip(found.miss.tolist(), scaled.tolist(), found.holds.tolist(), strict=True)
+    for equation, (miss, share, holds) in zip(equations, numbers, strict=True):
+        if holds:
+            rule_check.note(equation, values, RuleCheck(True, miss, share))

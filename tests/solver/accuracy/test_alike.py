@@ -1,0 +1,102 @@
+"""Rules of one shape at once: what the check of single rules finds, slope for slope."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import rulesheets
+from rulesheets.evaluate import Undefined
+from solver.accuracy.alike import FEWEST, alike, evaluated, note_checks
+from solver.accuracy.forward_error import slopes
+from solver.accuracy.rule_check import check_rule, gross, sides, size
+
+COUNT = 40
+SHAPES: list[tuple[str, Callable[[int], float]]] = [
+    ("y{k} = {k}*x{k}^2 + {k}", lambda k: k * x(k) ** 2 + k),
+    ("y{k} - sqrt(x{k})*{k}.5 = 0", lambda k: math.sqrt(x(k)) * (k + 0.5)),
+    ("sind(y{k}) = x{k}/200 - 0.{k}", lambda k: math.degrees(math.asin(x(k) / 200 - float(f"0.{k}")))),
+    ("0 = exp(-y{k}) - x{k}", lambda k: -math.log(x(k))),
+    ("x{k}*abs(x{k}) = y{k}^3", lambda k: (x(k) * abs(x(k))) ** (1 / 3)),
+    ("x{k}^y{k} = {k}.5/7", lambda k: math.log((k + 0.5) / 7) / math.log(x(k))),
+    ("y{k} = max(x{k}, {k})", lambda k: max(x(k), k)),
+    ("y{k} = int(x{k}) + 0.25", lambda k: int(x(k)) + 0.25),
+    ("y{k} = x{k} - x{k}", lambda k: 0.0),
+]
+
+
+def x(k: int) -> float:
+    return 0.3 + 1.7 * k
+
+
+@pytest.mark.parametrize("shape,answer", SHAPES)
+@pytest.mark.parametrize("off", [0.0, 1e-15, 1e-12, 0.5])
+def test_rows_are_what_single_rules_are(shape: str, answer: Callable[[int], float], off: float) -> None:
+    model = rulesheets.loads("\n".join(shape.format(k=k) for k in range(1, COUNT + 1)) + "\n")
+    values: dict[str, float | str] = {}
+    for k in range(1, COUNT + 1):
+        values[f"x{k}"], values[f"y{k}"] = x(k), answer(k) * (1 + off)
+    found = evaluated(model, model.equations, values)
+    assert [len(f.places) for f in alike(model, model.equations).families] == [COUNT]
+    told = [dict[str, float]() for _ in model.equations]
+    for slope, row, column in zip(found.slopes, found.rows, found.columns, strict=True):
+        told[row][found.names[column]] = slope
+    for place, equation in enumerate(model.equations):
+        (left, _, noise), (right, _, more) = sides(equation, values)
+        assert found.miss[place] == left - right
+        assert found.noise[place] == pytest.approx(noise + more, rel=1e-12)
+        assert found.gross[place] == pytest.approx(gross(equation, values), rel=1e-12)
+        assert found.moves[place] == pytest.approx(size(equation, values), rel=1e-12)
+        assert told[place] == pytest.approx(slopes(equation, values), rel=1e-12)
+        assert check_rule(equation, values).holds or not found.holds[place]
+    plain = not any(word in shape for word in ("max", "int", "x{k} - x{k}"))
+    assert found.holds.all() == (off <= 1e-15) if plain else not found.holds.any()
+
+
+def test_what_is_noted_is_what_is_asked_for() -> None:
+    model = rulesheets.loads("\n".join(f"y{k} = {k}*x{k}^2" for k in range(1, COUNT + 1)) + "\n")
+    values = {name: 2.0 if name[0] == "x" else 4.0 * int(name[1:]) for name in model.variables}
+    values["y7"] = 29.0
+    note_checks(model, model.equations, values)
+    checks = [check_rule(equation, values) for equation in model.equations]
+    assert [k for k, check in enumerate(checks, 1) if not check.holds] == [7]
+    assert checks[6].miss == 1.0
+
+
+@pytest.mark.parametrize("number", [1e-320, 0.0, math.inf, math.nan, 1e-250])
+def test_out_of_the_ordinary_is_left_to_single_rules(number: float) -> None:
+    model = rulesheets.loads("\n".join(f"y{k} = x{k}^2/3" for k in range(FEWEST + 1)) + "\n")
+    values = dict.fromkeys(model.variables, 3.0)
+    values["x3"], values["y3"] = number, number * number / 3
+    found = evaluated(model, model.equations, values)
+    assert found.holds.sum() == FEWEST and not found.holds[3]
+    try:
+        sides(model.equations[3], values)
+    except Undefined:
+        assert np.isnan(found.miss[3])
+
+
+def test_a_symbol_is_no_number() -> None:
+    model = rulesheets.loads("\n".join(f"y{k} = x{k}" for k in range(FEWEST + 1)) + "\n")
+    values: dict[str, float | str] = dict.fromkeys(model.variables, 3.0)
+    values["x3"] = values["y3"] = "nan"
+    assert evaluated(model, model.equations, values).holds.sum() == FEWEST
+
+
+def test_what_rounding_of_a_difference_hides_is_seen_in_long_floats() -> None:
+    """At 2 + u the difference of two places has lost digits of u, not that of the rule."""
+    rules = "\n".join(f"N{k}*((2 + u{k}) - 2)*{k} = R{k}" for k in range(1, COUNT + 1)) + "\n"
+    model = rulesheets.loads(rules)
+    values: dict[str, float | str] = {}
+    for k in range(1, COUNT + 1):
+        values |= {f"N{k}": 3.0, f"u{k}": 1e-3 / k, f"R{k}": 3e-3}
+    values["R7"] = 3e-3 * (1 + 1e-13)
+    found = evaluated(model, model.equations, values)
+    asked = [check_rule(equation, values).holds for equation in model.equations]
+    assert not asked[6] and sum(asked) == COUNT - 1
+    assert not (found.holds & ~np.array(asked)).any()
+    if np.finfo(np.longdouble).eps < 1e-18:
+        assert found.holds.tolist() == asked
