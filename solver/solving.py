@@ -47,8 +47,9 @@ def solve(
     """Solve a model for whatever is not an input.
 
     ``inputs`` override those of the sheet; None clears one. ``want`` names the variables that
-    are asked for: nothing else is computed or can fail. ``guesses`` say which of several answers comes
-    first (and start the iteration where there is one). Values are in calculation units.
+    are asked for: nothing else can fail, except requirements that direct steps lead to. ``guesses`` say which
+    of several answers comes first (and start the iteration where there is one). Values are in calculation
+    units.
 
     ``prove``: every answer is proved to exist and to be the only one within ``solution.radius``, as far as
     ``solution.proof`` says; this needs python-flint.

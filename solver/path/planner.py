@@ -161,13 +161,15 @@ def build_path(
     decided: Mapping[int, bool],
     void: frozenset[int] = frozenset(),
     want: frozenset[str] | None = None,
+    required: bool = False,
 ) -> Path:
     """The path from the ``known`` variables, given how conditions came out.
 
     ``void`` equations are not solved for anything (they asked nothing, or nothing could
-    satisfy them, at the values at hand); ``want`` prunes to what these names need.
+    satisfy them, at the values at hand); ``want`` prunes to what these names need, and with ``required``
+    to what direct steps of one value add for the requirements.
     """
-    return _Building(graph, known, decided, void, want).run()
+    return _Building(graph, known, decided, void, want, required).run()
 
 
 class _Building:
@@ -180,9 +182,10 @@ class _Building:
         decided: Mapping[int, bool],
         void: frozenset[int],
         want: frozenset[str] | None,
+        required: bool,
     ) -> None:
         self.graph = graph
-        self.want = want
+        self.want, self.required = want, required
         self.steps: list[Step] = []
         equations = graph.model.equations
         verdicts = [False if e.index in void else activity(e, decided) for e in equations]
@@ -218,8 +221,21 @@ class _Building:
         undetermined = tuple(n for n, known in zip(names, self.frontier.known, strict=True) if not known)
         steps = self.steps
         if self.want is not None:
-            steps = needed_steps(self.graph, steps, self.want, undetermined)
+            want = self._with_requirements(self.want, undetermined) if self.required else self.want
+            steps = needed_steps(self.graph, steps, want, undetermined)
         return Path(tuple(steps), undetermined)
+
+    def _with_requirements(self, want: frozenset[str], undetermined: Collection[str]) -> frozenset[str]:
+        """The wanted names, with those of requirements that direct steps of one value lead to."""
+        for requirement in self.graph.model.requirements:
+            new = frozenset(requirement.names) - want
+            if not new or not new.isdisjoint(undetermined):
+                continue
+            plain = needed_steps(self.graph, self.steps, want, undetermined)
+            steps = needed_steps(self.graph, self.steps, want | new, undetermined)
+            if all(step in plain or (isinstance(step, Evaluate) and step.branches == 1) for step in steps):
+                want |= new
+        return want
 
     def _advance(self) -> bool:
         """One way forward, the cheapest first; False at the end."""
@@ -370,7 +386,9 @@ class _Building:
         return bool(steps)
 
 
-Key: TypeAlias = tuple[frozenset[str], frozenset[tuple[int, bool]], frozenset[int], frozenset[str] | None]
+Key: TypeAlias = tuple[
+    frozenset[str], frozenset[tuple[int, bool]], frozenset[int], frozenset[str] | None, bool
+]
 """What a path answers to: known variables, outcomes of conditions, void equations, wanted variables."""
 
 
@@ -387,16 +405,13 @@ class Planner:
         decided: Mapping[int, bool],
         void: frozenset[int] = frozenset(),
         want: frozenset[str] | None = None,
+        required: bool = False,
     ) -> Path:
-        """The path from the ``known`` variables, given how conditions came out.
-
-        ``void`` equations are not solved for anything (they asked nothing, or nothing could
-        satisfy them, at the values at hand); ``want`` prunes to what these names need.
-        """
-        key = (known, frozenset(decided.items()), void, want)
+        """As ``build_path``."""
+        key = (known, frozenset(decided.items()), void, want, required)
         found = self._paths.get(key)
         if found is None:
-            found = build_path(self.graph, known, decided, void, want)
+            found = build_path(self.graph, known, decided, void, want, required)
             self._paths[key] = found
         return found
 

@@ -342,7 +342,8 @@ class Explorer:
                 return
             self.budget.used += PLAN
             known = frozenset(branch.values)
-            path = self.planner.path(known, branch.conditions, frozenset(branch.void), self.want)
+            void = frozenset(branch.void)
+            path = self.planner.path(known, branch.conditions, void, self.want, required=True)
             if not self._follow(branch, path.steps):
                 return
 

@@ -113,8 +113,8 @@ def test_repeated_solves_keep_to_requirements() -> None:
         )
 
 
-def test_requirements_of_what_is_not_computed_are_not_asked() -> None:
-    sheet = rulesheets.loads("y = 2*x\nz = x - 9\nz > 0")
+def test_requirements_of_what_takes_a_search_are_not_asked() -> None:
+    sheet = rulesheets.loads("y = 2*x\nz^2 = x + 8\nz > 5")
     assert solver.solve(sheet, {"x": 1.0}, want=["y"])["y"] == 2.0
     assert str(solver.solve(sheet, {"x": 1.0}).status) == "infeasible"
 
@@ -123,3 +123,23 @@ def test_requirements_are_formatted_as_they_are_read() -> None:
     rows = "variables\n  L\n  x in [0, L/2]\n  y > L, < 9\n"
     text = f"{rows}\nrules\n  0 < x <= y < 2*L\n  if x > 1 then y <> x else y > 3\n"
     assert format_sheet(parse(Source("sheet.tk", text))) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "status"),
+    [
+        ("x = 2*a\ny = a - 3\ny > 0", "infeasible"),
+        ("x = 2*a\ny = a - 3\nz = y^2\nz > 0\nz < 5", "solved"),
+        ("x = 2*a\ny = a - 3\nz = x + y\nz > 5", "infeasible"),
+    ],
+)
+def test_requirements_on_what_is_not_wanted_are_asked(text: str, status: str) -> None:
+    model = rulesheets.loads(text)
+    assert str(solver.solve(model, {"a": 1.0}, want=["x"]).status) == status
+    assert str(solver.solve(model, {"a": 1.0}).status) == status
+    prepared = solver.prepare(model, {"a": 1.0}, ["x"])
+    if status == "solved":
+        assert prepared(1.0) == (2.0,)
+    else:
+        with pytest.raises(solver.Unsolved):
+            prepared(1.0)
