@@ -1,8 +1,12 @@
-"""A block that its tearing makes one polynomial in the tear: every answer, by an exact count of its roots.
+"""A block that its tearing makes polynomials in one tear or two: every answer, by an exact count of roots.
 
-The known numbers are taken as the exact fractions that floats are, and the chain is followed in polynomials
-of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
+The known numbers are taken as the exact fractions that floats are, and the steps are followed in polynomials
+of the tears with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
 the tear is an angle θ, the polynomials are those of t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
+
+With two tears x and y the two residuals are polynomials p and q of both. Where they have a common root, their
+resultant, a polynomial of x, is 0 (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*, section
+3.6): its real roots are counted, and at each of them the roots y of p are tried.
 
 ``counted``: whether the answers of a block with one tear, found otherwise, are all, because every root of
 its eliminant is accounted for.
@@ -11,10 +15,14 @@ its eliminant is accounted for.
 from __future__ import annotations
 
 import math
+from cmath import isfinite
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
 from itertools import chain, zip_longest
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
@@ -26,210 +34,150 @@ from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
 from solver.numerics.linear_algebra import last_singular
-from solver.numerics.sturm import real_roots, simple_part
 from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
+HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
+"""Degree of two residuals in the second tear, and of their resultant in the first."""
 
-Polynomial: TypeAlias = list[Fraction]
+Polynomial: TypeAlias = Sequence[Fraction]
 """Coefficients, lowest degree first."""
+Forms: TypeAlias = Sequence[tuple[str, Expression]]
+Point: TypeAlias = Mapping[str, float]
 
-Sizes: TypeAlias = list[float]
-Value: TypeAlias = tuple[Polynomial, Sizes, int]
-"""A polynomial over (1 + t²) to that power; second, how large its coefficients were before they cancelled."""
+Ratio: TypeAlias = tuple[Any, Any, int]
+"""A polynomial over (1 + t²) to that power; second, what it would be if nothing cancelled in it."""
 
-CANCELLED = 1e-9
-"""A coefficient this small beside what it was made of may be nothing but the rounding of the inputs."""
-
-CIRCLE: Polynomial = [Fraction(1), Fraction(0), Fraction(1)]
-ROUND: Sizes = [1.0, 0.0, 1.0]
-COSINE: Value = [Fraction(1), Fraction(0), Fraction(-1)], ROUND, 1
-SINE: Value = [Fraction(0), Fraction(2)], [0.0, 2.0], 1
+CANCELLED = 10**9
+"""A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
+TOUCHING = Fraction(1, 10**9)
+"""An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
+STRANGE = 1e-6
+"""A zero of a squared rule that misses the rule by more than this, beside its terms, has another sign."""
+SAME = 1e-9
+"""Relative distance within which a root of the eliminant is an answer; looked at when none is there."""
 
 
 class NotPolynomial(Exception):
     """Something that is no polynomial of low degree, or whose coefficients are not exact."""
 
 
-class Quarters:
-    """An angle that the unknown t is half the tangent of. ``at_half_turn``: how often t = ∞ is a root."""
+def _algebra() -> Any:
+    """Polynomials of sympy, which waits for the first block that needs it."""
+    from rulesheets.algebra import polynomials
 
-    def __init__(self, name: str, turn: float) -> None:
-        self.name, self.turn = name, turn
-        self.functions = ("cosd", "sind") if turn == 360.0 else ("cos", "sin")
-        self.at_half_turn = 0
+    return polynomials
 
-    def wave(self, call: Call) -> Value:
+
+class _Steps:
+    """The steps of a block followed in polynomials of its tears, or of the tangent of half of one."""
+
+    def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
+        self.exact, self.turn, self.tears = _algebra().exact, turn, question.kernel.block.tears
+        self.generators = _algebra().generators(*reversed(self.tears))
+        (t, *_) = self.generators
+        self.circle = 1 + t**2
+        self.cosine, self.sine = (1 - t**2, self.circle, 1), (2 * t, 2 * t, 1)
+        self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
+        if turn is None:
+            self.values |= {n: (x, x, 0) for n, x in zip(reversed(self.tears), self.generators, strict=True)}
+        for name, form in forms:
+            expect_time()
+            self.values[name] = self._value(form)
+
+    def residuals(self, question: Question) -> list[Ratio]:
+        """What must vanish. Raises NotPolynomial."""
+        equations = (question.graph.model.equations[number] for number in question.kernel.block.residuals)
+        return [self._value(smooth(equation.left, equation.right)) for equation in equations]
+
+    def _value(self, node: Expression) -> Ratio:
+        match node:
+            case Number(number):
+                return self._number(number)
+            case Name(name) if name in self.values:
+                return self.values[name]
+            case Negative(operand):
+                return _scaled(self._value(operand), -1)
+            case Sum(terms):
+                return reduce(self._plus, map(self._value, terms))
+            case Product(left, right):
+                return _times(self._value(left), self._value(right))
+            case Quotient(left, right):
+                divisor, gross, power = self._value(right)
+                number = divisor.coeff(1)
+                if not divisor.is_ground or power or CANCELLED * abs(number) <= gross.coeff(1):
+                    raise NotPolynomial
+                return _scaled(self._value(left), 1 / number)
+            case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
+                return reduce(_times, [self._value(base)] * int(exponent))
+            case Call(function, (argument,)) if self.turn is not None:
+                return self._wave(function, argument, self.turn)
+            case _:
+                raise NotPolynomial
+
+    def _number(self, number: float) -> Ratio:
+        if not math.isfinite(number):
+            raise NotPolynomial
+        one = self.generators[0].ring.one
+        return one * self.exact(number), one * self.exact(abs(number)), 0
+
+    def _plus(self, a: Ratio, b: Ratio) -> Ratio:
+        power = max(a[2], b[2])
+        (p, p_gross), (q, q_gross) = (
+            (part * self.circle ** (power - own), gross * self.circle ** (power - own))
+            for part, gross, own in (a, b)
+        )
+        return p + q, p_gross + q_gross, power
+
+    def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
-        if call.function not in self.functions:
-            raise NotPolynomial
-        sign, offset = self._argument(call.arguments[0])
+        functions = ("cosd", "sind") if turn == 360.0 else ("cos", "sin")
+        sign, offset = self._angle(argument)
         quarters, rest = divmod(offset, 90.0)
-        if rest or (offset and self.turn != 360.0):
+        if function not in functions or rest or (offset and turn != 360.0):
             raise NotPolynomial
-        cosine, sine = COSINE, (SINE if sign > 0 else _scaled(SINE, -1))
+        cosine, sine = self.cosine, _scaled(self.sine, sign)
         for _ in range(int(quarters) % 4):
             cosine, sine = _scaled(sine, -1), cosine
-        return cosine if call.function == self.functions[0] else sine
+        return cosine if function == functions[0] else sine
 
-    def _argument(self, node: Expression) -> tuple[int, float]:
+    def _angle(self, node: Expression) -> tuple[int, float]:
         match node:
-            case Name(name) if name == self.name:
+            case Name(name) if name == self.tears[0]:
                 return 1, 0.0
             case Negative(operand):
-                sign, offset = self._argument(operand)
+                sign, offset = self._angle(operand)
                 return -sign, -offset
             case Sum((Number(number), other)) | Sum((other, Number(number))):
-                sign, offset = self._argument(other)
+                sign, offset = self._angle(other)
                 return sign, offset + number
             case Sum((other, Negative(Number(number)))):
-                sign, offset = self._argument(other)
+                sign, offset = self._angle(other)
                 return sign, offset - number
             case _:
                 raise NotPolynomial
 
 
-def closing(
-    question: Question, forms: Sequence[tuple[str, Expression]], quarters: Quarters | None = None
-) -> Polynomial:
-    """What must vanish in the tear, or in the tangent of half of it. Raises NotPolynomial."""
-    block = question.kernel.block
-    values = {n: _number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
-    if quarters is None:
-        values[block.tears[0]] = [Fraction(0), Fraction(1)], [0.0, 1.0], 0
-    for name, form in forms:
-        expect_time()
-        values[name] = _value(form, values, quarters)
-    equation = question.graph.model.equations[block.residuals[0]]
-    polynomial, gross, power = _value(smooth(equation.left, equation.right), values, quarters)
-    if any(0 != abs(c) <= CANCELLED * size for c, size in zip(polynomial, gross, strict=False)):
+def _scaled(ratio: Ratio, factor: Any) -> Ratio:
+    return ratio[0] * factor, ratio[1] * abs(factor), ratio[2]
+
+
+def _times(a: Ratio, b: Ratio) -> Ratio:
+    expect_time()
+    if any(m + n > HIGHEST_DEGREE for m, n in zip(a[0].degrees(), b[0].degrees(), strict=True)):
         raise NotPolynomial
-    if quarters is not None:
-        quarters.at_half_turn = 2 * power + 1 - len(polynomial)
-    return polynomial
+    return a[0] * b[0], a[1] * b[1], a[2] + b[2]
 
 
-def residuals_in(
-    question: Question,
-    forms: Sequence[tuple[str, Expression]],
-    fixed: Mapping[str, Fraction],
-    tear: str,
-) -> tuple[Polynomial, ...]:
-    """What must vanish in one tear, the others ``fixed``. Raises NotPolynomial."""
-    block = question.kernel.block
-    values = {n: _number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
-    values |= {name: ([x], [abs(float(x))], 0) for name, x in fixed.items()}
-    values[tear] = [Fraction(0), Fraction(1)], [0.0, 1.0], 0
-    for name, form in forms:
-        expect_time()
-        values[name] = _value(form, values, None)
-    equations = (question.graph.model.equations[index] for index in block.residuals)
-    return tuple(_value(smooth(e.left, e.right), values, None)[0] for e in equations)
+def _closing(question: Question, forms: Forms, turn: float | None = None) -> tuple[list[Fraction], int]:
+    """What must vanish in the only tear, or in the tangent of half of it; how often ∞ is a root then.
 
-
-def _value(node: Expression, known: Mapping[str, Value], quarters: Quarters | None) -> Value:
-    match node:
-        case Number(number):
-            return _number(number)
-        case Name(name):
-            if name not in known:
-                raise NotPolynomial
-            return known[name]
-        case Negative(operand):
-            return _scaled(_value(operand, known, quarters), -1)
-        case Sum(terms):
-            total = _value(terms[0], known, quarters)
-            for term in terms[1:]:
-                expect_time()
-                total = _plus(total, _value(term, known, quarters))
-            return total
-        case Product(left, right):
-            return _times(_value(left, known, quarters), _value(right, known, quarters))
-        case Quotient(left, right):
-            divisor, gross, power = _value(right, known, quarters)
-            if len(divisor) > 1 or power or abs(divisor[0]) <= CANCELLED * gross[0]:
-                raise NotPolynomial
-            return _scaled(_value(left, known, quarters), 1 / divisor[0])
-        case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
-            factor = total = _value(base, known, quarters)
-            for _ in range(int(exponent) - 1):
-                total = _times(total, factor)
-            return total
-        case Call() if quarters is not None:
-            return quarters.wave(node)
-        case _:
-            raise NotPolynomial
-
-
-def _number(number: float) -> Value:
-    if not math.isfinite(number):
+    Raises NotPolynomial, and OverflowError.
+    """
+    ((polynomial, gross, power),) = _Steps(question, forms, turn).residuals(question)
+    if any(CANCELLED * abs(c) <= gross.get(powers, 0) for powers, c in polynomial.items()):
         raise NotPolynomial
-    return [Fraction(number)], [abs(number)], 0
-
-
-def _scaled(value: Value, number: Fraction | int) -> Value:
-    factor, size = Fraction(number), abs(float(number))
-    return [factor * c for c in value[0]], [size * c for c in value[1]], value[2]
-
-
-def _plus(a: Value, b: Value) -> Value:
-    power = max(a[2], b[2])
-    a, b = _raised(a, power), _raised(b, power)
-    sizes = [x + y for x, y in zip_longest(a[1], b[1], fillvalue=0.0)]
-    return _sum(a[0], b[0]), sizes, power
-
-
-def _raised(value: Value, power: int) -> Value:
-    """The same over a higher power of 1 + t²."""
-    polynomial, gross, own = value
-    for _ in range(power - own):
-        polynomial, gross = _product(polynomial, CIRCLE), _size_of_product(gross, ROUND)
-    return polynomial, gross, power
-
-
-def _times(a: Value, b: Value) -> Value:
-    return _product(a[0], b[0]), _size_of_product(a[1], b[1]), a[2] + b[2]
-
-
-def _sum(a: Polynomial, b: Polynomial) -> Polynomial:
-    size = max(len(a), len(b))
-    padded = ([*p, *[Fraction(0)] * (size - len(p))] for p in (a, b))
-    return _trimmed([x + y for x, y in zip(*padded, strict=True)])
-
-
-def _size_of_product(a: Sizes, b: Sizes) -> Sizes:
-    product = [0.0] * (len(a) + len(b) - 1)
-    for i, x in enumerate(a):
-        expect_time()
-        for j, y in enumerate(b):
-            product[i + j] += x * y
-    return product
-
-
-def _product(a: Polynomial, b: Polynomial) -> Polynomial:
-    if len(a) + len(b) - 2 > HIGHEST_DEGREE:
-        raise NotPolynomial
-    product = [Fraction(0)] * (len(a) + len(b) - 1)
-    for i, x in enumerate(a):
-        expect_time()
-        for j, y in enumerate(b):
-            product[i + j] += x * y
-    return _trimmed(product)
-
-
-def _trimmed(polynomial: Polynomial) -> Polynomial:
-    while len(polynomial) > 1 and not polynomial[-1]:
-        polynomial.pop()
-    return polynomial
-
-
-TOUCHING = Fraction(1, 10**9)
-"""An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
-STRANGE = 1e-6
-"""A zero of a squared rule that misses the rule by more than this, beside its terms, has another sign."""
-
-Forms: TypeAlias = Sequence[tuple[str, Expression]]
-Point: TypeAlias = Mapping[str, float]
+    return _algebra().coefficients(polynomial), 2 * power - max(polynomial.degree(), 0)
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
@@ -242,14 +190,14 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     if forms is None:
         return False
     try:
-        polynomial = closing(question, forms)
+        polynomial, _ = _closing(question, forms)
     except (NotPolynomial, OverflowError):
         return False
     domain = _widened(*question.domain(tears[0]))
-    simple, roots = polynomial, real_roots(polynomial, *domain)
+    simple, roots = polynomial, _algebra().real_roots(polynomial, *domain)
     if roots is None:
-        simple = simple_part(polynomial)
-        roots = real_roots(simple, *domain)
+        simple = _algebra().simple_part(polynomial)
+        roots = _algebra().real_roots(simple, *domain)
     if roots is None or doubtful_extremum(simple):
         return False
     trial, several = Candidates(question), len(simple) < len(polynomial)
@@ -294,20 +242,19 @@ def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
     forms = explicit_forms(question)
     if forms is None:
         return False
-    quarters = Quarters(tears[0], turn)
     try:
-        polynomial = closing(question, forms, quarters)
+        polynomial, at_half_turn = _closing(question, forms, turn)
     except (NotPolynomial, OverflowError):
         return False
-    simple = simple_part(polynomial)
-    roots = real_roots(simple)
+    simple = _algebra().simple_part(polynomial)
+    roots = _algebra().real_roots(simple)
     if roots is None or doubtful_extremum(simple):
         return False
     angles = [2.0 * math.atan(t) * turn / math.tau for t in roots]
-    if quarters.at_half_turn:
+    if at_half_turn:
         angles.append(turn / 2)
     trial = Candidates(question)
-    several = len(simple) < len(polynomial) or quarters.at_half_turn > 1
+    several = len(simple) < len(polynomial) or at_half_turn > 1
     for angle in angles:
         point = _point(question, forms, angle)
         if point is None or not _tried(question, trial, point, several):
@@ -355,7 +302,7 @@ def doubtful_extremum(polynomial: Polynomial) -> bool:
     """Whether an extremum may be a double root but for the rounding of the inputs."""
     if len(polynomial) <= 2:
         return False
-    extrema = real_roots(simple_part([k * c for k, c in enumerate(polynomial)][1:]))
+    extrema = _algebra().real_roots(_algebra().simple_part([k * c for k, c in enumerate(polynomial)][1:]))
     if extrema is None:
         return True
     for x in map(Fraction, extrema):
@@ -381,8 +328,112 @@ def _point(question: Question, forms: Forms, root: float) -> dict[str, float] | 
     return point_at(question, forms, {question.kernel.block.tears[0]: root})
 
 
-SAME = 1e-9
-"""Relative distance within which a root of the polynomial is an answer; looked at when none is there."""
+REAL = 1e-4
+"""How far from the real axis a root may be, relative to its size, that may be a real one but for rounding."""
+KEPT = Fraction(1, 10**8)
+"""Share of its terms that a polynomial may keep at the real part of such a root, however far that is."""
+OFF = 1e-3
+"""A point of two tears that misses an equation by more than this, relative to its terms, is no answer."""
+BESIDE = 2.0**-20
+FADED = Fraction(1, 2**10)
+"""Share of its size so far beside a root which is left of a residual that holds there whatever y is."""
+REFINED = 1e-2
+"""Relative distance of an answer from the point that was refined to it."""
+
+
+def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
+    """The same of two tears; False where the block is no such system, or rounding leaves a doubt."""
+    tears = question.kernel.block.tears
+    if len(tears) != 2 or any(question.turn(tear) is not None for tear in tears):
+        return False
+    forms = explicit_forms(question)
+    if forms is None:
+        return False
+    try:
+        p, q = (polynomial for polynomial, _, _ in _Steps(question, forms).residuals(question))
+    except (NotPolynomial, OverflowError):
+        return False
+    if not 0 < max(p.degree(), q.degree()) <= HIGHEST_OF_TWO:
+        return False
+    resultant = _algebra().coefficients(p.resultant(q))
+    if not 0 < len(resultant) <= HIGHEST_RESULTANT + 1:
+        return False
+    simple = _algebra().simple_part(resultant)
+    roots = _algebra().real_roots(simple)
+    if roots is None or doubtful_extremum(simple):
+        return False
+    trial = Candidates(question)
+    for x in roots:
+        expect_time()
+        beside = Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE)
+        pairs = [(_at(f, x), _at(f, beside)) for f in (p, q)]
+        pairs = [(here, there) for here, there in pairs if _size(here) > FADED * _size(there)]
+        if not pairs:
+            return False  # both hold for any y: a curve, of which this x may be but a part
+        try:
+            found = list(_real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)))
+        except OverflowError:
+            return False
+        if not all(_tried_beside(question, trial, forms, {tears[0]: x, tears[1]: y}) for y in found):
+            return False
+    candidates.take(trial)
+    return True
+
+
+def _at(polynomial: Any, x: float | Fraction) -> list[Fraction]:
+    """A polynomial of both tears as one of the second, the first being x."""
+    found: list[Fraction] = _algebra().coefficients(polynomial.evaluate(1, _algebra().exact(x)))
+    return found
+
+
+def _size(polynomial: Polynomial) -> Fraction:
+    return max(map(abs, polynomial), default=Fraction(0))
+
+
+def _real_parts(polynomial: Polynomial, beside: Polynomial) -> Iterator[float]:
+    """The real parts of the roots that may be real but for the rounding of the coefficients.
+
+    ``beside``: the polynomial at a first tear that is further off than its digits are.
+    """
+    pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
+    slack = [abs(c) * KEPT + abs(other - c) for c, other in pairs]
+    for root in _roots(polynomial):
+        real, size = Fraction(complex(root).real), Fraction(abs(root))
+        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
+        if abs(complex(root).imag) <= REAL * abs(root) or kept <= sum(
+            share * size**k for k, share in enumerate(slack)
+        ):
+            yield complex(root).real
+
+
+def _roots(polynomial: Polynomial) -> list[complex]:
+    """All roots, to floats. Raises OverflowError where one is beyond these."""
+    largest = _size(polynomial) or Fraction(1)
+    with np.errstate(all="ignore"):  # seen to below
+        try:
+            roots: list[complex] = np.roots([float(c / largest) for c in reversed(polynomial)]).tolist()
+        except np.linalg.LinAlgError:
+            raise OverflowError from None
+    if not all(map(isfinite, roots)):
+        raise OverflowError
+    return roots
+
+
+def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
+    """Whether it is plain that the point with these tears is an answer (then kept), or that it is none."""
+    point = point_at(question, forms, tears)
+    if point is None:
+        return False
+    if astray(question, point, OFF):
+        return True
+    outside = trial.outside
+    trial.refine(list(point.values()))
+    return trial.outside is not outside or any(_near(question, point, one.values) for one in trial.answers)
+
+
+def _near(question: Question, point: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    sizes = zip(point.items(), question.scale(), strict=True)
+    return all(abs(v - other[name]) <= REFINED * max(abs(v), 1e-3 * scale) for (name, v), scale in sizes)
 
 
 def counted(question: Question, candidates: Candidates) -> bool:
@@ -403,8 +454,8 @@ def counted(question: Question, candidates: Candidates) -> bool:
     found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
     if found is None or any(_may_be_free(question, factor) for factor in found.indeterminate):
         return False
-    simple = simple_part(found.polynomial)
-    roots = real_roots(simple, *question.domain(block.tears[0]))
+    simple = _algebra().simple_part(found.polynomial)
+    roots = _algebra().real_roots(simple, *question.domain(block.tears[0]))
     if roots is None or doubtful_extremum(simple):
         return False
     return all(_settled(question, candidates, forms, root) for root in roots)
@@ -413,7 +464,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
 def _may_be_free(question: Question, factor: Polynomial) -> bool:
     """Whether the rules admit a zero of a factor that an explicit form divides by, and into."""
     tear = question.kernel.block.tears[0]
-    zeros = real_roots(simple_part(factor), *question.domain(tear))
+    zeros = _algebra().real_roots(_algebra().simple_part(factor), *question.domain(tear))
     return zeros is None or any(_is_admitted(question, tear, zero) for zero in zeros)
 
 

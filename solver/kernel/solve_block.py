@@ -23,9 +23,13 @@ from solver.kernel.contradiction import contradiction
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.free_curve import without_curves
 from solver.kernel.linear_block import Blur, solve_linear_block
-from solver.kernel.polynomial_block import counted, solve_as_polynomial, solve_by_half_angle
+from solver.kernel.polynomial_block import (
+    counted,
+    solve_as_polynomial,
+    solve_by_half_angle,
+    solve_by_resultant,
+)
 from solver.kernel.question import Budget, Question
-from solver.kernel.resultant_block import solve_by_resultant
 from solver.kernel.sparse_search import search_sparsely
 from solver.kernel.tear_search import TearSearch
 from solver.numerics.multistart import starting_points
