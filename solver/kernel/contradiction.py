@@ -14,7 +14,6 @@ what it divides by, which is not 0 at any answer.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
@@ -25,7 +24,6 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
 from rulesheets.syntax.nodes import Number as NumberNode
 from rulesheets.syntax.program import walk
@@ -37,23 +35,23 @@ CLEAR = 1e-9
 """Least share of the constants of the rules that they have to miss each other by."""
 MAX_RULES = 40
 
-Terms: TypeAlias = "dict[object, float]"
-"""Factors of expressions with unknowns in them; of the constant under None."""
-
 
 def contradiction(question: Question) -> Conflict | None:
     """The rules of a block that can't hold together, where linear algebra shows it."""
     forms = question.kernel.forms
     if len(forms) > MAX_RULES:
         return None
-    rows = [_terms(form, question.unknowns, question.here) for form in forms]
-    if any(row is None for row in rows):
-        return None
-    found = [row for row in rows if row is not None]
-    atoms = list(dict.fromkeys(atom for row in found for atom in row if atom is not None))
-    matrix = [[row.get(atom, 0.0) for atom in atoms] for row in found]
-    rhs = [-row.get(None, 0.0) for row in found]
-    if not all(math.isfinite(number) for row in (*matrix, rhs) for number in row):
+    unknowns = frozenset(question.unknowns)
+
+    def number(part: Expression) -> Fraction | None:
+        return Fraction(value(part, question.here)) if unknowns.isdisjoint(names(part)) else None
+
+    try:
+        rows = [monomials(form, number) for form in forms]
+        atoms = list(dict.fromkeys(monomial for row in rows for monomial in row if monomial))
+        matrix = [[float(row.get(atom, 0.0)) for atom in atoms] for row in rows]
+        rhs = [-float(row.get(ONE, 0.0)) for row in rows]
+    except (Undefined, ArithmeticError, ValueError):
         return None
     facts = solve_linear(matrix, rhs)
     size = max(
@@ -63,60 +61,6 @@ def contradiction(question: Question) -> Conflict | None:
         return None
     equations = tuple(question.equations[row] for row in facts.conflict)
     return Conflict(equations, facts.miss, dict(question.values))
-
-
-def _terms(form: Expression, unknowns: tuple[str, ...], here: Mapping[str, Value]) -> Terms | None:
-    """A rule as a sum; None where a factor or a constant has no value."""
-    total: Terms = {}
-
-    def constant(part: Expression) -> bool:
-        return not set(names(part)).intersection(unknowns)
-
-    def add(part: Expression, factor: float) -> None:
-        match part:
-            case _ if constant(part):
-                total[None] = total.get(None, 0.0) + factor * value(part, here)
-            case Negative(operand):
-                add(operand, -factor)
-            case Sum(terms):
-                for term in terms:
-                    add(term, factor)
-            case Product(left, right) if constant(left):
-                add(right, factor * value(left, here))
-            case Product(left, right) if constant(right):
-                add(left, factor * value(right, here))
-            case Quotient(left, right) if constant(right):
-                add(left, factor / value(right, here))
-            case Product():
-                number, key = _product(part, constant, here)
-                total[key] = total.get(key, 0.0) + factor * number
-            case _:
-                total[part] = total.get(part, 0.0) + factor
-
-    try:
-        add(form, 1.0)
-    except (Undefined, ArithmeticError):
-        return None
-    return total
-
-
-def _product(
-    part: Product, constant: Callable[[Expression], bool], here: Mapping[str, Value]
-) -> tuple[float, object]:
-    """A product as a number and its factors in no order: ``x*y`` and ``y*x`` are the same."""
-    number, factors, stack = 1.0, [], [part.left, part.right]
-    while stack:
-        factor = stack.pop()
-        if constant(factor):
-            number *= value(factor, here)
-        elif isinstance(factor, Product):
-            stack += [factor.left, factor.right]
-        elif isinstance(factor, Negative):
-            number, stack = -number, [*stack, factor.operand]
-        else:
-            factors.append(factor)
-    counts = {factor: factors.count(factor) for factor in factors}
-    return number, frozenset(counts.items())
 
 
 Monomial: TypeAlias = frozenset[tuple[Expression, int]]
@@ -155,7 +99,7 @@ def monomials(expression: Expression, number: Callable[[Expression], Fraction | 
                 row[monomial] = row.get(monomial, Fraction(0)) + factor * coefficient
 
     add(expression, Fraction(1))
-    return _cleared({monomial: c for monomial, c in row.items() if c})
+    return {monomial: c for monomial, c in row.items() if c}
 
 
 def _monomial(part: Expression, number: Callable[[Expression], Fraction | None]) -> tuple[Fraction, Monomial]:
@@ -244,7 +188,7 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
             return None
 
     try:
-        rows = [monomials(form, number) for form in question.kernel.forms]
+        rows = [_cleared(monomials(form, number)) for form in question.kernel.forms]
     except ZeroDivisionError:
         return None
     for row in reduced(rows, lambda monomial: _call(monomial) is not None):

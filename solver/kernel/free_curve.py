@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
-from solver.kernel.freedom import rank_loss
-from solver.kernel.question import Question
+from solver.kernel.question import Question, rank_loss
 from solver.kernel.start_search import sizes_of, starts_of
 from solver.numerics.newton import NewtonLimits, newton
 

@@ -24,8 +24,7 @@ from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import ROUNDINGS, blur, check_rule, half_unit, with_named_numbers
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer, BlockOutcome
-from solver.kernel.freedom import far_along, null_by_rounding, rank_loss
-from solver.kernel.question import Question
+from solver.kernel.question import Question, rank_loss
 from solver.numerics.linear import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 
@@ -274,6 +273,10 @@ class _Nearly:
         return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(question.values)),))
 
 
+FAR = 1.7
+"""How far a second point is taken from a first, in sizes of that."""
+
+
 def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
     """The outcome of a block that is linear in its unknowns; None where numbers are not finite.
 
@@ -377,3 +380,37 @@ def _free(
 ) -> BlockOutcome:
     fact = rank_loss(question, point, direction)
     return BlockOutcome((Answer(point),), complete=True, facts=(fact,), free=free)
+
+
+def null_by_rounding(
+    matrix: Sequence[Sequence[float]], rhs: Sequence[float]
+) -> tuple[list[float], list[float]] | None:
+    """Least-squares solution and null vector of A x = b where A has lost rank to rounding, else None."""
+    a, b = np.asarray(matrix, dtype=float), np.asarray(rhs, dtype=float)
+    rows = np.abs(a).max(axis=1)
+    if not (rows > 0).all():
+        return None
+    with np.errstate(all="ignore"):  # what overflows is refused as not finite
+        a, b = a / rows[:, None], b / rows
+        columns = np.abs(a).max(axis=0)
+        columns[columns == 0] = 1.0
+        scaled = a / columns
+        if not (np.isfinite(scaled).all() and np.isfinite(b).all()):
+            return None
+        _, singular, right = np.linalg.svd(scaled)
+        if singular[-1] > 1e-13 * singular[0]:
+            return None
+        solution = np.linalg.lstsq(scaled, b, rcond=1e-13)[0] / columns
+        null = right[-1] / columns
+        null = null / np.abs(null).max()
+    if not (np.isfinite(solution).all() and np.isfinite(null).all()):
+        return None
+    return solution.tolist(), null.tolist()
+
+
+def far_along(point: Mapping[str, float], direction: Mapping[str, float]) -> dict[str, float]:
+    """A second point, further from the first than that is large: at just its size, unknowns that are each
+    other's negatives would become 0, where nothing of a rule is left to go by."""
+    size = max(1.0, *(abs(v) for v in point.values()))
+    reach = FAR * size / max(abs(d) for d in direction.values())
+    return {n: v + (reach * direction[n] if math.isfinite(reach) else 0.0) for n, v in point.items()}

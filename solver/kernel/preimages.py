@@ -4,38 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 
-from rulesheets.evaluate import Undefined, derivatives, extended, value
+from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
-from solver.facts import AsksNothing, Fact, NoValue
+from solver.facts import AsksNothing, Fact, NoRoot, NoValue
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
-
-
-@dataclass(frozen=True, slots=True)
-class Exponents:
-    """``values`` are candidates, to be tried in the equation; ``anything``: every positive exponent does."""
-
-    values: tuple[float, ...] = ()
-    complete: bool = True
-    anything: bool = False
-
-
-def exponents(base: float, target: float) -> Exponents:
-    """The exponents that may take ``base`` ≤ 0 to ``target``: 0 to any positive one is 0, 0 to 0 is 1."""
-    if base == 0.0:
-        return Exponents((0.0,) if target == 1.0 else (), anything=target == 0.0)
-    if base == -1.0 and abs(target) == 1.0:
-        return Exponents((0.0 if target > 0.0 else 1.0,), complete=False)
-    if base == -1.0 or target == 0.0:
-        return Exponents()
-    return Exponents((float(round(math.log(abs(target)) / math.log(-base))),))
-
 
 MAX_TURNS = 2_000
 LISTED_TURNS = 128
@@ -197,15 +175,13 @@ def _bounded(turns: float) -> float:
     return min(max(turns, -MOST), MOST)
 
 
-DIGITS = 50
-"""With which numbers are looked at that floats make 0 of."""
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
 """How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
 EPSILON = 2.0**-52
-NOTHING = -5_000
-"""Power of 2 of the number 0: below that of any float, and of any product of them."""
+SMALL = 1e-150
+"""Squares of smaller numbers, and of larger ones than its inverse, are no floats."""
 CANCELLED = 1e-12
 """Share of what a number is made of that may be no more than what cancellation has left of its rounding."""
 
@@ -253,10 +229,6 @@ class Preimages:
     def _root(self, number: float) -> float:
         return math.sqrt(number)
 
-    def _parts(self, number: float) -> tuple[float, int]:
-        """A number as a mantissa and the power of 2 that it is multiplied by."""
-        return math.frexp(number) if number else (0.0, NOTHING)
-
     def _near(self, share: float) -> float:
         """The relative error at which numbers are told apart where floats take ``share``."""
         return share
@@ -284,8 +256,8 @@ class Preimages:
         refused: Exception | None = None
         for target in targets:
             try:
-                if (base := self._base(stage)) is not None:
-                    found.extend(self._exponents(base, target))
+                if (exponent := self._whole_exponent(stage, target)) is not None:
+                    found.append(exponent)
                     continue
                 inside = self._in_image(stage, target)
                 self._divisible(stage, inside)
@@ -339,7 +311,7 @@ class Preimages:
         self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
-        self.delicate = self.delicate or _underflows(stage.divisor, at)
+        self.delicate = self.delicate or not isinstance(stage.divisor, Name | Number)
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
         if self._holds_anyway() or (dividend == 0.0 and not self.isolation.verify):
@@ -375,26 +347,20 @@ class Preimages:
         unknown = self.isolation.unknown
         return all(check_rule(self.equation, {**known, unknown: number}).holds for number in SAMPLES)
 
-    # --- exponents ---
-
-    def _base(self, stage: Stage) -> float | None:
-        """The base of a power whose exponent is asked for, where it is not positive and has no logarithm."""
+    def _whole_exponent(self, stage: Stage, target: float) -> float | None:
+        """The only exponent that may take a negative base to a target: real powers of it have whole ones.
+        None where the base has a logarithm."""
         match stage:
             case Stage("power", divisor=Call("ln", (base,))):
                 number = self.evaluate(base, self.values)
-                return None if number > 0.0 else number
+                if number > 0.0:
+                    return None
+                if number in (0.0, -1.0) or target == 0.0:  # many, or none
+                    self.proven = False
+                    raise Refused(NoRoot((self.index,), (self.isolation.unknown,), proven=False))
+                return float(round(math.log(abs(target)) / math.log(-number)))
             case _:
                 return None
-
-    def _exponents(self, base: float, target: float) -> tuple[float, ...]:
-        unknown, found = self.isolation.unknown, exponents(base, target)
-        if found.anything:
-            raise Refused(AsksNothing(self.index, unknown))
-        if not found.values:
-            reading = f"a power of {number_text(float(base))} to be {number_text(float(target))}"
-            raise Refused(NoValue(self.index, unknown, reading))
-        self.complete = self.complete and found.complete
-        return found.values
 
     # --- whole turns ---
 
@@ -418,21 +384,19 @@ class Preimages:
                 reading = f"0 times {unknown} = {number_text(float(-c))}"
                 raise Refused(fact or NoValue(self.index, unknown, reading, pole=True))
             return [-c / b]
-        (a, up), (b, middle), (c, down) = map(self._parts, (a, b, c))
-        unit = max(middle, (up + down) // 2)  # the squares of small and large numbers are no floats
-        b = _shifted(b, middle - unit)
-        square, product = b * b, 4 * _shifted(a * c, up + down - 2 * unit)
+        if any(v and not SMALL <= abs(v) <= 1.0 / SMALL for v in (a, b, c)):
+            self.delicate = True  # their squares may be no floats
+        square, product = b * b, 4 * a * c
         discriminant = square - product
         if discriminant < 0.0:
             size = max(square, abs(product))
             self.delicate = self.delicate or -discriminant <= DELICATE * size
             if discriminant < -self._near(1e-9) * size:
-                needed = number_text(float(_shifted(discriminant, 2 * unit)))
-                raise Refused(NoValue(self.index, unknown, f"sqrt of {needed}"))
+                raise Refused(NoValue(self.index, unknown, f"sqrt of {number_text(float(discriminant))}"))
             discriminant, self.clamped = 0.0, True
         root = self._root(discriminant)
         q = -0.5 * (b - root if b < 0.0 else b + root)
-        roots = [_shifted(q / a, unit - up), _shifted(c / q, down - unit) if q else 0.0]
+        roots = [q / a, c / q if q else 0.0]
         return sorted(roots, reverse=True) if roots[0] != roots[1] else roots[:1]
 
 
@@ -442,16 +406,6 @@ def _alternately(lists: Iterable[Sequence[float]]) -> Iterator[float]:
         yield from (number for number in some if number is not None)
 
 
-def _shifted(mantissa: float, exponent: int) -> float:
-    """A number from its parts, infinite where it is too large."""
-    if not exponent:
-        return mantissa
-    try:
-        return math.ldexp(mantissa, exponent)
-    except OverflowError:
-        return math.copysign(math.inf, mantissa)
-
-
 def _reading(operation: str, target: float) -> str:
     """What a stage would need: ``sqrt of -3.2``, ``cosd = 1.08``."""
     if operation == "square":
@@ -459,13 +413,3 @@ def _reading(operation: str, target: float) -> str:
     if operation == "power":
         return f"a root or logarithm of {number_text(target)}"
     return f"{operation} = {number_text(target)}"
-
-
-def _underflows(expression: Expression, at: Mapping[str, Value]) -> bool:
-    """Whether what comes out as 0 in floats is a smaller number than they hold."""
-    if isinstance(expression, Name | Number):
-        return False
-    try:
-        return bool(extended(expression, at, DIGITS) != 0)
-    except Undefined:
-        return True

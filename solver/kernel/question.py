@@ -17,11 +17,13 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from rulesheets.deadline import expect_time, limited
+from rulesheets.evaluate import derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Number
 from rulesheets.syntax.program import walk
 from solver.accuracy.alike import note_checks
 from solver.accuracy.rule_check import check_rule
+from solver.facts import RankLoss
 from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Factor, factorise, sparse_matrix
 from solver.numerics.multistart import Array
@@ -263,3 +265,75 @@ class Question:
         number = point[first]
         behind = float(number < 0)
         return (distance, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
+
+
+def rank_loss(
+    question: Question,
+    point: Mapping[str, float],
+    direction: Mapping[str, float],
+    free: tuple[str, ...] = (),
+) -> RankLoss:
+    """The fact that a block leaves its unknowns free along ``direction`` at ``point``: those that move
+    there, where it is not known which are."""
+    free = free or tuple(name for name, slope in direction.items() if abs(slope) > 1e-9)
+    with np.errstate(all="ignore"):
+        try:
+            return RankLoss(question.equations, free, direction, _everywhere(question, point))
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return RankLoss(question.equations, free, direction, False)
+
+
+STEP_ALONG = 1e-2
+"""Share of the size of a variable by which a point is displaced."""
+
+
+def _everywhere(question: Question, point: Mapping[str, float]) -> bool:
+    """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
+
+    A point of the solution set over unknowns *and* known values is displaced along the null space of
+    the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost
+    rank there too, the equations repeat one another; if not, it is the values at hand that are special.
+
+    Raises ArithmeticError and LinAlgError.
+    """
+    n = len(question.unknowns)
+    z = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])
+    if n == len(z):
+        return True
+    _, jacobian = _linearized(question, z)
+    rank, right = _rank(jacobian, 1e-6)
+    for seed in range(3):
+        mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
+        moved = _returned(question, z + STEP_ALONG * _sizes(z) * (mix @ right[rank:]))
+        if moved is not None and _rank(_linearized(question, moved)[1][:, :n], 1e-5)[0] == n:
+            return False
+    return True
+
+
+def _linearized(question: Question, z: Array) -> tuple[Array, Array]:
+    """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,), in units of their sizes."""
+    names = (*question.unknowns, *question.kernel.known)
+    at = dict(zip(names, z.tolist(), strict=True))
+    swept = [derivatives(form, at) for form in question.kernel.forms]
+    rows = np.array([[slopes.get(name, 0.0) for name in names] for _, slopes in swept])
+    return np.array([miss for miss, _ in swept]), rows * _sizes(z)
+
+
+def _sizes(z: Array) -> Array:
+    return np.where(z, np.abs(z), 1.0)
+
+
+def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
+    """The rank of a matrix with its rows equilibrated, and its right singular vectors."""
+    size = np.abs(jacobian).max(axis=1, keepdims=True)
+    _, values, right = np.linalg.svd(jacobian / np.where(size > 0.0, size, 1.0))
+    return int((values > share * values[0]).sum()), right
+
+
+def _returned(question: Question, z: Array) -> Array | None:
+    """The nearest point of the solution set, by Gauss–Newton; None where it is not reached."""
+    for _ in range(12):
+        miss, jacobian = _linearized(question, z)
+        z = z - np.linalg.lstsq(jacobian / _sizes(z), miss, rcond=1e-10)[0]
+    settled = np.abs(_linearized(question, z)[0]).max() <= 1e-9 * max(1.0, np.abs(z).max() ** 2)
+    return z if settled else None

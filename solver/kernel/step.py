@@ -12,29 +12,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rulesheets.evaluate import (
-    Undefined,
-    derivatives,
-    extended,
-    extended_derivatives,
-    rounded_derivatives,
-    value,
-)
+from rulesheets.evaluate import Undefined, derivatives, extended, value
 from rulesheets.evaluate.digits import context
-from rulesheets.functions import TABLE
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
+from rulesheets.syntax.nodes import Expression, Name, Number, operands
 from solver.accuracy.digits import SPARE, Unresolved
 from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import CANCELLED, DELICATE, DIGITS, EPSILON, SAMPLES, Preimages, Refused
+from solver.kernel.preimages import DELICATE, EPSILON, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
-
-SMALLEST = 2.0**-1022
-"""The smallest float with all of its digits."""
-LEVEL = 1e-6
-"""Relative change of a rule with an unknown, up to which it may come of rounding that there is any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,26 +73,7 @@ class StepSolver(Preimages):
 
     def _on_the_edge(self, undefined: Undefined) -> bool:
         """Whether rounding may have led an operation out of its domain: to a pole, beyond an end."""
-        match undefined.expression:
-            case Call(function, arguments):
-                ends = TABLE[function].domain
-            case Quotient(_, divisor):
-                arguments, ends = (divisor,), (0.0, 0.0)
-            case Power(base, _):
-                arguments, ends = (base,), (0.0, 0.0)
-            case _:
-                return False
-        for argument in arguments:
-            try:
-                number, slopes, rounded = rounded_derivatives(argument, self.values)
-            except (Undefined, KeyError):  # of what stands on the way to the unknown
-                continue
-            made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
-            exact = isinstance(argument, Name | Number)
-            lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
-            if lost or (not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)):
-                return True
-        return False
+        return not all(isinstance(part, Name | Number) for part in operands(undefined.expression))
 
     def _wrapped(self, number: float) -> float:
         """An angle without a declared range is reported in (-180, 180]."""
@@ -187,22 +155,9 @@ class StepSolver(Preimages):
         if any(stage.operation == "abs" for stage in self.isolation.stages):
             return None
         unknown = self.isolation.unknown
-        if self._slope(number)[1] != 0.0 or self._slopes_below_floats(number):
+        if self._slope(number)[1] != 0.0:
             return None
         return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
-
-    def _slopes_below_floats(self, number: float) -> bool:
-        """Whether the slope is no 0, but a number smaller than floats hold."""
-        if not number:
-            return False
-        at, unknown = {**self.values, self.isolation.unknown: number}, self.isolation.unknown
-        try:
-            sides = [extended_derivatives(s, at, DIGITS) for s in (self.equation.left, self.equation.right)]
-        except Undefined:
-            return False
-        (left, by_left), (right, by_right) = sides
-        slope = abs(by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0))
-        return bool(slope < SMALLEST and slope * abs(number) > LEVEL * (abs(left) + abs(right)))
 
     def _same(self, a: float, b: float) -> bool:
         return abs(a - b) <= self._near(8 * EPSILON) * max(abs(a), abs(b))
@@ -271,9 +226,6 @@ class PreciseStep(StepSolver):
 
     def _root(self, number: Any) -> Any:
         return self.mp.sqrt(number)
-
-    def _parts(self, number: Any) -> tuple[Any, int]:
-        return number, 0
 
     def _near(self, share: float) -> float:
         return float(10.0 ** (SPARE - self.digits))

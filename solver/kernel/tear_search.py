@@ -1,9 +1,5 @@
 """A block with one tear: the residual as a function of the tear, searched over its whole range.
 
-Where enclosures in floats overflow, a search gives up boxes that nobody asks about. Whoever calls its answers
-all has to look at them: at single points enclosures mostly tell the sign, and numbers of many digits, which
-have exponents of any size, where they don't. A change of sign tells of a root in there, or of a pole.
-
 Far out on the line of a tear floats cannot tell ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed
 in many digits, and what it misses by has to come of the last places of the numbers that it is made of.
 """
@@ -13,26 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import pairwise
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.evaluate.digits import context
-from rulesheets.model import Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Sum, children, rebuilt
+from rulesheets.syntax.nodes import Call, Number, Power, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import BACKWARD
+from solver.accuracy.rule_check import BACKWARD, with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
-from solver.kernel.freedom import rank_loss
-from solver.kernel.question import Budget, Question
+from solver.kernel.question import Budget, Question, rank_loss
 from solver.path import rational
 
 if TYPE_CHECKING:
-    from solver.numerics.interval_function import Enclosure, Interval
+    from solver.numerics.interval_function import Interval
 
 
 DIGITS = 60
@@ -59,19 +52,12 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
 class _Following:
     def __init__(self, chain: Chain, x: float, known: Mapping[str, float]) -> None:
         self.numbers: dict[str, float] = {}
-        self.steps = [(step.name, self._named(step.expression)) for step in chain.assignments]
+        self.steps = [
+            (step.name, with_named_numbers(step.expression, self.numbers)) for step in chain.assignments
+        ]
         self.tear, self.x = chain.tears[0], x
         self.digits = DIGITS + max(0, math.frexp(x)[1] // 3)
         self.numbers.update(known)
-
-    def _named(self, expression: Expression) -> Expression:
-        """The expression with names for its numbers that may have been rounded."""
-        if isinstance(expression, Number) and not expression.value.is_integer():
-            name = f"#number {expression.value!r}"
-            self.numbers[name] = expression.value
-            return Name(name)
-        parts = children(expression)
-        return rebuilt(expression, tuple(map(self._named, parts))) if parts else expression  # type: ignore[arg-type]
 
     def residual(self, moved: Mapping[str, Any] | None = None) -> Any:
         """The last residual, some of the numbers ``moved``. Raises Undefined."""
@@ -90,32 +76,11 @@ class _Following:
 
 REMOTE_DIGITS = 350
 """So many show 1e-300 beside 1; special functions are too dear for that."""
-SPARE = 8
 STRIDE = 25.0
-"""Decades between two points."""
-HALVINGS = 64
+"""Decades between two points on remote boxes."""
 MILD = 0.4
 """Exponents below which a power of 1e100 may be taken for a number of ordinary size."""
 _LOGARITHMIC = frozenset({"ln", "log", "log10", "asinh", "acosh", "lgamma", "y0", "k0"})
-
-
-def changes_of_sign(
-    chain: Chain, known: Mapping[str, Value], boxes: Sequence[Interval], enclose: Enclosure
-) -> list[float]:
-    """Next to where the residual changes its sign on ``boxes`` (low, high) of the tear that do not hold 0.
-
-    ``enclose`` takes boxes to enclosures of the residual.
-    """
-    if not any(_compresses(part) for item in chain.assignments for part in walk(item.expression)):
-        return []
-    residual = _Residual(chain, known, enclose)
-    found = []
-    for low, high in _runs(boxes):
-        signs = [(x, sign) for x in _points(low, high) if (sign := residual.sign(x))]
-        for (one, sign), (other, last) in pairwise(signs):
-            if sign != last:
-                found.append(residual.between(one, other, sign))
-    return found
 
 
 def _compresses(part: object) -> bool:
@@ -131,73 +96,20 @@ def _compresses(part: object) -> bool:
     return False
 
 
-def _runs(boxes: Sequence[Interval]) -> list[Interval]:
-    """Boxes side by side taken together."""
-    runs: list[Interval] = []
+def _runs(boxes: Sequence[Interval]) -> list[list[float]]:
+    """The ends of boxes that do not hold 0, and powers of ten between them: of boxes side by side in one."""
+    runs: list[list[float]] = []
+    before = math.nan
     for low, high in sorted(boxes):
-        if runs and runs[-1][1] == low:
-            runs[-1] = runs[-1][0], high
-        else:
-            runs.append((low, high))
+        side = math.copysign(1.0, low + high)
+        first, last = (math.log10(abs(end) or 5e-324) for end in (low, high))
+        count = max(1, math.ceil(abs(last - first) / STRIDE))
+        inside = (side * 10.0 ** (first + k * (last - first) / count) for k in range(1, count))
+        if low != before:
+            runs.append([low or 5e-324])
+        runs[-1] += [*inside, high or -5e-324]
+        before = high
     return runs
-
-
-def _points(low: float, high: float) -> Iterator[float]:
-    """The ends, and powers of ten between them, in their order."""
-    sign = math.copysign(1.0, low + high)
-    small, large = sorted((abs(low), abs(high)))
-    first, last = (math.log10(size or 5e-324) for size in (small, large))
-    count = max(1, math.ceil((last - first) / STRIDE))
-    inside = [10.0 ** (first + k * (last - first) / count) for k in range(1, count)]
-    sizes = [small or 5e-324, *inside, large]
-    yield from (sign * size for size in (sizes if sign > 0 else reversed(sizes)))
-
-
-class _Residual:
-    def __init__(self, chain: Chain, known: Mapping[str, Value], enclose: Enclosure) -> None:
-        self.chain, self.known, self.enclose = chain, known, enclose
-
-    def sign(self, x: float) -> int:
-        """0 where it is not known, or there is no value."""
-        ((low, high),) = self.enclose([(x, x)])
-        if isnan(low) and isnan(high):
-            return 0
-        return 1 if low > 0.0 else -1 if high < 0.0 else self.exact_sign(x)
-
-    def exact_sign(self, x: Any) -> int:
-        """The same of a number of many digits."""
-        values: dict[str, Any] = {**self.known, self.chain.tears[0]: x}
-        try:
-            for item in self.chain.assignments:
-                values[item.name] = number = extended(item.expression, values, REMOTE_DIGITS)
-                if not item.low <= number <= item.high:
-                    return 0
-            last = self.chain.assignments[-1].expression
-            terms = last.terms if isinstance(last, Sum) else (last,)
-            size = sum(abs(extended(term, values, REMOTE_DIGITS)) for term in terms)
-        except (Undefined, OverflowError):
-            return 0
-        mp = self._context
-        return int(mp.sign(number)) if abs(number) > size * mp.mpf(10) ** (SPARE - REMOTE_DIGITS) else 0
-
-    def between(self, low: float, high: float, sign: int) -> float:
-        """The float next to where the residual, of that sign at ``low``, changes it."""
-        mp = self._context
-        one, other = mp.mpf(low), mp.mpf(high)
-        for _ in range(HALVINGS):
-            far = abs(one / other) > 4 or abs(other / one) > 4
-            middle = mp.sign(one) * mp.sqrt(one * other) if far else (one + other) / 2
-            there = self.exact_sign(middle)
-            if not there:
-                break
-            one, other = (middle, other) if there == sign else (one, middle)
-        return float(one)
-
-    @property
-    def _context(self) -> Any:
-        from rulesheets.evaluate.digits import context
-
-        return context(REMOTE_DIGITS)
 
 
 SEARCH_BOXES = 12_000
@@ -281,18 +193,34 @@ class TearSearch:
         self.doubts = self.doubts or not self.kernel.exhaustive
         return complete and not self.doubts
 
-    def _beyond(self, place: int, boxes: Sequence[tuple[float, float]]) -> bool:
-        """Whether there may be roots on remote boxes, that a search gave up; those found there are tried."""
-        if not boxes:
+    def _beyond(self, place: int, boxes: Sequence[Interval]) -> bool:
+        """Whether the residual may change its sign on boxes beyond 1e±100, that a search gave up: at a root,
+        or a pole."""
+        parts = (part for item in self.kernel.chains()[place].assignments for part in walk(item.expression))
+        if not boxes or not any(map(_compresses, parts)):
             return False
+        return any({self._sign(place, x) for x in run} >= {1, -1} for run in _runs(boxes))
 
-        enclose = partial(self.kernel.enclosure(place).ranges, known=self.question.known)
-        changes = changes_of_sign(self.kernel.chains()[place], self.question.here, boxes, enclose)
-        for x in changes:
-            point = self._along(place, x)
-            if point is not None:
-                self.candidates.refine(list(point.values()))
-        return bool(changes)
+    def _sign(self, place: int, x: float) -> int:
+        """The sign of the residual; 0 where it is not known, or there is no value."""
+        ((low, high),) = self.kernel.enclosure(place).ranges([(x, x)], self.question.known)
+        return 1 if low > 0.0 else -1 if high < 0.0 else 0 if isnan(low) else self._exact_sign(place, x)
+
+    def _exact_sign(self, place: int, x: float) -> int:
+        """The same in many digits, whose exponents have any size."""
+        chain, mp = self.kernel.chains()[place], context(REMOTE_DIGITS)
+        values: dict[str, Any] = {**self.question.here, self.tear: x}
+        try:
+            for item in chain.assignments:
+                values[item.name] = number = extended(item.expression, values, REMOTE_DIGITS)
+                if not item.low <= number <= item.high:
+                    return 0
+            last = chain.assignments[-1].expression
+            terms = last.terms if isinstance(last, Sum) else (last,)
+            size = sum(abs(extended(term, values, REMOTE_DIGITS)) for term in terms)
+        except (Undefined, OverflowError):
+            return 0
+        return int(mp.sign(number)) if abs(number) > size * mp.mpf(10) ** (8 - REMOTE_DIGITS) else 0
 
     def _at_ends(self) -> None:
         """The ends of a declared range, where a root may lie a rounding outside."""
