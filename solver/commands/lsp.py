@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -23,5 +25,6 @@ def run(arguments: Namespace) -> int:
         raise RuleSheetError(missing_extra("the language server needs", "pygls", "lsp"))
     from solver.editor.server import server
 
-    server(arguments.timeout).start_io()
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:  # the server closes what it writes to
+        server(arguments.timeout).start_io(stdout=out)
     return 0

@@ -70,9 +70,7 @@ class Lane:
         """Kill the worker; the next question starts another."""
         process, self._process = self._process, None
         if process is not None:
-            with suppress(ProcessLookupError):
-                process.kill()
-            await process.communicate()
+            await _end(process)
 
     def _give_way(self) -> None:
         if time.monotonic() - self._since > PATIENCE:
@@ -113,9 +111,7 @@ class Workers:
 
     async def close(self) -> None:
         if self._spare is not None:
-            process = await self._spare
-            process.kill()
-            await process.communicate()
+            await _end(await self._spare)
 
 
 async def _started() -> asyncio.subprocess.Process:
@@ -131,6 +127,13 @@ async def _started() -> asyncio.subprocess.Process:
     assert process.stdout is not None
     await process.stdout.readline()
     return process
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """Kill a worker, which may have ended already."""
+    with suppress(ProcessLookupError):
+        process.kill()
+    await process.communicate()
 
 
 async def _exchange(process: asyncio.subprocess.Process, question: Json) -> Json | None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -119,3 +121,31 @@ def test_textmate_tells_words_alike() -> None:
         ]
         ours = [(w.kind, w.text) for w in words(sheet.read_text(encoding="utf-8")) if w.kind in kinds]
         assert theirs == ours, sheet
+
+
+def test_the_extension_starts_a_server_that_checks_and_ends(tmp_path: Path) -> None:
+    """As VS Code runs it, but for VS Code: the protocol library of its client drives the server."""
+    if not shutil.which("node") or not (VSCODE / "node_modules").is_dir():
+        pytest.skip("needs node and the packages of the extension")
+    pytest.importorskip("pygls")
+    command = tmp_path / "backsolve"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m solver "$@"\n')
+    command.chmod(0o755)
+    script = Path(__file__).parent / "extension.cjs"
+    words = ["node", str(script), str(VSCODE), str(command)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, env=environment)
+    assert done.returncode == 0 and done.stderr == ""
+    told = json.loads(done.stdout)
+    assert told["codes"] == ["E104"] and told["ended"] == 0
+    assert {"hoverProvider", "completionProvider", "renameProvider"} <= {*told["capabilities"]}
+
+
+def test_the_extension_tells_words_as_the_language_does() -> None:
+    configuration = json.loads((VSCODE / "language-configuration.json").read_text(encoding="utf-8"))
+    assert configuration["comments"] == {"lineComment": '"'}
+    assert not [pair for pair in configuration["autoClosingPairs"] if pair[0] in "\"'"]
+    package = json.loads((VSCODE / "package.json").read_text(encoding="utf-8"))
+    (language,), (grammar,) = package["contributes"]["languages"], package["contributes"]["grammars"]
+    assert language["extensions"] == [".tk"] and grammar["language"] == language["id"]
+    assert (VSCODE / language["configuration"]).is_file() and (VSCODE / grammar["path"]).is_file()

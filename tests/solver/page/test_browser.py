@@ -248,14 +248,27 @@ def test_the_slider_is_dragged_through_the_end_of_its_stroke_and_back(crank: Tab
     undo_all(crank)
 
 
-def frame_rate(tab: Tab, steps: int = 120) -> tuple[int, float, float]:
-    """Drawn answers, their median and their greatest distance in milliseconds, from -90 to 30 degrees."""
+TURN = """async ([from, to]) => {
+  const knob = document.querySelector('[data-handle="A"]');
+  const group = document.querySelector('[data-figure=position] > g');
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  for (let angle = from; angle <= to; angle++) {
+    const turned = angle * Math.PI / 180;
+    const at = new DOMPoint(3 * Math.cos(turned), 3 * Math.sin(turned)).matrixTransform(group.getScreenCTM());
+    const where = {clientX: at.x, clientY: at.y, pointerId: 1, bubbles: true};
+    knob.dispatchEvent(new PointerEvent('pointermove', where));
+    await frame();
+  }
+}"""
+"""Turns the crank by a degree a frame: the page sets the pace, not the test that drives it."""
+
+
+def frame_rate(tab: Tab, first: int = -89, last: int = 190) -> tuple[int, float, float]:
+    """Drawn answers, their median and their greatest distance in milliseconds."""
     tab.grab("A")
     tab.pull(0.0, -3.0, 10)
     tab.page.evaluate(WATCH)
-    for step in range(steps):
-        angle = math.radians(-90 + step)
-        tab.page.mouse.move(*tab.place(3 * math.cos(angle), 3 * math.sin(angle)))
+    tab.page.evaluate(TURN, [first, last])
     tab.page.wait_for_timeout(100)
     at = sorted({round(frame["at"]) for frame in tab.page.evaluate("drawn")})
     tab.release()
@@ -267,7 +280,7 @@ def test_a_drag_is_drawn_fast(crank: Tab, record_property: Any) -> None:
     count, median, worst = frame_rate(crank)
     record_property("frames", f"{count} frames, median {median} ms, worst {worst} ms")
     print(f"\n{count} frames, median {median} ms, worst {worst} ms")
-    assert count > 60
+    assert count > 120 and median <= 1000 / 30
     undo_all(crank)
 
 
@@ -387,7 +400,7 @@ def test_a_slow_sheet_does_not_hold_up_another_tab(crank: Tab, served: Served) -
     slow.get_by_label("Sheet", exact=True).select_option("slow.tk")
     slow.wait_for_selector("body[data-state=working]")
     crank.page.bring_to_front()
-    count, median, worst = frame_rate(crank, 90)
+    count, median, worst = frame_rate(crank, -89, 30)
     print(f"\nbeside a slow solve: {count} frames, median {median} ms, worst {worst} ms")
     assert count > 40
     slow.wait_for_selector("body[data-state=settled]", timeout=60_000)
