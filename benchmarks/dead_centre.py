@@ -128,7 +128,7 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
-    from solver.chart.measure import FALSE, Mark
+    from solver.chart import FALSE, Mark
     from solver.pictures.chart import stability_picture
 
     marks = []
@@ -138,7 +138,8 @@ def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) 
             marks.append(Mark(name, name, None, status, wrong, None, seconds, distance))
     places = {distance: distance for distance in DISTANCES}
     label = "relative distance of the slider from dead centre"
-    stability_picture(marks, "the crank driven by its slider", label, places).savefig(path, dpi=130)
+    title = "the crank driven by its slider"
+    stability_picture(marks, title, label, FALSE, places).savefig(path, dpi=130)
 
 
 def main() -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from io import StringIO
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import Label, RuleSheetError, error, plural
 from rulesheets.syntax.source import escaped
-from solver.chart.measure import Mark, measure, measure_along
+from solver.chart import FALSE, Mark, measure, measure_along
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.files.replacing import write_file
@@ -34,7 +38,7 @@ def chart_table(marks: Sequence[Mark]) -> str:
             mark.status,
             _error(mark.error),
             "" if mark.radius is None else _error(mark.radius),
-            _count(mark.iterations),
+            "" if mark.iterations is None else str(mark.iterations),
             f"{1e6 * mark.seconds:.1f}",
         )
         for mark in marks
@@ -54,35 +58,27 @@ def stability_table(marks: Sequence[Mark], name: str) -> str:
 
 
 def summary(marks: Iterable[Mark]) -> str:
-    """How many were solved, false, or without an answer, by family."""
-    marks = tuple(marks)
-    lines = []
-    for method in dict.fromkeys(mark.method for mark in marks):
-        mine = [mark for mark in marks if mark.method == method]
-        solved, false = (sum(mark.status == status for mark in mine) for status in ("solved", "false"))
-        parts = [f"{solved} of {plural(len(mine), 'point')} solved"]
-        parts += [f"{false} false"] if false else []
-        parts += [f"{len(mine) - solved - false} without an answer"] if solved + false < len(mine) else []
-        lines.append(f"{method}: {', '.join(parts)}")
-    return "\n".join(lines)
+    """How many were solved, false, or without an answer, by method."""
+    counts: dict[str, Counter[str]] = {}
+    for mark in marks:
+        said = mark.status if mark.status in ("solved", "false") else "without an answer"
+        counts.setdefault(mark.method, Counter())[said] += 1
+    return "\n".join(f"{method}: {', '.join(_counted(count))}" for method, count in counts.items())
+
+
+def _counted(count: Counter[str]) -> Iterator[str]:
+    yield f"{count['solved']} of {plural(count.total(), 'point')} solved"
+    yield from (f"{count[said]} {said}" for said in ("false", "without an answer") if count[said])
 
 
 def chart_csv(marks: Iterable[Mark]) -> str:
     """One line a measurement, all digits; empty where there is nothing."""
-    lines = [",".join(COLUMNS)]
+    text = StringIO()
+    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
     for mark in marks:
-        cells = (
-            mark.method,
-            "" if mark.tolerance is None else repr(mark.tolerance),
-            "" if mark.at is None else repr(mark.at),
-            mark.status,
-            "" if math.isnan(mark.error) else repr(mark.error),
-            "" if mark.iterations is None else str(mark.iterations),
-            repr(mark.seconds),
-            "" if mark.radius is None else repr(mark.radius),
-        )
-        lines.append(",".join(f'"{cell}"' if "," in cell else cell for cell in cells))
-    return "\n".join(lines) + "\n"
+        writer.writerow({**asdict(mark), "error": "" if math.isnan(mark.error) else mark.error})
+    return text.getvalue()
 
 
 def _cell(mark: Mark | None) -> str:
@@ -95,10 +91,6 @@ def _cell(mark: Mark | None) -> str:
 
 def _error(error: float) -> str:
     return "" if math.isnan(error) else "0" if error == 0.0 else f"{error:.0e}"
-
-
-def _count(iterations: int | None) -> str:
-    return "" if iterations is None else str(iterations)
 
 
 KINDS = (".png", ".svg", ".csv")
@@ -191,11 +183,11 @@ def _drawn(
 
     sheet = request.model.name
     if name is None:
-        return speed_picture(marks, sheet)
+        return speed_picture(marks, sheet, FALSE)
     unit = request.model.variables[name].unit
     label = f"{name}, {unit}" if unit else name
     label = f"relative distance of {name} from its limit" if places else label
-    return stability_picture(marks, sheet, label, places)
+    return stability_picture(marks, sheet, label, FALSE, places)
 
 
 def _write(path: str, data: bytes) -> None:

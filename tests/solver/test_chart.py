@@ -14,7 +14,7 @@ pytest.importorskip("matplotlib")
 
 import rulesheets
 import solver
-from solver.chart.measure import Mark, active_rules, exact_state, measure, measure_along, plain_newton
+from solver.chart import FALSE, Mark, measure, measure_along, mode_at, plain_newton
 from solver.cli import main
 from solver.commands.chart import COLUMNS, chart_csv, stability_table
 from solver.numerics.elimination import eliminate
@@ -39,14 +39,12 @@ def marks(crank: rulesheets.Model) -> tuple[Mark, ...]:
 
 def test_the_reference_is_right_to_fifty_digits(crank: rulesheets.Model) -> None:
     result = solver.solve(crank)
-    rules = active_rules(crank, result.solutions[0], result.inputs)
-    assert rules is not None
-    state = exact_state(rules, result.solutions[0], result.inputs)
-    assert state is not None
+    mode = mode_at(crank, result.solutions[0], result.inputs)
+    assert mode is not None
     exact = forward(Crank(3.0, 8.0, 2.0, -15.0, -10.0, -30.0))
     with mpmath.workdps(50):
         for name in ("xB", "vB", "omegaAB", "aB", "alphaAB", "m2"):
-            assert abs(state[name] / exact[name] - 1) < mpmath.mpf(10) ** -47
+            assert abs(mode.state[name] / exact[name] - 1) < mpmath.mpf(10) ** -47
 
 
 def test_every_method_is_measured(marks: tuple[Mark, ...]) -> None:
@@ -71,7 +69,7 @@ def test_the_proof_tells_the_radius_of_its_numbers(marks: tuple[Mark, ...]) -> N
 def test_without_the_extra_there_is_no_proof_on_the_chart(
     crank: rulesheets.Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("solver.chart.measure.can_prove", lambda: False)
+    monkeypatch.setattr("solver.chart.can_prove", lambda: False)
     found = measure(crank, {}, ["xB"], {})
     assert "backsolve" in {mark.family for mark in found}
     assert "backsolve, proved" not in {mark.family for mark in found}
@@ -109,15 +107,15 @@ def test_elimination_in_exact_numbers() -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-6, 1e-12])
 def test_plain_newton_ends_at_its_tolerance(tolerance: float) -> None:
-    end = plain_newton(lambda x: [x[0] ** 2 - 2], lambda x: [[2 * x[0]]], [1.0], [1.0], tolerance)
+    end = plain_newton(lambda x: [x[0] ** 2 - 2], lambda x: [[2 * x[0]]], [1.0], tolerance)
     assert end.success
     assert end.x[0] == pytest.approx(math.sqrt(2), rel=tolerance**2 + 1e-15)
-    lost = plain_newton(lambda x: [x[0] ** 2 + 2], lambda x: [[2 * x[0]]], [1.0], [1.0], tolerance)
+    lost = plain_newton(lambda x: [x[0] ** 2 + 2], lambda x: [[2 * x[0]]], [1.0], tolerance)
     assert not lost.success
 
 
 def test_pictures_hold_every_method(marks: tuple[Mark, ...]) -> None:
-    (axes,) = speed_picture(marks, "crank").axes
+    (axes,) = speed_picture(marks, "crank", FALSE).axes
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert {"backsolve", "Newton", "scipy hybr"} <= set(labels)
     points = [
@@ -126,7 +124,7 @@ def test_pictures_hold_every_method(marks: tuple[Mark, ...]) -> None:
         Mark("scipy lm", "scipy lm", None, "false", 0.5, 7, 1e-4, 1.0),
         Mark("scipy lm", "scipy lm", None, "no convergence", math.nan, 70, 1e-4, 2.0),
     ]
-    top, times, status = stability_picture(points, "crank", "x", {1.0: 1e-1, 2.0: 1e-2}).axes
+    top, times, status = stability_picture(points, "crank", "x", FALSE, {1.0: 1e-1, 2.0: 1e-2}).axes
     crosses = [line.get_xydata().tolist() for line in status.lines if line.get_marker() == "x"]
     assert crosses == [[[0.01, 0]], [[0.01, 1]]]
     for axes, height in ((top, 0.5), (status, 1)):

@@ -1,1 +1,0 @@
-"""Every method that applies to a sheet, measured: time, iterations, and error against 50 digits."""
