@@ -130,6 +130,8 @@ def _variables(
 
 def _passed(program: Program) -> set[str]:
     """Names that the sheet's own rules only pass from the results of one call to the arguments of another."""
+    if not program.functions:
+        return set()
     results: set[str] = set()
     arguments: set[str] = set()
     used: set[str] = set()

@@ -15,7 +15,7 @@ from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
-from rulesheets.parse import foreign, mistakes
+from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line, Word
 from rulesheets.parse.stop import Stop
@@ -27,6 +27,9 @@ KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 
 _ONLY_IN = {"LOCAL": "mark", "PLUS_MINUS": "row", "PERCENT": "row"}
 """Terminals that are words in lines of one kind alone: in a rule ``+-`` is a plus and a sign."""
+
+MOST_SHAPES = 10_000
+"""Shapes of rules that are remembered at a time."""
 
 _GRAMMAR = Path(__file__).parent.parent / "rules.lark"
 
@@ -48,6 +51,7 @@ class Grammar(threading.local):
     def __init__(self) -> None:
         self._builder = Builder()
         self._patterns: dict[frozenset[str], re.Pattern[str]] = {}
+        self.shapes: dict[tuple[str, ...], alike.Builder | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
@@ -132,6 +136,24 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
+    if kind == "rule" and len(source.text) > alike.LONG and (words := alike.words_of(line)):
+        return _read_alike(source, line, words)
+    return _read(source, line, kind)
+
+
+def _read_alike(source: Source, line: Line, words: alike.Words) -> Any:
+    """The node of a rule: from the third of a shape on, that of the second with other leaves."""
+    known = grammar().shapes
+    if (build := known.get(words.shape)) is not None:
+        return build(source, words.leaves, words.starts, words.ends)
+    node = _read(source, line, "rule")
+    if len(known) >= MOST_SHAPES:
+        known.clear()
+    known[words.shape] = alike.builder(node, words) if words.shape in known else None
+    return node
+
+
+def _read(source: Source, line: Line, kind: str) -> Any:
     if strange := tuple(foreign.strange_characters(source, line)):
         raise RuleSheetError(*strange)
     try:
