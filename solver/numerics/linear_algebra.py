@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 
 from solver.numerics.tolerances import EPS
 
+LARGE = 16
+"""Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
+
 Rows: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 
 
@@ -57,7 +60,7 @@ def as_matrix(matrix: Any, columns: int) -> Any:
 def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
     """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights (n,).
 
-    By LU where it is square and regular, else by singular values; 0 where some number is not finite.
+    By LU where it is large, square and regular, else by singular values; 0 where some number is not finite.
     """
     weights = np.asarray(column_weights, dtype=float)
     with np.errstate(all="ignore"):
@@ -65,7 +68,7 @@ def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
             return _sparse(matrix, weights) or any_rank(matrix.toarray(), weights)
         scaled = as_matrix(matrix, len(weights)) * weights
         sizes = np.abs(scaled).sum(axis=1)
-        if len(sizes) == len(weights) > 0 and sizes.min() > 0.0 and sizes.max() < np.inf:
+        if len(sizes) == len(weights) >= LARGE and sizes.min() > 0.0 and sizes.max() < np.inf:
             lapack = scipy.linalg.lapack  # scipy loads a part of its own when that is first named
             lu, pivots, _ = lapack.dgetrf(scaled / sizes[:, None])
             if _is_regular(lu.diagonal()):
