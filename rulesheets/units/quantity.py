@@ -33,6 +33,8 @@ _PLAIN = re.compile(
     re.DOTALL,
 )
 
+_BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
+
 
 def parted(text: str) -> tuple[str, str] | None:
     """``50 [mm]``, ``50mm`` or ``50 mm`` as the value and the unit; None for a value without one."""
@@ -86,6 +88,9 @@ def library_of(rows: tuple[UnitRow, ...]) -> Library:
     complaints: list[Diagnosis] = []
     first: dict[str, UnitRow] = {}
     for row in rows:
+        if wrong := _reversed(row):
+            complaints.append(wrong)
+            continue
         for name in row.names:
             earlier = first.setdefault(name, row)
             shipped = library().named(name)
@@ -101,6 +106,20 @@ def library_of(rows: tuple[UnitRow, ...]) -> Library:
     if complaints:
         raise RuleSheetError(*complaints)
     return units
+
+
+def _reversed(row: UnitRow) -> Diagnosis | None:
+    """``ct, EUR = 0.01`` in the order of TK, from, to = factor, which would call both of them 0.01."""
+    known = [name for name in row.names if name in library().names()]
+    if len(row.names) == 1 or not known or not _BARE.fullmatch(row.meaning):
+        return None
+    names = f"{', '.join(row.names[:-1])} and {row.names[-1]}"
+    message = f"this line calls {names} {row.meaning}, a number without a unit"
+    notes = (
+        f"write {row.names[0]} = {row.meaning} {row.names[1]}",
+        f"names before the equals sign are names of one unit, and {known[-1]} is one already",
+    )
+    return error("E462", message, *labels((row.span, "")), notes=notes)
 
 
 def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
