@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
+from rulesheets.syntax.nodes import Condition, Expression, Name, substitute, subtract
 from solver.accuracy.alike import Alike, alike
 from solver.kernel.chain import (
     RESIDUAL,
@@ -39,14 +39,13 @@ from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.multistart import Array
+from solver.path.closed_form import ClosedForm
+from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, is_linear, isolate
 from solver.path.rational import smooth
 from solver.path.steps import SolveBlock
 from solver.ranking.sizes import Scalings
-
-if TYPE_CHECKING:
-    from solver.path.closed_form import ClosedForm
 
 
 class BlockKernel:
@@ -60,8 +59,6 @@ class BlockKernel:
         unknowns = frozenset(self.unknowns)
         self.known = tuple(name for name in names if name not in unknowns)
         self.forms = [subtract(e.left, e.right) for e in self.equations]
-        self._chains: tuple[Chain, ...] | None = None
-        self._others: tuple[BlockKernel, ...] | None = None
         self._enclosures: dict[int, Enclosure] = {}
         self._compiled: dict[int, Callable[..., Any]] = {}
 
@@ -116,8 +113,6 @@ class BlockKernel:
     @cached_property
     def closed(self) -> ClosedForm | None:
         """Formulas for the unknowns, where elimination leads to them."""
-        from solver.path.elimination import closed_form
-
         turning = [name for name in self.unknowns if self.graph.is_turning(name)]
         return closed_form(self.equations, self.unknowns, turning)
 
@@ -156,21 +151,19 @@ class BlockKernel:
     def variables(self) -> list[Variable]:
         return [self.graph.model.variables[name] for name in self.unknowns]
 
+    @cached_property
     def others(self) -> tuple[BlockKernel, ...]:
         """The same block torn elsewhere."""
-        if self._others is None:
-            self._others = tuple(BlockKernel(self.graph, block) for block in self.block.others)
-        return self._others
+        return tuple(BlockKernel(self.graph, block) for block in self.block.others)
 
+    @cached_property
     def chains(self) -> tuple[Chain, ...]:
-        if self._chains is None:
-            self._chains = chains(self.graph, self.block)
-        return self._chains
+        return chains(self.graph, self.block)
 
     def chain_function(self, place: int) -> Callable[..., Any]:
         """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
         if place not in self._compiled:
-            chain = self.chains()[place]
+            chain = self.chains[place]
             results = (*self.unknowns, *chain.residuals)
             self._compiled[place] = compile_chain(chain, self.known, results)
         return self._compiled[place]
@@ -178,7 +171,7 @@ class BlockKernel:
     def enclosure(self, place: int) -> Enclosure:
         """Bounds of the residual of a chain over boxes of its tear."""
         if place not in self._enclosures:
-            self._enclosures[place] = Enclosure(self.chains()[place], self.known)
+            self._enclosures[place] = Enclosure(self.chains[place], self.known)
         return self._enclosures[place]
 
     def residual(self, known: Sequence[float]) -> Callable[[Sequence[float]], Sequence[float]]:
@@ -270,7 +263,7 @@ class BlockArrays:
         self._forms = compile_arrays(forms, self.names)
         self._partials = compile_arrays(list(partials.values()), self.names)
         self.scalings = Scalings(kernel.equations, self.names)
-        every = kernel.chains()
+        every = kernel.chains
         self.chains = [_followed(kernel, chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
 
     def residual(self, known: Sequence[float], x: Array) -> Array:
@@ -319,14 +312,9 @@ def _followed(kernel: BlockKernel, chain: Chain) -> Callable[..., Sequence[Any]]
     return emitter.function([emitter.argument(name) for name in kernel.unknowns])
 
 
-if TYPE_CHECKING:
-    from rulesheets.syntax.nodes import Condition
-    from solver.path.graph import ModelGraph
-    from solver.path.steps import SolveBlock
-
-    Equations = dict[int, tuple[Expression, Expression]]
-    Definitions = list[tuple[str, Expression]]
-    Order = list[tuple[int, str, Isolation]]
+Equations: TypeAlias = dict[int, tuple[Expression, Expression]]
+Definitions: TypeAlias = list[tuple[str, Expression]]
+Order: TypeAlias = list[tuple[int, str, Isolation]]
 
 MOST_UNKNOWNS = 40
 LONGEST = 12
@@ -338,7 +326,7 @@ class ReducedKernel(BlockKernel):
 
     def __init__(self, graph: ModelGraph, block: SolveBlock, chain: Chain) -> None:
         super().__init__(graph, replace(block, tears=chain.tears))
-        self._chains = (chain,)
+        self.chains = (chain,)
         self.exhaustive = True  # every isolation of the chain has one preimage
 
 

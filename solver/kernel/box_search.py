@@ -14,7 +14,7 @@ Each narrows an operand ``x`` to a hull of those of its numbers for which the op
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
@@ -22,6 +22,7 @@ from itertools import accumulate
 import numpy as np
 
 from rulesheets.deadline import expect_time
+from rulesheets.functions import TABLE
 from rulesheets.functions.intervals.arrays import (
     INTERVALS,
     Array,
@@ -157,32 +158,26 @@ def _through(name: str, x: Interval, z: Interval) -> Interval:
     return meet(x, INTERVALS[name](*z))
 
 
+def _undone() -> Iterator[tuple[str, Callable[[Interval, Interval], Interval]]]:
+    """The functions that one other function undoes, whatever the value."""
+    for name, row in TABLE.items():
+        if row.inverse is None or row.inverse.period is not None or row.source is not None:
+            continue
+        match row.inverse.branches(Name("z")):
+            case (Call(inverse, (Name(),)),):
+                yield name, partial(_through, inverse)
+
+
 INVERSES: Mapping[str, Callable[[Interval, Interval], Interval]] = {
+    **dict(_undone()),
     "sqrt": root_operand,
     "abs": magnitude,
-    **{
-        name: partial(_through, inverse)
-        for name, inverse in {
-            "exp": "ln",
-            "ln": "exp",
-            "sinh": "asinh",
-            "asinh": "sinh",
-            "tanh": "atanh",
-            "atanh": "tanh",
-            "acosh": "cosh",
-            "asin": "sin",
-            "acos": "cos",
-            "asind": "sind",
-            "acosd": "cosd",
-        }.items()
-    },
     "sin": partial(cosine, turn=2 * np.pi, top=0.25),
     "cos": partial(cosine, turn=2 * np.pi, top=0.0),
     "sind": partial(cosine, turn=360.0, top=0.25),
     "cosd": partial(cosine, turn=360.0, top=0.0),
 }
 """By function of one argument; those that are not here narrow nothing."""
-
 
 PASSES = 4
 GAIN = 0.9

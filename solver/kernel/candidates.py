@@ -10,7 +10,19 @@ from solver.accuracy.rule_check import gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.chain import Chain
 from solver.kernel.question import Question
-from solver.kernel.root_check import EPSILON, Uncertainty, is_ordinary, uncertainty
+from solver.kernel.root_check import (
+    EPSILON,
+    RootCheck,
+    Uncertainty,
+    check_root,
+    is_beside_pole,
+    is_ordinary,
+    multiple_root,
+    root_beside,
+    sharp_root,
+    uncertainty,
+)
+from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.termination import Outcome
 
@@ -113,7 +125,6 @@ class Candidates:
 
     def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
         """Keep the float next to a root that floats converge to, if every equation holds there."""
-        from solver.kernel.root_check import multiple_root, sharp_root
 
         point = self.question.named(x)
         if not self.nearly(point):
@@ -153,7 +164,6 @@ class Candidates:
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
         is too near to a division by 0 for floats is remembered for more digits."""
-        from solver.kernel.root_check import RootCheck, check_root, is_beside_pole
 
         if is_ordinary(point, found) and not is_beside_pole(self.question, point, found):
             return True
@@ -204,7 +214,6 @@ class Candidates:
         self.refine(list(point.values()))
         if self._is_known(point) or self.question.outside(point) is not None:
             return
-        from solver.kernel.root_check import root_beside
 
         root, leads_away = root_beside(self.question, point)
         if root is not None and self.question.holds(root):
@@ -239,7 +248,6 @@ class Candidates:
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
         be beyond floats."""
-        from solver.kernel.root_check import root_beside
 
         root, _ = root_beside(self.question, point, reach=1.0, most=10)
         if root is not None:
@@ -293,7 +301,6 @@ class Candidates:
         return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
-        from solver.numerics.linear_algebra import null_direction
 
         numbers = list(point.values())
         try:

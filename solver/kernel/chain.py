@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
+from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
@@ -151,7 +152,6 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
 
 def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
     """Whether a preimage of a periodic operation lies outside the range whatever its target is."""
-    from rulesheets.evaluate.number import enclose
 
     at = next(i for i, stage in enumerate(stages) if stage.period)
     expression: Expression = TARGET

@@ -9,16 +9,20 @@ hull of 0 and the box bound the quotient over the box.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from math import inf, isnan, nan
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.functions import TABLE
+from rulesheets.functions.intervals.arrays import Array
+from rulesheets.functions.intervals.arrays import Interval as Intervals
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     Call,
@@ -41,13 +45,6 @@ from solver.kernel.chain import Assignment, Chain, directions, jumps
 from solver.kernel.emitter import IntervalEmitter, Operations, Pair
 from solver.kernel.interval_forms import ARRAYS, FLOATS
 from solver.path import rational
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rulesheets.functions.intervals.arrays import Array
-    from rulesheets.functions.intervals.arrays import Interval as Intervals
-
 
 _FROM_ZERO = "#from zero"
 
@@ -212,16 +209,12 @@ class Enclosure:
 
     def range_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
         """``ranges`` of arrays of boxes; the known numbers are numpy's, or arrays."""
-        import numpy as np
-
         with np.errstate(all="ignore"):
             below, above, empty = self._arrays[0](low, high, *known)
             return np.where(empty, np.nan, below), np.where(empty, np.nan, above)
 
     def slope_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
         """``slopes_over`` arrays of boxes."""
-        import numpy as np
-
         assert self._arrays[1] is not None
         with np.errstate(all="ignore"):
             below, above, doubtful = self._arrays[1](low, high, *known)
@@ -265,8 +258,6 @@ def _range(below: float, above: float, empty: bool) -> Interval:
 def _in_arrays(
     enclose: Callable[..., Intervals], boxes: Sequence[Interval], known: Sequence[float]
 ) -> list[Interval]:
-    import numpy as np
-
     low, high = np.array(boxes).T
     below, above = enclose(low, high, [np.float64(number) for number in known])
     shape = low.shape

@@ -17,17 +17,17 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.question import Question, rank_loss
 from solver.kernel.start_search import sizes_of, starts_of
+from solver.numerics.multistart import project
 from solver.numerics.newton import NewtonLimits, newton
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 MAX_UNKNOWNS = 60
 WORK = 400
@@ -49,8 +49,6 @@ def free_curve(question: Question) -> BlockOutcome | None:
     kernel = question.kernel
     if not kernel.smooth or len(question.unknowns) > MAX_UNKNOWNS:
         return None
-    import numpy as np
-
     with np.errstate(all="ignore"):
         try:
             return _Curve(question).found()
@@ -62,8 +60,6 @@ def curve_through(question: Question, point: Mapping[str, float]) -> BlockOutcom
     """What a block leaves free at an answer of it; None where no way leads on from there."""
     if not question.kernel.smooth or len(question.unknowns) > MAX_UNKNOWNS:
         return None
-    import numpy as np
-
     with np.errstate(all="ignore"):
         try:
             return _Curve(question).through(np.array([point[name] for name in question.unknowns]))
@@ -73,9 +69,6 @@ def curve_through(question: Question, point: Mapping[str, float]) -> BlockOutcom
 
 class _Curve:
     def __init__(self, question: Question) -> None:
-        import numpy as np
-
-        from solver.kernel.start_search import sizes_of
 
         self.question = question
         sizes = sizes_of(question)
@@ -85,7 +78,6 @@ class _Curve:
         self.high = np.array([variable.high for variable in question.variables])
 
     def found(self) -> BlockOutcome | None:
-        from solver.kernel.start_search import starts_of
 
         count = min(max(WORK // len(self.scale), FEWEST), MOST)
         ends = self._projected(starts_of(self.question, self.sizes, 0, count // 2))
@@ -96,7 +88,6 @@ class _Curve:
         return None
 
     def _projected(self, starts: NDArray[Any]) -> NDArray[Any]:
-        from solver.numerics.multistart import project
 
         arrays, known = self.question.kernel.arrays, self.question.known
         residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
@@ -104,8 +95,6 @@ class _Curve:
 
     def _settled(self, x: NDArray[Any]) -> NDArray[Any] | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""
-        import numpy as np
-
         question = self.question
         for _ in range(CORRECTIONS):
             point = question.named(x.tolist())
@@ -118,8 +107,6 @@ class _Curve:
 
     def _scaled(self, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         """The Jacobian in units of the unknowns and of the rules, and these units."""
-        import numpy as np
-
         weight = np.maximum(abs(x), 1e-3 * self.scale)
         matrix = np.array(self.question.jacobian(x.tolist()), dtype=float) * weight
         rows = abs(matrix).max(axis=1)
@@ -130,8 +117,6 @@ class _Curve:
 
     def through(self, x: NDArray[Any]) -> BlockOutcome | None:
         """What is free along every direction from the point in which all rules hold on."""
-        import numpy as np
-
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
         ways = [direction for s, direction in zip(singular, right, strict=True) if s <= NULL * singular[0]]

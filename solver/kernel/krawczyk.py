@@ -41,6 +41,7 @@ from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, operands, subtract
 from solver.kernel.emitter import ROUNDED
 from solver.numerics.elimination import eliminate
+from solver.numerics.linear_algebra import null_direction
 
 INFLATIONS = 24
 TIGHTENINGS = 12
@@ -401,7 +402,6 @@ class _Curve:
 
     def _null_vectors(self) -> tuple[list[float], list[float]]:
         """u and v, the latter with t in units of the largest unknown's size."""
-        from solver.numerics.linear_algebra import null_direction
 
         at = {**self.known, **dict(zip(self.square.unknowns, self.middle, strict=True))}
         flat = [float(enclosing_ball(partial, at, derivative=True).mid()) for partial in self.square.partials]

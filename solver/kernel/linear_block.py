@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
@@ -105,7 +104,7 @@ def _of(known: Mapping[str, float], off: Mapping[str, float]) -> dict[str, float
 
 
 SUSPECT = 1e-9
-"""Least pivot of a matrix with rows and columns of size 1 that is worth a closer look."""
+"""Share of the largest singular value below which one is worth a closer look, rows and columns scaled."""
 STILL = 1e-9
 """Share of the largest move along a null direction below which an unknown stays where it is."""
 SECOND_ORDER = 2.0**-90
@@ -123,31 +122,12 @@ Blur = Callable[[], Mapping[str, float]]
 
 
 def nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
-    """Whether elimination with complete pivots, rows and columns scaled, comes to a small pivot."""
-    rows = _equilibrated(matrix)
-    for k in range(len(rows)):
-        i, j = max(
-            ((i, j) for i in range(k, len(rows)) for j in range(k, len(rows))),
-            key=lambda place: abs(rows[place[0]][place[1]]),
-        )
-        rows[k], rows[i] = rows[i], rows[k]
-        for row in rows:
-            row[k], row[j] = row[j], row[k]
-        top = rows[k]
-        if abs(top[k]) <= SUSPECT:
-            return True
-        for row in rows[k + 1 :]:
-            expect_time()
-            if factor := row[k] / top[k]:
-                for place in range(k + 1, len(rows)):
-                    row[place] -= factor * top[place]
-    return False
-
-
-def _equilibrated(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
-    rows = [[a / (max(map(abs, row)) or 1.0) for a in row] for row in matrix]
-    columns = [max(abs(row[j]) for row in rows) or 1.0 for j in range(len(rows))]
-    return [[a / size for a, size in zip(row, columns, strict=True)] for row in rows]
+    """Whether a matrix (n, n), rows and columns scaled, has a small singular value."""
+    with np.errstate(all="ignore"):
+        try:
+            return bool(_Nearly(matrix, [0.0] * len(matrix)).left)
+        except np.linalg.LinAlgError:
+            return False
 
 
 def undetermined(

@@ -19,7 +19,7 @@ from cmath import isfinite
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
-from itertools import chain, zip_longest
+from itertools import zip_longest
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -33,7 +33,6 @@ from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
-from solver.numerics.linear_algebra import last_singular
 from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
@@ -183,29 +182,32 @@ def _closing(question: Question, forms: Forms, turn: float | None = None) -> tup
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
 
-    Multiple roots are what they are in exact numbers.
+    The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers.
     """
     tears = question.kernel.block.tears
-    forms = None if len(tears) != 1 or question.turn(tears[0]) is not None else explicit_forms(question)
+    forms = explicit_forms(question) if len(tears) == 1 else None
     if forms is None:
         return False
+    turn, domain = question.turn(tears[0]), question.domain(tears[0])
+    if turn is not None and (not question.graph.is_turning(tears[0]) or domain != (-turn / 2, turn / 2)):
+        return False
     try:
-        polynomial, _ = _closing(question, forms)
+        polynomial, at_half_turn = _closing(question, forms, turn)
     except (NotPolynomial, OverflowError):
         return False
-    domain = _widened(*question.domain(tears[0]))
-    simple, roots = polynomial, _algebra().real_roots(polynomial, *domain)
-    if roots is None:
-        simple = _algebra().simple_part(polynomial)
-        roots = _algebra().real_roots(simple, *domain)
+    simple = _algebra().simple_part(polynomial)
+    roots = _algebra().real_roots(simple, *(_widened(*domain) if turn is None else ()))
     if roots is None or doubtful_extremum(simple):
         return False
-    trial, several = Candidates(question), len(simple) < len(polynomial)
+    if turn is not None:
+        roots = [2.0 * math.atan(t) * turn / math.tau for t in roots] + [turn / 2] * (at_half_turn > 0)
+    trial = Candidates(question)
+    several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
     for root in roots:
-        point = _point(question, forms, root)
+        point = point_at(question, forms, {tears[0]: root})
         if point is None:
             return False
-        plain = not several and _plainly(question, trial, point)
+        plain = turn is None and not several and _plainly(question, trial, point)
         if not plain and not _tried(question, trial, point, several):
             return False
     candidates.take(trial)
@@ -231,38 +233,6 @@ def _plainly(question: Question, trial: Candidates, point: Point) -> bool:
     return True
 
 
-def solve_by_half_angle(question: Question, candidates: Candidates) -> bool:
-    """The same where the tear is an angle free to turn; multiple roots are what they are in exact numbers."""
-    tears = question.kernel.block.tears
-    turn = question.turn(tears[0]) if len(tears) == 1 else None
-    if turn is None or not question.graph.is_turning(tears[0]):
-        return False
-    if question.domain(tears[0]) != (-turn / 2, turn / 2):
-        return False
-    forms = explicit_forms(question)
-    if forms is None:
-        return False
-    try:
-        polynomial, at_half_turn = _closing(question, forms, turn)
-    except (NotPolynomial, OverflowError):
-        return False
-    simple = _algebra().simple_part(polynomial)
-    roots = _algebra().real_roots(simple)
-    if roots is None or doubtful_extremum(simple):
-        return False
-    angles = [2.0 * math.atan(t) * turn / math.tau for t in roots]
-    if at_half_turn:
-        angles.append(turn / 2)
-    trial = Candidates(question)
-    several = len(simple) < len(polynomial) or at_half_turn > 1
-    for angle in angles:
-        point = _point(question, forms, angle)
-        if point is None or not _tried(question, trial, point, several):
-            return False
-    candidates.take(trial)
-    return True
-
-
 def _tried(question: Question, trial: Candidates, point: Point, several: bool) -> bool:
     """Whether it is plain that the point is an answer (then kept), or that it is none."""
     if question.holds(point):
@@ -276,15 +246,13 @@ def _tried(question: Question, trial: Candidates, point: Point, several: bool) -
 
 def _is_singular(question: Question, point: Point) -> bool:
     try:
-        matrix = question.jacobian(list(point.values()))
+        matrix = np.array(question.jacobian(list(point.values())))
     except (ArithmeticError, ValueError):
         return False
-    sizes = [max(map(abs, row)) or 1.0 for row in matrix]
-    rows = [[a / size for a in row] for row, size in zip(matrix, sizes, strict=True)]
-    if not all(map(math.isfinite, chain.from_iterable(rows))):
-        return False
-    values, _ = last_singular(rows)
-    return values[0] > 1e8 * values[-1]
+    with np.errstate(all="ignore"):
+        sizes = np.abs(matrix).max(axis=1, keepdims=True)
+        rows = matrix / np.where(sizes > 0.0, sizes, 1.0)
+        return bool(np.isfinite(rows).all() and np.linalg.cond(rows) > 1e8)
 
 
 def explicit_forms(question: Question) -> Forms | None:
@@ -321,11 +289,6 @@ def point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> di
     except Undefined:
         return None
     return {name: point[name] for name in question.unknowns}
-
-
-def _point(question: Question, forms: Forms, root: float) -> dict[str, float] | None:
-    """The unknowns at a root of the only tear."""
-    return point_at(question, forms, {question.kernel.block.tears[0]: root})
 
 
 REAL = 1e-4

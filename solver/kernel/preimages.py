@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 
 from rulesheets.evaluate import Undefined, derivatives, value
-from rulesheets.evaluate.number import number_text
+from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
@@ -20,8 +20,6 @@ LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too many."""
 FEW_TURNS = 20
 AROUND = 3
-PLACES = (0.0, 0.31, 0.69, 1.0)
-"""Shares of a finite range that holds too many whole turns: so many are looked for around each."""
 LOST = 1e-3
 """Share of a turn up to which rounding may tell turns apart."""
 MOST = 1e300
@@ -98,8 +96,8 @@ class _WholeTurns:
             tried = set(range(_floor(first), 1 - _floor(-last)))
         else:
             self.preimages.complete = False
-            middles = (round(_bounded((x - self.principal) / self.period)) for x in self._operands())
-            tried = {m + k for m in (0, *middles) for k in range(-AROUND, AROUND + 1)}
+            middles = (0, *(round(_bounded(count)) for count in (first, last)))
+            tried = {m + k for m in middles for k in range(-AROUND, AROUND + 1)}
         inside = [k for k in tried if self._leads_inside(self._turn(k))]
         return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
 
@@ -131,16 +129,6 @@ class _WholeTurns:
             return high - span, high
         return (-span / 2, span / 2) if turn or not self.rest else None
 
-    def _operands(self) -> Iterator[float]:
-        """What is still to undo, at places all over the finite range of the unknown."""
-        part, low, high = self._operand, self.variable.low, self.variable.high
-        for share in PLACES:
-            known = {**self.preimages.values, self.unknown: low + share * (high - low)}
-            try:
-                yield self.preimages.evaluate(part, known)
-            except Undefined:
-                continue
-
     @property
     def _operand(self) -> Expression:
         isolation, equation = self.preimages.isolation, self.preimages.equation
@@ -149,7 +137,6 @@ class _WholeTurns:
 
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""
-        from rulesheets.evaluate.number import enclose
 
         known = self.preimages.values
         box = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}
@@ -365,7 +352,6 @@ class Preimages:
     # --- whole turns ---
 
     def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
-
         return whole_turns(self, principal, period, rest)
 
     def uncounted(self) -> None:

@@ -18,21 +18,22 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import BlockKernel, reduced
+from solver.kernel.box_search import search_boxes
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
-from solver.kernel.contradiction import contradiction
+from solver.kernel.contradiction import contradiction, unattained
 from solver.kernel.formula import solve_by_formula
-from solver.kernel.free_curve import without_curves
+from solver.kernel.free_curve import free_curve, with_isolated, without_curves
 from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.polynomial_block import (
     counted,
     solve_as_polynomial,
-    solve_by_half_angle,
     solve_by_resultant,
 )
 from solver.kernel.question import Budget, Question
 from solver.kernel.sparse_search import search_sparsely
+from solver.kernel.start_search import search_from_starts
 from solver.kernel.tear_search import TearSearch
-from solver.numerics.multistart import starting_points
+from solver.numerics.multistart import multistart, starting_points
 from solver.numerics.newton import TRUST_REGIONS, NewtonLimits, scipy_root
 
 TRUST_REGION_STARTS = 24
@@ -152,8 +153,6 @@ def solve_block(
     outcome = _searched(question, budget, assumed, off, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
-    from solver.kernel.free_curve import with_isolated
-
     return with_isolated(question, outcome)
 
 
@@ -182,8 +181,6 @@ def _refuted(question: Question, candidates: Candidates, given: Collection[str])
     """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
     if candidates.fruitless and (found := contradiction(question)) is not None:
         return found
-    from solver.kernel.contradiction import unattained
-
     return unattained(question, given)
 
 
@@ -216,7 +213,6 @@ class _Search:
         """Where no answer was found in its range: a curve of answers, if there is one."""
         if self.budget.brief or self.kernel.linear or self.candidates.answers or self.candidates.blurred:
             return None
-        from solver.kernel.free_curve import free_curve
 
         found = free_curve(self.question)
         attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
@@ -244,7 +240,7 @@ class _Search:
         return replace(linear, attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        ways = (solve_as_polynomial, solve_by_half_angle, solve_by_resultant)
+        ways = (solve_as_polynomial, solve_by_resultant)
         solved = any(way(self.question, self.candidates) for way in ways)
         return self._all(Method.POLYNOMIAL) if solved else None
 
@@ -266,7 +262,7 @@ class _Search:
         search = TearSearch(question, candidates, self.kernel, self.budget)
         if (freedom := search.freedom()) is not None:
             return freedom
-        others = (TearSearch(question, candidates, other, self.budget) for other in self.kernel.others())
+        others = (TearSearch(question, candidates, other, self.budget) for other in self.kernel.others)
         searches = [s for s in (search, *others) if s.kernel.exhaustive]
         self.whole = any(s.run() for s in searches)
         if not self.whole and not self.budget.brief:
@@ -291,7 +287,6 @@ class _Search:
     def _boxes(self) -> None:
         if self.whole:
             return
-        from solver.kernel.box_search import search_boxes
 
         self.complete = search_boxes(self.question, self.candidates, self.budget.thorough)
         self.candidates.tried(Method.BOXES, self.complete)
@@ -318,8 +313,6 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
     if question.guesses or not in_batches:
         _one_by_one(question, candidates)
     if in_batches:
-        from solver.kernel.start_search import search_from_starts
-
         try:
             search_from_starts(question, candidates, budget)
         except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
@@ -327,7 +320,6 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
 
 
 def _one_by_one(question: Question, candidates: Candidates) -> None:
-    from solver.numerics.multistart import multistart
 
     found = multistart(
         question.residual,

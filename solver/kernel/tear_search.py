@@ -10,11 +10,12 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from math import isnan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.evaluate.digits import context
+from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Call, Number, Power, Sum
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import BACKWARD, with_named_numbers
@@ -22,11 +23,8 @@ from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
 from solver.kernel.question import Budget, Question, rank_loss
+from solver.numerics.isolation import IsolationLimits, isolate_roots
 from solver.path import rational
-
-if TYPE_CHECKING:
-    from solver.numerics.interval_function import Interval
-
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
@@ -144,9 +142,8 @@ class TearSearch:
 
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
-        from solver.numerics.isolation import IsolationLimits, isolate_roots
 
-        every = self.kernel.chains()
+        every = self.kernel.chains
         self.doubts = self.question.remote or self._divides_by_nothing()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
         if len(every) > MOST_CHAINS or not self.budget.affords(work):
@@ -196,7 +193,7 @@ class TearSearch:
     def _beyond(self, place: int, boxes: Sequence[Interval]) -> bool:
         """Whether the residual may change its sign on boxes beyond 1e±100, that a search gave up: at a root,
         or a pole."""
-        parts = (part for item in self.kernel.chains()[place].assignments for part in walk(item.expression))
+        parts = (part for item in self.kernel.chains[place].assignments for part in walk(item.expression))
         if not boxes or not any(map(_compresses, parts)):
             return False
         return any({self._sign(place, x) for x in run} >= {1, -1} for run in _runs(boxes))
@@ -208,7 +205,7 @@ class TearSearch:
 
     def _exact_sign(self, place: int, x: float) -> int:
         """The same in many digits, whose exponents have any size."""
-        chain, mp = self.kernel.chains()[place], context(REMOTE_DIGITS)
+        chain, mp = self.kernel.chains[place], context(REMOTE_DIGITS)
         values: dict[str, Any] = {**self.question.here, self.tear: x}
         try:
             for item in chain.assignments:
@@ -227,7 +224,7 @@ class TearSearch:
         variable = self.question.graph.model.variables[self.tear]
         for end in (variable.low, variable.high):
             if math.isfinite(end) and variable.admits(end):
-                points = (self._along(place, end) for place in range(len(self.kernel.chains())))
+                points = (self._along(place, end) for place in range(len(self.kernel.chains)))
                 for point in points:
                     if point is not None and self.question.holds(point):
                         self.candidates.keep(point)
@@ -235,7 +232,7 @@ class TearSearch:
     def _divides_by_nothing(self) -> bool:
         """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
         does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
-        return any(self._only_divides(place) for place in range(len(self.kernel.chains())))
+        return any(self._only_divides(place) for place in range(len(self.kernel.chains)))
 
     def _only_divides(self, place: int) -> bool:
         function, divided = self.kernel.chain_function(place), False
@@ -252,7 +249,7 @@ class TearSearch:
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
-        for place in range(len(self.kernel.chains())):
+        for place in range(len(self.kernel.chains)):
             found = [point for x in self._samples() if (point := self._along(place, x)) is not None]
             points = list({point[self.tear]: point for point in found}.values())
             if len(points) >= MIN_SAMPLES and self._satisfied(place, points):
@@ -283,7 +280,7 @@ class TearSearch:
             return False
 
         chain, known = (
-            self.kernel.chains()[place],
+            self.kernel.chains[place],
             dict(zip(self.kernel.known, self.question.known, strict=True)),
         )
         return all(vanishes(chain, point[self.tear], known) for point in points)
