@@ -34,6 +34,10 @@ class Option:
         start = len(self.name) + 3 + max(self.text.rfind(part), 0)
         return Span(self.source, start, start + max(len(part), 1))
 
+    def wrong(self, code: str, message: str, note: str, part: str = "") -> Diagnosis:
+        """What is wrong with the option, or with a part of its text."""
+        return error(code, message, Label(self.place(part or self.text)), notes=(note,))
+
     def repeated(self, name: str) -> Diagnosis:
         start = len(self.name) + 3 + self.text.find(name)
         return error(
@@ -185,9 +189,17 @@ class _Reading:
             value = self._value(option, name, text)
             self._once(option, name, found)
             if inputs.get(name, self.model.variables[name].value) is not None:
-                self.complaints.append(_guess_of_input(option, name))
+                said, note = (
+                    f"{name} is an input: a guess for it says nothing",
+                    f"add --clear {name} to solve for it",
+                )
+                self.complaints.append(option.wrong("E423", said, note, name))
             elif isinstance(value, str):
-                self.complaints.append(_symbol_guess(option, name, text))
+                said, note = (
+                    f"a guess is a number, and {text} is a symbol",
+                    f"write --set {name}={text} to give it as an input",
+                )
+                self.complaints.append(option.wrong("E423", said, note, text))
             elif value is not None:
                 found[name] = value
         return found
@@ -219,7 +231,8 @@ class _Reading:
             name, equals, value = (part.strip() for part in text.partition("="))
             given = Option(option, text)
             if not equals or not name:
-                self.complaints.append(_no_assignment(given))
+                note = f"write --{option} NAME=VALUE, such as --{option} NAME=3"
+                self.complaints.append(given.wrong("E420", f"--{option} needs a name and a value", note))
             elif self._known(given, name):
                 yield given, name, value
 
@@ -244,30 +257,3 @@ class _Reading:
     def _once(self, option: Option, name: str, before: Iterable[str]) -> None:
         if name in before:
             self.complaints.append(option.repeated(name))
-
-
-def _no_assignment(option: Option) -> Diagnosis:
-    return error(
-        "E420",
-        f"--{option.name} needs a name and a value",
-        Label(option.place(option.text)),
-        notes=(f"write --{option.name} NAME=VALUE, such as --{option.name} NAME=3",),
-    )
-
-
-def _guess_of_input(option: Option, name: str) -> Diagnosis:
-    return error(
-        "E423",
-        f"{name} is an input: a guess for it says nothing",
-        Label(option.place(name)),
-        notes=(f"add --clear {name} to solve for it",),
-    )
-
-
-def _symbol_guess(option: Option, name: str, text: str) -> Diagnosis:
-    return error(
-        "E423",
-        f"a guess is a number, and {text} is a symbol",
-        Label(option.place(text)),
-        notes=(f"write --set {name}={text} to give it as an input",),
-    )

@@ -54,9 +54,12 @@ def read_over(
         if rows > LIMIT:
             raise RuleSheetError(_too_many(Option("over", texts[-1])))
         return tuple(axes), Grid(tuple(axes.values()))
+    (first, length), *_ = ((name, len(axis)) for name, axis in axes.items())
     for (name, axis), text in zip(axes.items(), texts, strict=True):
-        if len(axis) != len(next(iter(axes.values()))):
-            raise RuleSheetError(_uneven(Option("over", text), name, axes))
+        if len(axis) != length:
+            said = f"with --zip all have one length: {first} has {length:,}, {name} has {len(axis):,}"
+            note = "leave --zip out to sweep every combination"
+            raise RuleSheetError(Option("over", text).wrong("E424", said, note))
     return tuple(axes), Zipped(tuple(axes.values()))
 
 
@@ -94,7 +97,9 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
         raise RuleSheetError(_no_range(option))
     start, stop, step = (_number(option, part.strip()) for part in parts)
     if step == 0 or (stop - start) / step < 0:
-        raise RuleSheetError(_no_step(option))
+        said = "this step never leads from the start to the stop"
+        note = "the step is not 0, and negative where the stop is below the start"
+        raise RuleSheetError(option.wrong("E424", said, note, option.text.rpartition(":")[2]))
     count = int((stop - start) / step) + 1
     if count > LIMIT:
         raise RuleSheetError(_too_many(option))
@@ -118,55 +123,23 @@ def _listed(option: Option, variable: Variable, text: str, model: Model) -> floa
     return value
 
 
-def _value(option: Option, text: str) -> float | str:
-    return parse_value(text, option.place(text))
-
-
 def _number(option: Option, text: str) -> Fraction:
     """The exact decimal, or the float that an expression of numbers comes to."""
     if _DECIMAL.fullmatch(text):
         return Fraction(text)
-    value = _value(option, text)
+    value = parse_value(text, option.place(text))
     if isinstance(value, str):
         raise RuleSheetError(_no_range(option))
     return Fraction(value)
 
 
 def _no_range(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        "--over needs a name and a range or a list",
-        Label(option.place(option.text)),
-        notes=("write --over NAME=START:STOP:STEP, such as NAME=0:360:5, or --over NAME=1,2,5",),
-    )
-
-
-def _no_step(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        "this step never leads from the start to the stop",
-        Label(option.place(option.text.rpartition(":")[2])),
-        notes=("the step is not 0, and negative where the stop is below the start",),
-    )
+    note = "write --over NAME=START:STOP:STEP, such as NAME=0:360:5, or --over NAME=1,2,5"
+    return option.wrong("E424", "--over needs a name and a range or a list", note)
 
 
 def _too_many(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        f"this sweep has more than {LIMIT:,} rows",
-        Label(option.place(option.text)),
-        notes=("take a larger step",),
-    )
-
-
-def _uneven(option: Option, name: str, axes: dict[str, Axis]) -> Diagnosis:
-    first = next(iter(axes))
-    return error(
-        "E424",
-        f"with --zip all have one length: {first} has {len(axes[first]):,}, {name} has {len(axes[name]):,}",
-        Label(option.place(option.text)),
-        notes=("leave --zip out to sweep every combination",),
-    )
+    return option.wrong("E424", f"this sweep has more than {LIMIT:,} rows", "take a larger step")
 
 
 A_DECADE = 2
@@ -203,12 +176,8 @@ def read_approach(text: str, model: Model) -> tuple[str, list[float], list[float
 
 
 def _unread(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        "--approach needs a name, a limit, and the relative distances of the first and the last value",
-        Label(option.place(option.text)),
-        notes=("write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number",),
-    )
+    said = "--approach needs a name, a limit, and the relative distances of the first and the last value"
+    return option.wrong("E424", said, "write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number")
 
 
 FRAMES = 100_000
@@ -225,33 +194,17 @@ def read_states(
     texts = tuple(texts)
     ranges = [text for text in texts if ":" in text]
     if len(ranges) > 1:
-        raise RuleSheetError(_second_range(Option("over", ranges[1])))
+        note = "list the values of the other variable: they stand side by side"
+        raise RuleSheetError(Option("over", ranges[1]).wrong("E424", "a film runs over one range", note))
     axes = read_axes(texts, request.model)
     request.swept(axes)
     moving = ranges[0].partition("=")[0].strip() if ranges else None
     if moving is not None and len(axes[moving]) > FRAMES:
-        raise RuleSheetError(_too_long(Option("over", ranges[0])))
+        said = f"a film has at most {FRAMES:,} frames"
+        raise RuleSheetError(Option("over", ranges[0]).wrong("E424", said, "take a larger step"))
     values = {name: axis.cut(0, len(axis)).tolist() for name, axis in axes.items()}
     lists = {name: column for name, column in values.items() if name != moving}
     return lists, {name: column for name, column in values.items() if name == moving}
-
-
-def _second_range(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        "a film runs over one range",
-        Label(option.place(option.text)),
-        notes=("list the values of the other variable: they stand side by side",),
-    )
-
-
-def _too_long(option: Option) -> Diagnosis:
-    return error(
-        "E424",
-        f"a film has at most {FRAMES:,} frames",
-        Label(option.place(option.text)),
-        notes=("take a larger step",),
-    )
 
 
 @dataclass(frozen=True)
@@ -276,7 +229,8 @@ class Swept:
 def read_swept(arguments: Namespace, model: Model) -> Swept:
     """The rows of ``--over`` or ``--rows``. Raises RuleSheetError where these make no sense."""
     if bool(arguments.over) == bool(arguments.rows):
-        raise RuleSheetError(_either())
+        note = "give --over NAME=START:STOP:STEP, or --rows FILE"
+        raise RuleSheetError(error("E443", "a sweep needs either ranges or a file of rows", notes=(note,)))
     if arguments.rows:
         return _file_rows(arguments.rows, arguments.columns, model)
     names, rows = read_over(arguments.over, model, side_by_side=arguments.zip)
@@ -289,7 +243,8 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     there = tuple(_parted(head)[0] for head in written)
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
     if not any(name in model.variables for name in there):
-        raise RuleSheetError(_no_rows(path, model))
+        said = f"{path} has no column that is a variable of {model.name}"  # of another file show no word
+        raise RuleSheetError(error("E440", said, notes=("the first line of the file names variables",)))
     complaints = [_no_column(name, there, path) for name in wanted if name not in there]
     names = tuple(dict.fromkeys(wanted or there))
     complaints.extend(_unknown(name, model, path) for name in names if name not in model.variables)
@@ -322,14 +277,6 @@ def _scaled(column: Array, scale: tuple[float, float] | None) -> Array:
     return column if scale is None else column * scale[0] + scale[1]
 
 
-def _either() -> Diagnosis:
-    return error(
-        "E443",
-        "a sweep needs either ranges or a file of rows",
-        notes=("give --over NAME=START:STOP:STEP, or --rows FILE",),
-    )
-
-
 def _no_column(name: str, there: tuple[str, ...], path: str) -> Diagnosis:
     return error(
         "E440",
@@ -346,12 +293,6 @@ def _unknown(name: str, model: Model, path: str) -> Diagnosis:
         f"{path} has a column {name}, and {model.name} no such variable",
         notes=(*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone"),
     )
-
-
-def _no_rows(path: str, model: Model) -> Diagnosis:
-    """Of a file that is nothing of the kind no word is shown."""
-    notes = ("the first line of the file names variables",)
-    return error("E440", f"{path} has no column that is a variable of {model.name}", notes=notes)
 
 
 def _twice(name: str, path: str) -> Diagnosis:

@@ -5,31 +5,42 @@ gives the same bytes in one process, in several, and on a cluster."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm, prod
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from solver.column import column_of
 from solver.files.columns import Array, stacked
+
+Chunk: TypeAlias = tuple[Array, ...]
+"""The inputs of some rows, a column each."""
 
 _EXACT = 2**53
 """Integers below this are floats."""
 
 
-class Axis(Protocol):
+class Axis(ABC):
     """The values of one input."""
 
+    @abstractmethod
     def __len__(self) -> int: ...
+
+    @abstractmethod
+    def at(self, places: Array) -> Array:
+        """The values at these places (n,)."""
 
     def cut(self, first: int, last: int) -> Array:
         """The values at the places ``first`` up to, but without, ``last``."""
+        return self.at(np.arange(first, last))
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Stretch(Axis):
     """``start``, ``start + step``, …: ``count`` values, each the float nearest to the exact one."""
 
     start: Fraction
@@ -39,24 +50,18 @@ class Stretch:
     def __len__(self) -> int:
         return self.count
 
-    def cut(self, first: int, last: int) -> Array:
+    def at(self, places: Array) -> Array:
         """Where numerator and denominator are exact floats (below 2^53), one division rounds once."""
-        import numpy as np
-
         bottom = lcm(self.start.denominator, self.step.denominator)
         begin, each = int(self.start * bottom), int(self.step * bottom)
         span = each * (self.count - 1)
         if max(bottom, abs(begin), abs(span), abs(begin + span)) < _EXACT:
-            places = np.arange(first, last, dtype=float)
-            places *= each
-            places += begin
-            places /= bottom
-            return places
-        return np.array([float(self.start + self.step * place) for place in range(first, last)])
+            return np.asarray((places * float(each) + begin) / bottom)
+        return np.array([float(self.start + self.step * place) for place in places.tolist()])
 
 
 @dataclass(frozen=True, eq=False)
-class Listed:
+class Listed(Axis):
     """Values one by one: floats, or objects where symbols are among them."""
 
     values: Array
@@ -64,8 +69,8 @@ class Listed:
     def __len__(self) -> int:
         return len(self.values)
 
-    def cut(self, first: int, last: int) -> Array:
-        return self.values[first:last]
+    def at(self, places: Array) -> Array:
+        return self.values[places]
 
 
 @dataclass(frozen=True)
@@ -75,48 +80,20 @@ class Grid:
     axes: tuple[Axis, ...]
 
     def __len__(self) -> int:
-        return prod(map(len, self.axes))
+        return prod(self.shape)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The last number is that of the rows of a line, along which only the last input changes."""
         return tuple(map(len, self.axes))
 
-    def columns(self, first: int, last: int) -> tuple[Array, ...]:
-        """The inputs of the rows ``first`` up to, but without, ``last``."""
+    def at(self, places: Array) -> Chunk:
+        """The inputs of these rows."""
         columns, each = [], len(self)
         for axis in self.axes:
             each //= max(1, len(axis))
-            columns.append(_repeated(axis, each, first, last))
+            columns.append(axis.at(places // max(1, each) % max(1, len(axis))))
         return tuple(columns)
-
-
-def _repeated(axis: Axis, each: int, first: int, last: int) -> Array:
-    """Rows of an axis whose every value stands ``each`` times, over and over: made once where it stands."""
-    import numpy as np
-
-    if first == last:
-        return axis.cut(0, 0)
-    start, end = first // each, -(-last // each)
-    values = _cycled(axis, start % len(axis), end - start)
-    if each == 1:
-        return values
-    counts = np.full(len(values), each)
-    counts[-1] -= end * each - last
-    counts[0] -= first - start * each
-    return np.repeat(values, counts)
-
-
-def _cycled(axis: Axis, first: int, count: int) -> Array:
-    """So many values from the place ``first`` on; after the last one comes the first one."""
-    import numpy as np
-
-    ahead = min(count, len(axis) - first)
-    if ahead == count:
-        return axis.cut(first, first + count)
-    rounds, rest = divmod(count - ahead, len(axis))
-    whole = [axis.cut(0, len(axis))] * rounds
-    return np.concatenate([axis.cut(first, first + ahead), *whole, axis.cut(0, rest)])
 
 
 @dataclass(frozen=True)
@@ -132,8 +109,9 @@ class Zipped:
     def shape(self) -> tuple[int, ...]:
         return (len(self),)
 
-    def columns(self, first: int, last: int) -> tuple[Array, ...]:
-        return tuple(axis.cut(first, last) for axis in self.axes)
+    def at(self, places: Array) -> Chunk:
+        """The inputs of these rows."""
+        return tuple(axis.at(places) for axis in self.axes)
 
 
 Rows: TypeAlias = Grid | Zipped
@@ -141,8 +119,6 @@ Rows: TypeAlias = Grid | Zipped
 
 def listed(values: Any, name: str = "the input") -> Listed:
     """An axis of the values that ``name`` is given. Raises ValueError for what is no column."""
-    from solver.column import column_of
-
     return Listed(column_of(values, name))
 
 
@@ -156,9 +132,6 @@ def one_length(names: Sequence[str], axes: Sequence[Axis]) -> None:
 SMALLEST, LARGEST = 256, 65_536
 LESSONS = 256
 
-Chunk = tuple[Array, ...]
-"""The inputs of some rows, a column each."""
-
 
 def size(done: int, total: int | None) -> int:
     """Rows of the next piece: few at first, so that slow rows show soon, and many of many."""
@@ -171,28 +144,27 @@ def grid_chunks(rows: Rows) -> Iterator[Chunk]:
     total, done = len(rows), 0
     while done < total:
         end = min(total, done + size(done, total))
-        yield rows.columns(done, end)
+        yield rows.at(np.arange(done, end))
         done = end
 
 
 def grid_lessons(rows: Rows) -> Chunk:
     """Some rows from all over a grid, to learn from; of a short one none."""
-    count = lessons(len(rows))
-    places = np.linspace(0, len(rows) - 1, count).astype(np.int64) if count else ()
-    made = [rows.columns(int(place), int(place) + 1) for place in places]
-    return _joined(made) if made else ()
+    places = lessons(len(rows), len(rows))
+    return rows.at(places) if len(places) else ()
 
 
 def first_lessons(chunk: Chunk) -> Chunk:
     """Some rows of the first piece, where nothing is known of the others."""
-    count = lessons(16 * len(chunk[0])) if chunk else 0
-    places = np.linspace(0, len(chunk[0]) - 1, count).astype(np.int64) if count else ()
-    return tuple(column[places] for column in chunk) if count else ()
+    if not chunk:
+        return ()
+    places = lessons(16 * len(chunk[0]), len(chunk[0]))
+    return tuple(column[places] for column in chunk) if len(places) else ()
 
 
-def lessons(total: int) -> int:
-    """Rows to learn from: as many as do not weigh among so many."""
-    return min(LESSONS, total // 64)
+def lessons(total: int, there: int) -> Array:
+    """The places of rows to learn from, of those that are there: so few that they do not weigh."""
+    return np.linspace(0, there - 1, min(LESSONS, total // 64)).astype(np.int64)
 
 
 def file_chunks(pieces: Iterable[Chunk], total: int | None) -> Iterator[Chunk]:

@@ -81,7 +81,7 @@ def sweep(
     plan = prepare(model, inputs, want, given, guesses)
     rows = Grid(axes) if grid else Zipped(axes)
     work = work_of(plan, grid_lessons(rows), every=all, jit=jit, timeout=timeout)
-    chunks = grid_chunks(rows) if len(rows) else iter([rows.columns(0, 0)])
+    chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
     pieces = list(followed(work, solved, rows.shape[-1]))
     table = joined([piece.table for piece in pieces if piece.table is not None])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from time import time
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,18 +32,14 @@ def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np
     codes = np.zeros(len(columns[0]) if columns else 1, dtype=np.int8)
     lacking = np.zeros(len(codes), dtype=bool)
     for column, variable in zip(columns, inputs, strict=True):
-        numbers = _numbers(column)
-        lacking |= ~np.isfinite(numbers) & ~_symbols(column)
-        codes[_outside(numbers, variable)] = CODES[Status.INFEASIBLE]
+        symbols = _symbols(column)
+        numbers = np.where(symbols, np.nan, column).astype(float)
+        below = numbers <= variable.low if variable.low_open else numbers < variable.low
+        above = numbers >= variable.high if variable.high_open else numbers > variable.high
+        codes[below | above] = CODES[Status.INFEASIBLE]
+        lacking |= ~np.isfinite(numbers) & ~symbols
     codes[lacking] = CODES[Status.PARTIAL]
     return codes
-
-
-def _numbers(column: Array) -> Array:
-    """The column as floats, NaN for nothing."""
-    if column.dtype != object:
-        return column
-    return np.array([np.nan if v is None or isinstance(v, str) else v for v in column.tolist()])
 
 
 def _symbols(column: Array) -> NDArray[np.bool_]:
@@ -51,108 +48,56 @@ def _symbols(column: Array) -> NDArray[np.bool_]:
     return np.array([isinstance(value, str) for value in column.tolist()], dtype=bool)
 
 
-def _outside(numbers: Array, variable: Variable) -> NDArray[np.bool_]:
-    """A symbol lies outside of no range, nor does what is missing."""
-    below = numbers <= variable.low if variable.low_open else numbers < variable.low
-    above = numbers >= variable.high if variable.high_open else numbers > variable.high
-    return np.asarray(below | above)
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """What is the same for all rows of a plan: its inputs and outputs, and the inputs that are fixed.
-
-    With ``jit`` its records are compiled to machine code.
-    """
-
-    model: Model
-    inputs: tuple[str, ...]
-    want: tuple[str, ...]
-    given: Mapping[str, Value]
-    guesses: Mapping[str, float]
-    jit: bool = False
-
-
-class SteadyPlan:
-    """Solves pieces of one pattern, every one by the same records."""
-
-    def __init__(self, pattern: Pattern, lessons: Sequence[Array]) -> None:
-        self._plan = Plan(pattern.model, pattern.inputs, pattern.want, pattern.given, pattern.guesses)
-        self._jit = pattern.jit
-        if lessons and len(lessons[0]):
-            self._plan.sweep(*lessons, jit=pattern.jit)
-        self._known = self._plan.records.mark()
-
-    def _forget(self) -> None:
-        """Go back to what the lessons taught."""
-        self._plan.records.forget(self._known)
-
-    def every(self, columns: Sequence[Array]) -> tuple[NDArray[np.int8], Answers]:
-        """The status codes of the rows and all their answers, for one or more columns (n,) of numbers."""
-        self._forget()
-        return self._plan.sweep_all(*columns, jit=self._jit)
-
-    def alone(self) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of the one row of a plan without inputs, and its answers, the primary first."""
-        self._forget()
-        return self._plan.outcome(())
+Key: TypeAlias = tuple[str | None, ...]
+"""The symbols of a row, None at the place of a number."""
 
 
 class SteadyPlans:
-    """Plans by the symbols of a row: a symbol that is swept is fixed in a plan of its own."""
+    """Plans of one work by the symbols of a row: a symbol that is swept is fixed in a plan of its own.
 
-    def __init__(self, pattern: Pattern, lessons: Sequence[Array]) -> None:
-        self._pattern = pattern
-        self._lessons = tuple(lessons) or tuple(np.zeros(0) for _ in pattern.inputs)
-        self._plans: dict[tuple[str | None, ...], SteadyPlan] = {}
+    ``lessons`` (n,) an input are rows of which records are made beforehand. A plan goes back to these before
+    every piece: what it solved before leaves no trace.
+    """
 
-    @property
-    def want(self) -> tuple[str, ...]:
-        return self._pattern.want
+    def __init__(self, work: Work, lessons: Sequence[Array]) -> None:
+        self.work, self._lessons = work, lessons
+        self._plans: dict[Key, tuple[Plan, Any]] = {}
 
-    def groups(self, columns: Sequence[Array]) -> list[tuple[SteadyPlan, NDArray[np.intp], list[Array]]]:
+    def groups(self, columns: Sequence[Array]) -> Iterator[tuple[Plan, Array, list[Array]]]:
         """The rows by their plans: which they are, and their columns of numbers."""
-        symbols = _pattern_of_rows(columns)
-        if symbols is None:
-            everything = np.arange(len(columns[0]) if columns else 1)
-            return [(self._plan((None,) * len(columns)), everything, list(columns))]
-        rows: dict[tuple[str | None, ...], list[int]] = {}
-        for row, key in enumerate(symbols):
-            rows.setdefault(key, []).append(row)
-        return [
-            (self._plan(k), np.array(found), _numbers_of_rows(columns, k, found)) for k, found in rows.items()
-        ]
+        for key, rows in _by_symbols(columns).items():
+            yield self._plan(key), rows, _numbers(columns, key, rows)
 
-    def _plan(self, key: tuple[str | None, ...]) -> SteadyPlan:
+    def _plan(self, key: Key) -> Plan:
         if key not in self._plans:
-            symbols = _pattern_of_rows(self._lessons)
-            if symbols is None:
-                symbols = [(None,) * len(key)] * len(self._lessons[0])
-            lessons = _numbers_of_rows(
-                self._lessons, key, [row for row, other in enumerate(symbols) if other == key]
-            )
-            fixed = {n: s for n, s in zip(self._pattern.inputs, key, strict=True) if s is not None}
-            names = tuple(name for name in self._pattern.inputs if name not in fixed)
-            given = {**self._pattern.given, **fixed}
-            self._plans[key] = SteadyPlan(replace(self._pattern, inputs=names, given=given), lessons)
-        return self._plans[key]
+            work = self.work
+            fixed = {n: s for n, s in zip(work.inputs, key, strict=True) if s is not None}
+            names = tuple(name for name in work.inputs if name not in fixed)
+            plan = Plan(work.model, names, work.want, {**work.given, **fixed}, work.guesses)
+            rows = _by_symbols(self._lessons).get(key, ()) if self._lessons else ()
+            if names and len(rows):
+                plan.sweep(*_numbers(self._lessons, key, rows), jit=work.jit)
+            self._plans[key] = plan, plan.records.mark()
+        plan, known = self._plans[key]
+        plan.records.forget(known)
+        return plan
 
 
-def _pattern_of_rows(columns: Sequence[Array]) -> list[tuple[str | None, ...]] | None:
-    """The symbols of each row, None at the place of a number; None where no column has any."""
+def _by_symbols(columns: Sequence[Array]) -> dict[Key, Array]:
+    """The rows (m,) by the symbols that are in them."""
     if all(column.dtype != object for column in columns):
-        return None
-    kinds = [
-        [value if isinstance(value, str) else None for value in column.tolist()]
-        if column.dtype == object
-        else [None] * len(column)
-        for column in columns
+        return {(None,) * len(columns): np.arange(len(columns[0]) if columns else 1)}
+    kinds = ([value if isinstance(value, str) else None for value in column.tolist()] for column in columns)
+    rows: dict[Key, list[int]] = {}
+    for row, key in enumerate(zip(*kinds, strict=True)):
+        rows.setdefault(key, []).append(row)
+    return {key: np.array(found) for key, found in rows.items()}
+
+
+def _numbers(columns: Sequence[Array], key: Key, rows: Any) -> list[Array]:
+    return [
+        c[rows].astype(float, copy=False) for c, symbol in zip(columns, key, strict=True) if symbol is None
     ]
-    return list(zip(*kinds, strict=True))
-
-
-def _numbers_of_rows(columns: Sequence[Array], key: tuple[str | None, ...], rows: list[int]) -> list[Array]:
-    return [column[rows].astype(float) for column, symbol in zip(columns, key, strict=True) if symbol is None]
 
 
 def solved_answers(
@@ -163,15 +108,15 @@ def solved_answers(
     ``refused`` (n,) has the status code of a row that is not asked, or 0. Raises Interrupted with the same
     for an interrupt while a row is solved.
     """
-    codes = refused.copy()
+    codes, jit, want = refused.copy(), plans.work.jit, plans.work.want
     asked = np.flatnonzero(refused == 0)
     parts: list[tuple[Array, Answers]] = []
     left = refused == 0
-    for plan, rows, numbers in plans.groups(_asked(columns, refused)):
+    for plan, rows, numbers in plans.groups([column[asked] for column in columns]):
         places = asked[rows]
         done = len(places)
         try:
-            status, answers = plan.every(numbers) if numbers else _alike(plan, done, len(plans.want))
+            status, answers = plan.sweep_all(*numbers, jit=jit) if numbers else _alike(plan, done)
         except Interrupted as reached:
             done, (status, answers) = reached.rows, reached.kept
         codes[places] = status
@@ -179,7 +124,7 @@ def solved_answers(
         parts.append((places, answers))
         if done < len(places):
             break
-    found = codes, together(parts, len(codes), len(plans.want))
+    found = codes, together(parts, len(codes), len(want))
     if left.any():
         raise Interrupted(int(np.argmax(left)), found)
     return found
@@ -204,10 +149,10 @@ def every_answer(
     return Table(table, np.repeat(codes, each), answers=np.repeat(answers.counts, each))
 
 
-def _alike(plan: SteadyPlan, count: int, wanted: int) -> tuple[Array, Answers]:
+def _alike(plan: Plan, count: int) -> tuple[Array, Answers]:
     """So many rows that have no numbers to tell them apart."""
-    status, answers = plan.alone()
-    columns = [np.tile(column, count) for column in written(answers, wanted)]
+    status, answers = plan.outcome(())
+    columns = [np.tile(column, count) for column in written(answers, len(plan.want))]
     return np.full(count, CODES[status], dtype=np.int8), Answers(np.full(count, len(answers)), columns)
 
 
@@ -217,12 +162,6 @@ def _spread(values: Array, there: NDArray[np.bool_]) -> Array:
     column: Array = np.full(len(there), None if symbols else np.nan, dtype=object if symbols else float)
     column[there] = values
     return column
-
-
-def _asked(columns: Sequence[Array], refused: NDArray[np.int8]) -> Sequence[Array]:
-    if not refused.any():
-        return columns
-    return [column[refused == 0] for column in columns]
 
 
 @dataclass(frozen=True)
@@ -326,9 +265,7 @@ class Solver:
         self.work = work
         self._inputs = [work.model.variables[name] for name in work.inputs]
         asked = refusals(work.lessons, self._inputs) == 0 if work.lessons else ()
-        pattern = Pattern(work.model, work.inputs, work.want, work.given, work.guesses, work.jit)
-        with work.limit():
-            self._plans = SteadyPlans(pattern, [column[asked] for column in work.lessons])
+        self._plans = SteadyPlans(work, [column[asked] for column in work.lessons])
 
     def __call__(self, columns: Sequence[Array]) -> Solved:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved.

@@ -301,7 +301,7 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
     rows = Grid(tuple(map(listed, axes.values())))
     work = work_of(plan, grid_lessons(rows), every=every)
     cuts = [0, 40, 41, 90, len(rows) // 2, len(rows)]
-    pieces = [rows.columns(one, other) for one, other in pairwise(cuts)]
+    pieces = [rows.at(np.arange(one, other)) for one, other in pairwise(cuts)]
     forward, backward = Solver(work), Solver(unpacked(work.packed()))
     there = [forward(piece).table for piece in pieces]
     back = [backward(piece).table for piece in reversed(pieces)][::-1]

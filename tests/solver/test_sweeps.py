@@ -71,11 +71,11 @@ def test_a_range_of_long_decimals_is_exact_too() -> None:
 
 def test_a_grid_is_every_combination_and_is_not_held() -> None:
     grid = Grid((listed([1.0, 2.0]), listed(["open", "crossed"]), Stretch(Fraction(0), Fraction(1, 4), 3)))
-    whole = list(zip(*grid.columns(0, len(grid)), strict=True))
+    whole = list(zip(*grid.at(np.arange(len(grid))), strict=True))
     assert whole == [(a, b, c) for a in (1, 2) for b in ("open", "crossed") for c in (0, 0.25, 0.5)]
-    assert list(zip(*grid.columns(5, 8), strict=True)) == whole[5:8]
+    assert list(zip(*grid.at(np.arange(5, 8)), strict=True)) == whole[5:8]
     vast = Grid((Stretch(Fraction(0), Fraction(1), 10**6), Stretch(Fraction(0), Fraction(1), 10**6)))
-    outer, inner = vast.columns(10**12 - 2, 10**12)
+    outer, inner = vast.at(np.arange(10**12 - 2, 10**12))
     assert (outer.tolist(), inner.tolist()) == ([999_999, 999_999], [999_998, 999_999])
 
 
@@ -85,12 +85,12 @@ def test_any_rows_of_a_grid_are_those_of_the_whole(lengths: list[int], data: st.
     whole = list(product(*axes))
     first = data.draw(st.integers(0, len(whole)))
     last = data.draw(st.integers(first, len(whole)))
-    columns = Grid(tuple(map(listed, axes))).columns(first, last)
+    columns = Grid(tuple(map(listed, axes))).at(np.arange(first, last))
     assert list(zip(*columns, strict=True)) == whole[first:last]
 
 
 def test_a_grid_without_rows_has_its_columns() -> None:
-    columns = Grid((listed([1.0, 2.0]), listed([]))).columns(0, 0)
+    columns = Grid((listed([1.0, 2.0]), listed([]))).at(np.arange(0))
     assert [len(column) for column in columns] == [0, 0]
 
 
