@@ -192,55 +192,41 @@ class Letters:
         self.extra: list[Polynomial] = []
 
     def polynomial(self, node: Expression) -> Polynomial:
-        if not self.unknowns.intersection(names(node)):
-            return self._known(node)
+        """Of a part without unknowns: opened as far as it is a polynomial, a letter of its own beyond.
+
+        Raises NoForm for a part with unknowns that is none.
+        """
+        known = not self.unknowns.intersection(names(node))
         match node:
+            case Number(value):
+                return constant(value)
             case Name(name):
-                return self._variable(name)
+                return self._variable(name, known)
             case Negative(operand):
                 return scaled(self.polynomial(operand), Fraction(-1))
             case Sum(terms):
                 return plus(*map(self.polynomial, terms))
             case Product(left, right):
                 return self._reduced(times(self.polynomial(left), self.polynomial(right)))
-            case Quotient(left, right):
-                return self._quotient(left, right)
-            case Power(base, Number(value)) if value in (2.0, 3.0, 4.0):
+            case Quotient(left, Number(value)) if value:
+                return scaled(self.polynomial(left), 1 / Fraction(value))
+            case Power(base, Number(value)) if value == 2.0 or (value in (3.0, 4.0) and not known):
                 inner = raised = self.polynomial(base)
                 for _ in range(int(value) - 1):
                     raised = self._reduced(times(raised, inner))
                 return raised
-            case Power(base, Number(0.5)) | Call("sqrt", (base,)):
-                return self._root(base)
             case Call(function, (argument,)) if function in _CIRCULAR:
                 return self._circular(function, argument)
+            case _ if known:
+                return letter(self._named(node))
+            case Quotient(left, right):
+                return self._quotient(left, right)
+            case Power(base, Number(0.5)) | Call("sqrt", (base,)):
+                return self._root(base)
         raise NoForm
 
     def _reduced(self, polynomial: Polynomial) -> Polynomial:
         return reduced(polynomial, self.pairs)
-
-    def _known(self, node: Expression) -> Polynomial:
-        """A part without unknowns: opened as far as it is a polynomial, a letter of its own beyond."""
-        match node:
-            case Number(value):
-                return constant(value)
-            case Name(name):
-                self.meaning[name] = node
-                return letter(name)
-            case Negative(operand):
-                return scaled(self._known(operand), Fraction(-1))
-            case Sum(terms):
-                return plus(*map(self._known, terms))
-            case Product(left, right):
-                return self._reduced(times(self._known(left), self._known(right)))
-            case Quotient(left, Number(value)) if value:
-                return scaled(self._known(left), 1 / Fraction(value))
-            case Power(base, Number(2.0)):
-                inner = self._known(base)
-                return self._reduced(times(inner, inner))
-            case Call(function, (argument,)) if function in _CIRCULAR:
-                return self._circular(function, argument)
-        return letter(self._named(node))
 
     def _named(self, node: Expression) -> str:
         """The letter of a known part that stays as it is."""
@@ -251,19 +237,18 @@ class Letters:
         self.meaning[name] = node
         return name
 
-    def _variable(self, name: str) -> Polynomial:
+    def _variable(self, name: str, known: bool) -> Polynomial:
         if name in self.angles:
             raise NoForm
         self.meaning[name] = Name(name)
-        self.open.add(name)
+        if not known:
+            self.open.add(name)
         return letter(name)
 
     def _quotient(self, left: Expression, right: Expression) -> Polynomial:
         """Over something known: times its reciprocal. Over an unknown: one more unknown, and a product."""
         dividend = self.polynomial(left)
         if not self.unknowns.intersection(names(right)):
-            if isinstance(right, Number) and right.value:
-                return scaled(dividend, 1 / Fraction(right.value))
             return times(dividend, letter(self._named(divide(Number(1.0), right))))
         name = self._auxiliary()
         self.extra.append(minus(self._reduced(times(letter(name), self.polynomial(right))), dividend))

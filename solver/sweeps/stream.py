@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from queue import Queue
-from threading import Thread
 from typing import Protocol, TextIO
 
 import numpy as np
@@ -41,36 +41,23 @@ class FileSink:
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._file = table_file(path, names, symbols)
-        self._waiting: Queue[Solved | None] = Queue(self.WAITING)
-        self._failure: BaseException | None = None
-        self._thread = Thread(target=self._work, daemon=True, name="sink")
-        self._thread.start()
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="sink")
+        self._waiting: deque[Future[None]] = deque()
 
     def add(self, piece: Solved) -> None:
-        self._waiting.put(piece)
-        self._raise()
+        while len(self._waiting) > self.WAITING:
+            self._waiting.popleft().result()
+        self._waiting.append(self._writer.submit(self._write, piece))
 
     def close(self) -> None:
-        self._end()
-        self._raise()
+        for written in self._waiting:
+            written.result()
+        self._writer.shutdown()
         self._file.close()
 
     def discard(self) -> None:
-        self._end()
+        self._writer.shutdown(cancel_futures=True)
         self._file.discard()
-
-    def _end(self) -> None:
-        if self._thread.is_alive():
-            self._waiting.put(None)
-            self._thread.join()
-
-    def _work(self) -> None:
-        while (piece := self._waiting.get()) is not None:
-            if self._failure is None:
-                try:
-                    self._write(piece)
-                except BaseException as failure:
-                    self._failure = failure
 
     def _write(self, piece: Solved) -> None:
         if piece.text is not None and isinstance(self._file, CsvFile):
@@ -78,10 +65,6 @@ class FileSink:
         else:
             assert piece.table is not None
             self._file.add(piece.table)
-
-    def _raise(self) -> None:
-        if self._failure is not None:
-            raise self._failure
 
 
 class StreamSink:
