@@ -39,8 +39,7 @@ from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.multistart import Array
-from solver.path.closed_form import ClosedForm
-from solver.path.elimination import closed_form
+from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, is_linear, isolate
 from solver.path.rational import smooth

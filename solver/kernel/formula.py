@@ -11,7 +11,7 @@ from rulesheets.model import Value
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
-from solver.path.closed_form import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
+from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
 CLEAR = 1e-9
 """What is nearer to zero than this, relative to its terms, is left to a search."""

@@ -12,7 +12,7 @@ from rulesheets.syntax.nodes import Expression, Name
 from solver.accuracy.rule_check import BACKWARD
 from solver.kernel.block import kernel_of
 from solver.path.cases import activity
-from solver.path.closed_form import Circle, Coefficient, Let, Parabola
+from solver.path.elimination import Circle, Coefficient, Let, Parabola
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.path.steps import Select, SolveBlock
 from solver.trace.graph import NotCompilable

@@ -20,7 +20,7 @@ from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.path.cases import activity
-from solver.path.closed_form import Circle, Let, Parabola
+from solver.path.elimination import Circle, Let, Parabola
 from solver.path.planner import Planner
 from solver.path.steps import SolveBlock
 from solver.ranking.ranking import Ranking
