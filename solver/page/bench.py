@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import threading
 import traceback
@@ -303,6 +304,7 @@ def _number(value: float | None) -> float | None:
 
 def main() -> None:
     """Answer until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the server, with which this ends
     replies, sys.stdout = sys.stdout, sys.stderr
     _bound_memory()
     waiting: SimpleQueue[str] = SimpleQueue()

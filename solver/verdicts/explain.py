@@ -258,7 +258,7 @@ class _Explanation:
 
     def _rank(self, fact: RankLoss) -> Diagnosis:
         if fact.everywhere:
-            message = f"these rules do not tell {listed(fact.free)}: they say the same thing twice"
+            message = f"these rules do not determine {listed(fact.free)}: they are not independent"
             if len(fact.equations) == 1:
                 message = f"{listed(fact.free)} can take many values here, and this rule still holds"
             code = "S511"
