@@ -4,46 +4,55 @@
 >>> model = rulesheets.loads("V = I*R")
 >>> list(model.variables)
 ['V', 'I', 'R']
+
+Names are fetched on first use: help and mistakes in a command need none of them.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
-from rulesheets.functions.registered import function
-from rulesheets.loading import load, loads, shipped_models
-from rulesheets.model import Equation, Model, Premise, Value, Variable
-from rulesheets.syntax.source import Source, Span
-from rulesheets.units.display import in_unit
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rulesheets.algebra import sympy_equations
+    from rulesheets.algebra import sympy_equations as sympy_equations
+    from rulesheets.diagnosis import Diagnosis as Diagnosis
+    from rulesheets.diagnosis import Label as Label
+    from rulesheets.diagnosis import RuleSheetError as RuleSheetError
+    from rulesheets.diagnosis import Severity as Severity
+    from rulesheets.functions.registered import function as function
+    from rulesheets.loading import load as load
+    from rulesheets.loading import loads as loads
+    from rulesheets.loading import shipped_models as shipped_models
+    from rulesheets.model import Equation as Equation
+    from rulesheets.model import Model as Model
+    from rulesheets.model import Premise as Premise
+    from rulesheets.model import Value as Value
+    from rulesheets.model import Variable as Variable
+    from rulesheets.syntax.source import Source as Source
+    from rulesheets.syntax.source import Span as Span
+    from rulesheets.units.display import in_unit as in_unit
 
-__all__ = [
-    "Diagnosis",
-    "Equation",
-    "Label",
-    "Model",
-    "Premise",
-    "RuleSheetError",
-    "Severity",
-    "Source",
-    "Span",
-    "Value",
-    "Variable",
-    "function",
-    "in_unit",
-    "load",
-    "loads",
-    "shipped_models",
-    "sympy_equations",
-]
+_NAMES = {
+    "algebra": "sympy_equations",
+    "diagnosis": "Diagnosis Label RuleSheetError Severity",
+    "functions.registered": "function",
+    "loading": "load loads shipped_models",
+    "model": "Equation Model Premise Value Variable",
+    "syntax.source": "Source Span",
+    "units.display": "in_unit",
+}
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 
 
-def __getattr__(name: str) -> Any:
-    """sympy costs its time only where it is asked for."""
-    if name != "sympy_equations":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module("rulesheets.algebra").sympy_equations
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'rulesheets' has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(f"rulesheets.{_HOMES[name]}"), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted(_HOMES)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
 from functools import cache
-from pathlib import Path
 
 from rulesheets.syntax.source import Span, escaped
 
@@ -191,8 +190,10 @@ class Entry:
 @cache
 def catalogue() -> dict[str, Entry]:
     """What is known of a code, wherever it is said."""
-    text = (Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8")
-    return {code: Entry(**row) for code, row in tomllib.loads(text).items()}
+    import tomllib  # neither help nor a sheet without mistakes asks for it
+
+    with open(os.path.join(os.path.dirname(__file__), "catalogue.toml"), "rb") as file:
+        return {code: Entry(**row) for code, row in tomllib.load(file).items()}
 
 
 # --- names that may be meant -------------------------------------------------
