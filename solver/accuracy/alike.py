@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +31,10 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
-    operands,
 )
 from solver.accuracy import rule_check
 from solver.accuracy.rule_check import BACKWARD, EPSILON, ROUNDINGS, STEEP, RuleCheck
-
-Array: TypeAlias = NDArray[np.float64]
+from solver.path.alike import Alike, Array, Family, alike
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
@@ -48,83 +46,6 @@ LONGER = float(np.finfo(np.longdouble).eps) / EPSILON
 """How much finer than floats the long floats of numpy are: 2⁻¹¹ on most machines, on others no finer."""
 LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin", "cos")}
 """Functions that numpy has for its long floats as we mean them."""
-
-
-# --- rules of one shape ---------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Family:
-    """Rules of one shape: their ``places`` (m,) among all rules, the first of them, the ``columns`` (k, m) of
-    its names, in order of first appearance, and of theirs among all names, and the ``numbers`` (c, m) that
-    stand in them, in the order of the text."""
-
-    places: NDArray[np.intp]
-    first: Equation
-    columns: NDArray[np.intp]
-    numbers: Array
-
-
-@dataclass(frozen=True)
-class Alike:
-    """Rules by their shapes, in order of first appearance, and the names that they read."""
-
-    names: tuple[str, ...]
-    families: tuple[Family, ...]
-
-
-def alike(model: Model, equations: Sequence[Equation]) -> Alike:
-    """The rules by their shapes (found once for the same rules)."""
-    known: dict[tuple[int, ...], Alike] = model.__dict__.setdefault("_alike", {})
-    key = tuple([equation.index for equation in equations])
-    if key not in known:
-        known[key] = _grouped(equations)
-    return known[key]
-
-
-def _grouped(equations: Sequence[Equation]) -> Alike:
-    found: dict[tuple[Any, ...], list[tuple[int, list[float]]]] = {}
-    for place, equation in enumerate(equations):
-        shape, numbers = _shape(equation)
-        found.setdefault(shape, []).append((place, numbers))
-    column = {name: place for place, name in enumerate(dict.fromkeys(n for e in equations for n in e.names))}
-    grouped = []
-    for members in found.values():
-        rules = [equations[place] for place, _ in members]
-        columns = [[column[name] for name in rule.names] for rule in rules]
-        grouped.append(
-            Family(
-                np.array([place for place, _ in members], dtype=np.intp),
-                rules[0],
-                np.array(columns, dtype=np.intp).reshape(len(rules), -1).T,
-                np.array([numbers for _, numbers in members], dtype=float).reshape(len(rules), -1).T,
-            )
-        )
-    return Alike(tuple(column), tuple(grouped))
-
-
-def _shape(equation: Equation) -> tuple[tuple[Any, ...], list[float]]:
-    """The operations of both sides with names by their order, and the numbers; exponents belong to both."""
-    order = {name: place for place, name in enumerate(equation.names)}
-    shape: list[Any] = []
-    numbers: list[float] = []
-    stack: list[Expression] = [equation.right, equation.left]
-    while stack:
-        node = stack.pop()
-        kind = type(node)
-        shape.append(kind)
-        if isinstance(node, Name):
-            shape.append(order[node.name])
-        elif isinstance(node, Number):
-            numbers.append(node.value)
-        else:
-            if isinstance(node, Power) and isinstance(node.exponent, Number):
-                shape.append(node.exponent.value)
-            parts = operands(node)
-            shape.append(node.function if isinstance(node, Call) else node if not parts else kind)
-            shape.append(len(parts))
-            stack.extend(parts[::-1])
-    return tuple(shape), numbers
 
 
 # --- one walk for all of them ---------------------------------------------------

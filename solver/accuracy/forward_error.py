@@ -279,7 +279,7 @@ class _Propagation:
     def _solved_at_once(self, found: Evaluated, indices: Sequence[int], unknowns: Sequence[str]) -> Any:
         """The errors (n, samples) of the unknowns; None where they are not determined."""
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
-        off = (found.noise + np.abs(found.miss))[:, None] * np.array([list(_signs(i)) for i in indices])
+        off = (found.noise + np.abs(found.miss))[:, None] * _many_signs(indices)
         columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
         inside = columns >= 0
         for share, row, column in zip(
@@ -298,7 +298,7 @@ class _Propagation:
         self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
         if not regular:
             return None
-        errors = np.array([factor.solve(-column) for column in off.T]).T
+        errors = np.column_stack([factor.solution(-column) for column in off.T])
         return np.where(np.isnan(errors), np.inf, errors)
 
     # --- at a double root ---
@@ -398,9 +398,19 @@ def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
 
 def _signs(index: int) -> Iterator[float]:
     """Sixteen signs that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
-    bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
-    bits = ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
+    bits = _hashed(index)
     return (1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES))
+
+
+def _many_signs(indices: Sequence[int]) -> Any:
+    """The same (n, samples) of many numbers."""
+    bits = np.array([_hashed(index) % 2**SAMPLES for index in indices])
+    return np.where(bits[:, None] >> np.arange(SAMPLES) & 1, 1.0, -1.0)
+
+
+def _hashed(index: int) -> int:
+    bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
+    return ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
 
 
 def _finite(number: float) -> float:

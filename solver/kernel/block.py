@@ -23,7 +23,6 @@ from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, substitute, subtract
-from solver.accuracy.alike import Alike, alike
 from solver.kernel.chain import (
     RESIDUAL,
     Assignment,
@@ -39,6 +38,7 @@ from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.multistart import Array
+from solver.path.alike import Alike, alike
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, is_linear, isolate
@@ -95,7 +95,13 @@ class BlockKernel:
     def divisors(self) -> tuple[Expression, ...]:
         """What the equations divide by that depends on unknowns."""
         unknowns = frozenset(self.unknowns)
-        found = (divisor for form in self.forms for divisor in divisors(form))
+        divided = [
+            place
+            for family in self.alike.families
+            if any(any(nodes.names(h)) for h in divisors(self.forms[family.places[0]]))
+            for place in family.places.tolist()
+        ]
+        found = (divisor for place in sorted(divided) for divisor in divisors(self.forms[place]))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
@@ -107,7 +113,14 @@ class BlockKernel:
     def straight(self) -> list[bool]:
         """Which equations, as they are written, are linear in the unknowns."""
         unknowns = frozenset(self.unknowns)
-        return [is_linear(form, unknowns) for form in self.forms]
+        inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
+        straight = np.zeros(len(self.forms), dtype=bool)
+        for family in self.alike.families:
+            unknown = inside[family.columns]
+            for pattern in np.unique(unknown, axis=1).T:
+                places = family.places[(unknown == pattern[:, None]).all(axis=0)]
+                straight[places] = is_linear(self.forms[places[0]], unknowns)
+        return straight.tolist()
 
     @cached_property
     def closed(self) -> ClosedForm | None:

@@ -58,6 +58,10 @@ MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
 MAX_SEARCHED = 30
 """Unknowns of a block up to which all answers are searched for."""
+FEW_TEARS = 3
+"""Tears of a block up to which starts at random are sure to come across the sensible answer."""
+MAX_TORN = 12, 6
+"""Unknowns and tears of a block, beyond both of which starts at random find all but the sensible answer."""
 
 _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
@@ -77,7 +81,8 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
 
 def is_large(kernel: BlockKernel) -> bool:
     """Whether one answer is looked for before any others."""
-    return len(kernel.unknowns) > MAX_SEARCHED
+    n, tears = len(kernel.unknowns), len(kernel.block.tears)
+    return n > MAX_SEARCHED or (n > MAX_TORN[0] and tears > MAX_TORN[1])
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
@@ -292,6 +297,8 @@ class _Search:
         self.candidates.tried(Method.BOXES, self.complete)
 
     def _starts(self) -> None:
+        if len(self.kernel.block.tears) > FEW_TEARS:
+            search_sparsely(self.question, self.candidates)
         _from_starts(self.question, self.candidates, self.budget)
         self.candidates.tried(Method.STARTS)
         torn_once = len(self.kernel.block.tears) == 1

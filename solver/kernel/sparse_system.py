@@ -1,6 +1,6 @@
 """A large block as a sparse system: residual and exact Jacobian, with rules of one shape compiled once.
 
-Rules of one shape (``accuracy/alike.py``) are the rows of one vectorised function.
+Rules of one shape (``path/alike.py``) are the rows of one vectorised function.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate
 from rulesheets.syntax.nodes import Expression, Name, Number, Power, operands, rebuilt, subtract
-from solver.accuracy.alike import Alike, Family
 from solver.kernel.emitter import compile_arrays
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
+from solver.path.alike import Alike, Family
 
 
 class SparseSystem:

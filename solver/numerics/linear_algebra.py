@@ -40,10 +40,14 @@ class Factor:
         self.rank, self.columns = rank, len(weights)
         self._row_sizes, self._weights = row_sizes, weights
 
-    def solve(self, rhs: Sequence[float]) -> list[float]:
-        """The solution; of least squares and least scaled norm where there is none or many."""
+    def solution(self, rhs: Any) -> Any:
+        """The solution (n,); of least squares and least scaled norm where there is none or many."""
         with np.errstate(all="ignore"):
-            solution: list[float] = (self._weights * self._solved(np.asarray(rhs) / self._row_sizes)).tolist()
+            return self._weights * self._solved(rhs / self._row_sizes)
+
+    def solve(self, rhs: Sequence[float]) -> list[float]:
+        """The same as a list."""
+        solution: list[float] = self.solution(np.asarray(rhs)).tolist()
         return solution
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import gcd, lcm
 from typing import TYPE_CHECKING
@@ -11,6 +11,8 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Name, Negative, Number, Product, Quotient, Sum
+from rulesheets.syntax.program import walk
+from solver.path.alike import shape_of
 from solver.path.isolate import Isolation, isolate, plainly_resolvable
 
 if TYPE_CHECKING:
@@ -163,13 +165,28 @@ class _Angles:
                 stack.extend(nodes.operands(node))
 
 
+def _read_at_once(equations: Iterable[Equation], angles: _Angles) -> Iterator[Equation]:
+    """Enter the names of rules of arithmetic alone as plain, shape by shape; the other rules are left."""
+    plainly: dict[Any, bool] = {}
+    for equation in equations:
+        shape, _ = shape_of(equation)
+        if (plain := plainly.get(shape)) is None:
+            sides = equation.left, equation.right
+            calls = any(isinstance(node, Call) for side in sides for node in walk(side))
+            plain = plainly[shape] = not (calls or all(map(is_angle_sum, sides)))
+        if plain:
+            angles.plain.update(equation.names)
+        else:
+            yield equation
+
+
 def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
     angles = _Angles()
     for condition in conditions:
         angles.weigh(condition)
     sums: dict[str, list[Equation]] = {}
-    for equation in equations:
+    for equation in _read_at_once(equations, angles):
         if is_angle_sum(equation.left) and is_angle_sum(equation.right):
             for name in equation.names:
                 sums.setdefault(name, []).append(equation)
