@@ -131,7 +131,7 @@ class _Writer:
         if operation in ("sind", "cosd"):
             self._circular(at, int(rest[0]), read[0])
             return
-        if operation == "root" and self.flow.finders[int(rest[0])].several:
+        if operation == "root":
             self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
             self.lines.append(f"v{node} = root_{rest[0]}({', '.join(read)})")
             self._release(at, node)
@@ -155,9 +155,6 @@ class _Writer:
                 self.lines.append(f"mul_({target}, {DEGREE!r}, {target})")
         elif operation == "item":
             self.lines.append(f"copy_({target}, {read[0]}[{rest[0]}])")
-        elif operation == "root":
-            self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
-            self.lines.append(f"copy_({target}, root_{rest[0]}({', '.join(read)}))")
         elif operation == "call":
             self.namespace[f"f_{rest[0]}"] = ARRAYS[str(rest[0])]
             self.lines.append(f"copy_({target}, f_{rest[0]}({', '.join(read)}))")

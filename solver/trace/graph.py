@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any, ClassVar, Protocol, TypeAlias
 
 Operand: TypeAlias = int | float | str
@@ -68,16 +69,16 @@ FOLD: dict[str, Callable[..., float | bool]] = {
 
 
 class Finder(Protocol):
-    """Roots of a block as a function of known numbers: one, or (``several``) one for each unknown.
+    """The root of a block, a number for each unknown, as a function of known numbers.
 
-    ``scalar`` raises ValueError and ``array`` (n,), or (unknowns, n), has nan where there is none.
+    ``scalar`` raises ValueError and ``array`` (unknowns, n) has nan where there is none.
     """
-
-    several: bool
 
     def scalar(self, *known: float) -> Any: ...
 
     def array(self, *known: Any) -> Any: ...
+
+    def unrolled(self, flow: Graph, known: Sequence[int], steps: int) -> list[int]: ...
 
 
 class Graph:
@@ -175,6 +176,10 @@ class Graph:
                 if isinstance(value, float):
                     return value, int(parts[other])
         return None
+
+    def total(self, nodes: Sequence[int]) -> int:
+        """The sum of some nodes as it is, unsimplified."""
+        return reduce(lambda one, other: self.node("add", one, other), nodes)
 
     def require(self, condition: int) -> None:
         """A condition that must hold for the results to count."""
@@ -359,3 +364,33 @@ def _partners(flow: Graph, wanted: Sequence[int]) -> dict[int, int]:
             by_angle.setdefault(int(rest[0]), {})[str(operation)] = node
     pairs = [tuple(found.values()) for found in by_angle.values() if len(found) == 2]
     return {one: other for a, b in pairs for one, other in ((a, b), (b, a))}
+
+
+def copied(
+    source: Graph, target: Graph, wanted: Sequence[int], inputs: Sequence[int], steps: int = 0
+) -> list[int]:
+    """The wanted nodes in another graph, with ``inputs`` (by place) in the place of the source's own.
+
+    The roots of blocks become so many ``steps`` of their iteration.
+    """
+    found: dict[int, int] = {}
+    roots: dict[int, list[int]] = {}
+
+    def read(node: int) -> int:
+        kind, *rest = source.nodes[node]
+        if kind in LEAVES:
+            return inputs[int(rest[0])] if kind == "input" else target.node(*source.nodes[node])
+        return found[node]
+
+    for node in schedule(source, wanted).order:
+        kind, *rest = source.nodes[node]
+        read_here = [read(one) for one in operands(source, node)]
+        if kind == "root":
+            roots[node] = source.finders[int(rest[0])].unrolled(target, read_here, steps)
+            found[node] = -1
+        elif kind == "item":
+            found[node] = roots[int(rest[1])][int(rest[0])]
+        else:
+            head = (rest[0],) if kind in SELECTORS else ()
+            found[node] = target.node(kind, *head, *read_here)
+    return [read(node) for node in wanted]

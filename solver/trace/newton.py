@@ -13,7 +13,8 @@ Only entries that are there are computed, so that a sparse matrix costs what it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -21,13 +22,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import differentiate, value
-from rulesheets.syntax.nodes import names
+from rulesheets.evaluate import NotDifferentiable, differentiate, value
+from rulesheets.syntax.nodes import Expression, names
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import jumps
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
-from solver.trace.graph import NotCompilable
+from solver.trace.graph import Graph, NotCompilable, copied
 from solver.trace.program import Ending, Program
 from solver.trace.python import block_function
 
@@ -134,6 +135,8 @@ CONVERGED = 1e-7
 """Relative length of a step after which the next one is no more than rounding."""
 LAST = 1e-9
 """Relative length that the correction of a rounded root may have."""
+CONDITION = 1e6
+"""The largest error of the unknowns that a record answers for, in units of the last place."""
 FINEST = 1.0 / 64.0
 """The least share of the way from the numbers of the record that is gone at once."""
 SPLITTER = 2.0**17 + 1.0
@@ -142,8 +145,6 @@ SPLITTER = 2.0**17 + 1.0
 
 class BlockNewton:
     """The root of a block next to a sample, as a function of the block's ``known`` numbers."""
-
-    several = True
 
     def __init__(
         self,
@@ -163,15 +164,7 @@ class BlockNewton:
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
         self.slopes = [list(row) for row in rows]
-        self.flow = Flow(plain=True)
-        places = {name: self.flow.input(i) for i, name in enumerate((*kernel.unknowns, *kernel.known))}
-        residual = [self.flow.expression(form, places) for form in kernel.forms]
-        self.step = self.elimination(self.flow, self.matrix(self.flow, places)).solve(residual)
-        ending = Ending(tuple(self.step), (), ())
-        program = Program(self.flow, len(places), (ending,))
-        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
-            program, _loop(len(self.start), self.scale)
-        )
+        self._write()
         self.tangent = np.zeros((len(self.start), len(sample)))
         self._predict: Callable[..., Sequence[float]] = lambda *known: self.start
         try:
@@ -180,6 +173,57 @@ class BlockNewton:
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
         self._predict = _predictor(self.start, self.sample, self.tangent.tolist())
+
+    def _write(self) -> None:
+        """The operations of a step, of the correction of a root that was rounded (by the slopes of the step
+        before), and of what rounding may move the unknowns by: an inverse of the slopes times the sizes of
+        the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
+        kernel, count = self.kernel, len(self.start)
+        self.flow = flow = Flow(plain=True)
+        every = (*kernel.unknowns, *kernel.known)
+        places = {name: flow.input(i) for i, name in enumerate(every)}
+        rounded = {name: flow.input(len(every) + i) for i, name in enumerate(kernel.unknowns)}
+        slopes = self._slopes(flow, places)
+        numbers = {(i, j): self.slopes[i][j] for i, j in slopes}
+        inverse = eliminate(flow, Matrix(slopes, numbers), self.scale)
+        self.step = inverse.solve([flow.expression(form, places) for form in kernel.forms])
+        self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in kernel.forms])
+        self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
+        ending = Ending((*self.step, *self.last, *self.moved), (), ())
+        program = Program(flow, len(every) + count, (ending,))
+        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
+            program, len(every), count, _loop(len(every), self.scale)
+        )
+
+    def _slopes(self, flow: Flow, places: dict[str, int]) -> dict[tuple[int, int], int]:
+        """The nodes of the slopes that are not 0 throughout, by row and column."""
+        count = len(self.kernel.unknowns)
+        entries: dict[tuple[int, int], int] = {}
+        for place, partial in enumerate(self.kernel.partials):
+            assert partial is not None
+            node = flow.expression(partial, places)
+            if flow.value_of(node) != 0.0:
+                entries[divmod(place, count)] = node
+        return entries
+
+    def _sizes(self, flow: Flow, places: dict[str, int], slopes: dict[tuple[int, int], int]) -> Iterator[int]:
+        """Of each rule Σ|∂F/∂v · v| over all variables, every third with a minus."""
+        for row, form in enumerate(self.kernel.forms):
+            total = flow.constant(0.0)
+            for name in dict.fromkeys(names(form)):
+                column = self.kernel.unknowns.index(name) if name in self.kernel.unknowns else -1
+                slope = slopes.get((row, column)) if column >= 0 else self._slope(flow, places, form, name)
+                if slope is not None:
+                    term = flow.add("abs", flow.add("mul", slope, places[name]))
+                    total = flow.add("add", total, term)
+            yield flow.add("neg", total) if row * row % 3 == 1 else total
+
+    @staticmethod
+    def _slope(flow: Flow, places: dict[str, int], form: Expression, name: str) -> int:
+        try:
+            return flow.expression(differentiate(form, name), places)
+        except NotDifferentiable:
+            raise NotCompilable from None
 
     def _tangent(self, varying: Sequence[bool]) -> Array:
         """How the root moves with each known number (unknowns, known), of those that are varying."""
@@ -191,21 +235,43 @@ class BlockNewton:
                     slopes[row, column] = value(differentiate(form, name), point)
         return np.linalg.solve(np.array(self.slopes), -slopes)
 
-    def matrix(self, flow: Flow, values: dict[str, int]) -> dict[tuple[int, int], int]:
-        """The nodes of the slopes that are not 0 throughout, by row and column."""
-        count = len(self.kernel.unknowns)
-        entries: dict[tuple[int, int], int] = {}
-        for place, partial in enumerate(self.kernel.partials):
-            assert partial is not None
-            node = flow.expression(partial, values)
-            if flow.value_of(node) != 0.0:
-                entries[divmod(place, count)] = node
-        return entries
+    def unrolled(self, flow: Graph, known: Sequence[int], steps: int) -> list[int]:
+        """The root as nodes of another graph, by so many steps; nan where these are not enough."""
+        scale, add = self.scale, flow.node
+        split, nothing = flow.constant(SPLITTER), flow.constant(math.nan)
+        x, good, before = self._predicted(flow, known), flow.true, flow.constant(math.inf)
+        for _ in range(steps):
+            last, step = x, copied(self.flow, flow, self.step, [*x, *known])
+            length = flow.total(_squares(flow, step, scale))
+            near = add("lt", length, flow.constant(CONVERGED**2))
+            good = add("and", good, add("or", near, add("le", length, before)))
+            before = add("mul", length, flow.constant(CONTRACTION**2))
+            x = [add("sub", a, d) for a, d in zip(x, step, strict=True)]
+        rounded = []
+        for a in x:
+            large = add("mul", a, split)
+            rounded.append(add("sub", large, add("sub", large, a)))
+        found = copied(self.flow, flow, (*self.last, *self.moved), [*last, *known, *rounded])
+        ends, moved = found[: len(x)], found[len(x) :]
+        length, reach = (flow.total(_squares(flow, some, scale)) for some in (ends, moved))
+        good = add("and", add("and", good, near), add("le", length, flow.constant(LAST**2)))
+        good = add("and", good, add("le", reach, flow.constant(CONDITION**2)))
+        roots = [add("sub", z, d) for z, d in zip(rounded, ends, strict=True)]
+        return [add("where", good, root, nothing) for root in roots]
 
-    def elimination(self, flow: Flow, entries: dict[tuple[int, int], int]) -> Elimination:
-        """The elimination of the slopes, with pivots that are large at the sample."""
-        numbers = {(i, j): self.slopes[i][j] for i, j in entries}
-        return eliminate(flow, Matrix(entries, numbers), self.scale)
+    def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
+        """Where the root is to first order."""
+        add = flow.node
+        places = {j: add("sub", known[j], flow.constant(self.sample[j])) for j in range(len(known))}
+        return [
+            flow.total(
+                [
+                    flow.constant(x),
+                    *(add("mul", flow.constant(t), places[j]) for j, t in enumerate(row) if t),
+                ]
+            )
+            for x, row in zip(self.start, self.tangent.tolist(), strict=True)
+        ]
 
     # --- one row ---
 
@@ -237,8 +303,8 @@ class BlockNewton:
     # --- many rows ---
 
     @cached_property
-    def _kernel(self) -> ArrayKernel:
-        return ArrayKernel(self.flow, self.step)
+    def _kernels(self) -> tuple[ArrayKernel, ArrayKernel]:
+        return ArrayKernel(self.flow, self.step), ArrayKernel(self.flow, (*self.last, *self.moved))
 
     def array(self, *known: Any) -> Array:
         """The roots (unknowns, n); nan where the branch is not followed."""
@@ -275,31 +341,42 @@ class BlockNewton:
         left, x, k = np.arange(count), start, known
         before = np.full(count, np.inf)
         weights = (1.0 / np.array(self.scale))[:, None]
-        last = np.zeros(count, dtype=bool)
         for _ in range(ITERATIONS):
-            step = self._steps(x, k)
-            x = x - step
-            step *= weights
-            length = np.einsum("ij,ij->j", step, step)
-            done = last & (length <= LAST**2)
-            if done.any():
-                roots[:, left[done]] = x[:, done]
+            step = np.empty(x.shape)
+            self._kernels[0]([*x, *k, *x], list(step))
+            length = np.square(step * weights).sum(axis=0)
             near = length < CONVERGED**2
-            split = SPLITTER * x
-            np.copyto(x, split - (split - x), where=near)
-            going = ~last & (near | (length <= CONTRACTION**2 * before)) & np.isfinite(length)
-            if going.all():
-                before, last = length, near
-                continue
-            left, x, k, before, last = left[going], x[:, going], k[:, going], length[going], near[going]
-            if not left.size:
+            if near.all():
+                roots[:, left] = self._corrected(x, k, step)
                 break
+            if near.any():
+                roots[:, left[near]] = self._corrected(x[:, near], k[:, near], step[:, near])
+            going = ~near & (length <= before)
+            x, before = x - step, CONTRACTION**2 * length
+            if not going.all():
+                left, x, k, before = left[going], x[:, going], k[:, going], before[going]
+                if not left.size:
+                    break
         return roots
 
-    def _steps(self, x: Array, known: Array) -> Array:
-        found = np.empty(x.shape)
-        self._kernel([*x, *known], list(found))
-        return found
+    def _corrected(self, x: Array, known: Array, step: Array) -> Array:
+        """The roots that a last step leads next to, rounded and corrected; nan where that goes far."""
+        split = SPLITTER * (x - step)
+        rounded = split - (split - (x - step))
+        found = np.empty((2 * len(x), x.shape[1]))
+        self._kernels[1]([*x, *known, *rounded], list(found))
+        last, moved = found[: len(x)], found[len(x) :]
+        scale = np.array(self.scale)[:, None]
+        good = np.square(last / scale).sum(axis=0) <= LAST**2
+        good &= np.square(moved / scale).sum(axis=0) <= CONDITION**2
+        roots: Array = np.where(good, rounded - last, np.nan)
+        return roots
+
+
+def _squares(flow: Graph, steps: Sequence[int], scale: Sequence[float]) -> list[int]:
+    """Of steps in units of the unknowns."""
+    shares = [flow.node("mul", d, flow.constant(1.0 / s)) for d, s in zip(steps, scale, strict=True)]
+    return [flow.node("mul", share, share) for share in shares]
 
 
 def _predictor(
@@ -317,29 +394,39 @@ def _predictor(
     return found
 
 
-def _loop(count: int, scale: Sequence[float]) -> Callable[[list[str], Sequence[str]], list[str]]:
-    """Writes the iteration around the statements that compute a step."""
+def _loop(inputs: int, scale: Sequence[float]) -> Callable[..., list[str]]:
+    """Writes the iteration around the statements of a step, and those of the correction behind it."""
+    count = len(scale)
+    every = range(count)
 
-    def written(body: list[str], steps: Sequence[str]) -> list[str]:
-        names = [f"d{i}" for i in range(count)]
-        assign = [f"{name} = {text}" for name, text in zip(names, steps, strict=True)]
-        length = " + ".join(f"({name} * {1.0 / s!r}) ** 2" for name, s in zip(names, scale, strict=True))
-        results = ", ".join(f"a{i} - d{i}" for i in range(count))
-        moved = [f"a{i} = a{i} - d{i}" for i in range(count)]
-        rounded = [f"c = a{i} * {SPLITTER!r}; a{i} = c - (c - a{i})" for i in range(count)]
-        inside = [
-            *body,
-            *assign,
-            f"length = {length}",
-            f"if last: return ({results},) if length <= {LAST**2!r} else None",
-            *moved,
-            f"if length < {CONVERGED**2!r}:",
-            "    last = True",
-            *(f"    {line}" for line in rounded),
-            "elif not length <= before: return None",
-            f"before = length * {CONTRACTION**2!r}",
+    def length(steps: Sequence[str]) -> str:
+        return " + ".join(f"({d} * {1.0 / s!r}) ** 2" for d, s in zip(steps, scale, strict=True))
+
+    def written(step: list[str], texts: Sequence[str], last: list[str], ends: Sequence[str]) -> list[str]:
+        moves = [f"d{i}" for i in every]
+        rounded = [
+            f"z{i} = a{i} - d{i}; c = z{i} * {SPLITTER!r}; a{inputs + i} = c - (c - z{i})" for i in every
         ]
-        head = ["last = False", "before = inf", f"for _ in ({', '.join('0' * ITERATIONS)}):"]
-        return [*head, *(f"    {line}" for line in inside), "return None"]
+        inside = [
+            *step,
+            *(f"d{i} = {text}" for i, text in enumerate(texts)),
+            f"length = {length(moves)}",
+            f"if length < {CONVERGED**2!r}: break",
+            "if not length <= before: return None",
+            f"before = length * {CONTRACTION**2!r}",
+            *(f"a{i} = a{i} - d{i}" for i in every),
+        ]
+        return [
+            "before = inf",
+            f"for _ in ({', '.join('0' * ITERATIONS)}):",
+            *(f"    {line}" for line in inside),
+            "else: return None",
+            *rounded,
+            *last,
+            *(f"d{i} = {text}" for i, text in enumerate(ends[:count])),
+            f"if not {length(moves)} <= {LAST**2!r}: return None",
+            f"if not {length(ends[count:])} <= {CONDITION**2!r}: return None",
+            f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
+        ]
 
     return written

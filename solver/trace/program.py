@@ -52,24 +52,28 @@ class Program:
         )
 
 
-def counts(flow: Flow, ending: Ending) -> int:
-    """The node that is true where an ending counts."""
+def counts(flow: Flow, ending: Ending, quick: bool = False) -> int:
+    """The node that is true where an ending counts; ``quick``: only where it is soon seen to count."""
     holds = flow.true
     for check in ending.holds:
-        holds = flow.add("and", holds, _whole(flow, check))
+        holds = flow.add("and", holds, _straight(flow, check, quick))
     total = None
     for node in ending.finite:
         total = node if total is None else flow.add("add", total, node)
     return holds if total is None else flow.add("and", holds, flow.node("finite", total))
 
 
-def _whole(flow: Flow, condition: int) -> int:
-    """A condition without its short cuts, which are of no use where every row computes everything."""
+def _straight(flow: Flow, condition: int, quick: bool) -> int:
+    """A condition without its short cuts, which are of no use where every row computes everything.
+
+    Where it is ``quick`` a short cut stands for the whole, but not for the opposite of it.
+    """
     kind, *parts = flow.nodes[condition]
     if kind == "sooner":
-        return _whole(flow, int(parts[1]))
+        return _straight(flow, int(parts[0 if quick else 1]), quick)
     if kind in ("and", "or", "not", "xor"):
-        return flow.add(str(kind), *(_whole(flow, int(part)) for part in parts))
+        quick = quick and kind in ("and", "or")
+        return flow.add(str(kind), *(_straight(flow, int(part), quick) for part in parts))
     return condition
 
 
@@ -178,8 +182,8 @@ class AllAnswers:
     usual: int
 
 
-def every(program: Program, in_order: bool) -> AllAnswers:
-    """All answers of every row, sorted, or else as they stand.
+def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
+    """All answers of every row, sorted, or else as they stand; ``quick`` as in ``counts``.
 
     Raises NotCompilable where symbols stand beside numbers.
     """
@@ -187,7 +191,7 @@ def every(program: Program, in_order: bool) -> AllAnswers:
     holds = usual = flow.true
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
     for ending in program.endings:
-        holds = flow.add("and", holds, counts(flow, ending))
+        holds = flow.add("and", holds, counts(flow, ending, quick))
     places = [Place(_coded(flow, e, symbols)) for e in program.endings]
     if in_order:
         for told in order.told:

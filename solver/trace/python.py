@@ -137,17 +137,21 @@ def _namespace(program: Program) -> dict[str, Any]:
 
 
 def block_function(
-    program: Program, written: Callable[[list[str], Sequence[str]], list[str]]
+    program: Program, inputs: int, steps: int, written: Callable[..., list[str]]
 ) -> Callable[..., Any]:
-    """A function of the inputs of a program around its operations.
+    """A function of the first ``inputs`` of a program around its operations.
 
-    ``written`` makes the statements of the body, from those of the operations and the texts of the results.
+    ``written`` makes the statements of the body: from those of the first ``steps`` results and the texts that
+    read these, and from those of the other results, which stand behind them, and their texts.
     """
     writer = _Writer(program, False)
-    (ending,) = program.endings
-    texts = [writer.text(node, "") for node in ending.results if isinstance(node, int)]
-    body = "\n".join(f"    {line}" for line in written(writer.lines, texts))
-    arguments = ", ".join(f"a{place}" for place in range(program.inputs))
+    nodes = [node for node in program.endings[0].results if isinstance(node, int)]
+    first = [writer.text(node, "") for node in nodes[:steps]]
+    count = len(writer.lines)
+    others = [writer.text(node, "") for node in nodes[steps:]]
+    statements = written(writer.lines[:count], first, writer.lines[count:], others)
+    body = "\n".join(f"    {line}" for line in statements)
+    arguments = ", ".join(f"a{place}" for place in range(inputs))
     namespace = _namespace(program)
     exec(compile(f"def solve({arguments}):\n{body}\n", "<compiled block>", "exec"), namespace)
     return namespace["solve"]  # type: ignore[no-any-return]

@@ -35,8 +35,6 @@ from solver.trace.rounding import apart_from_edges
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
-CONDITION = 1e6
-"""The largest error of an unknown of a block that a record answers for, in units of the last place."""
 APART = 1e-6
 """The least relative distance of two answers of a block."""
 REMOTE = 1e60
@@ -417,7 +415,6 @@ class Recording(ClosedForms):
         for name, node in zip(step.unknowns, items, strict=True):
             state.values[name] = self._in_turn(name, node)
             self.flow.require(self._in_range(self.model.variables[name], state.values[name]))
-        self._well_conditioned(state, newton)
         return state
 
     def _newton(self, newton: BlockNewton, places: list[int]) -> tuple[BlockNewton, list[int]]:
@@ -443,31 +440,23 @@ class Recording(ClosedForms):
         return self._wrapped(node, turn)
 
     def _distinct(self, key: tuple[object, ...], places: list[int]) -> None:
-        """Roots of one block at the same numbers must stay apart: no two branches may come to one root."""
-        flow, (_, items) = self.flow, self._blocks[key]
-        for other, (_, others) in self._blocks.items():
+        """Roots of one block at the same numbers must stay apart: no two branches may come to one root.
+
+        It is asked of the two unknowns that differ most at the sample.
+        """
+        flow, (newton, items) = self.flow, self._blocks[key]
+        for other, (second, others) in self._blocks.items():
             if other is key or other[0] != key[0] or other[1] != key[1] or list(other[3:]) != places:
                 continue
             if items == others:
                 continue
+            shares = [
+                abs(a - b) / s for a, b, s in zip(newton.start, second.start, newton.scale, strict=True)
+            ]
             apart = flow.false
-            for one, two in zip(items, others, strict=True):
+            for place in sorted(range(len(items)), key=shares.__getitem__)[-2:]:
+                one, two = items[place], others[place]
                 limit = flow.add("mul", flow.constant(APART), flow.add("abs", one))
                 differ = flow.add("abs", flow.add("sub", one, two))
                 apart = flow.add("or", apart, flow.add("lt", limit, differ))
             flow.require(apart)
-
-    def _well_conditioned(self, state: State, newton: BlockNewton) -> None:
-        """Require that the rounding of the block's rules moves no unknown far: what an inverse of the slopes
-        makes of errors of these sizes, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
-        flow, kernel = self.flow, newton.kernel
-        entries = newton.matrix(flow, state.values)
-        errors = []
-        for place, equation in enumerate(kernel.equations):
-            size, _ = self._sizes(state, equation)
-            errors.append(flow.add("neg", size) if place * place % 3 == 1 else size)
-        moved = newton.elimination(flow, entries).solve(errors)
-        for name, node, scale in zip(kernel.unknowns, moved, newton.scale, strict=True):
-            size = flow.add("add", flow.add("abs", state.values[name]), flow.constant(scale))
-            limit = flow.add("mul", flow.constant(CONDITION), size)
-            flow.require(flow.add("le", flow.add("abs", node), limit))

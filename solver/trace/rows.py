@@ -16,7 +16,7 @@ from solver.facts import Status
 from solver.interruption import Interrupted
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
-from solver.trace.graph import NotCompilable
+from solver.trace.graph import NotCompilable, copied
 from solver.trace.program import Program, counts, every
 from solver.trace.records import Records
 
@@ -28,6 +28,12 @@ WORTH = 16
 """So many rows pay for the set-up of a record on arrays."""
 
 
+MANY = 512
+"""So many rows that its quick form does not settle pay for the patient form of a record."""
+STEPS = 2
+"""Steps of a block's iteration that are written in straight lines."""
+LARGE = 800
+"""Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
 TOGETHER = 2**17
 """Rows up to which the columns of a piece share a block of memory, which the next piece takes again."""
 
@@ -63,8 +69,14 @@ class Refusals:
         return known[1]
 
 
-def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., None]:
-    """Machine code where it is asked for and can hold the functions, else blocks of numpy."""
+def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = False) -> Callable[..., None]:
+    """Machine code where it is asked for and can hold the functions, else blocks of numpy.
+
+    ``unrolled``: roots of blocks by a few steps in straight lines.
+    """
+    if unrolled and flow.finders:
+        flow, wanted = _unrolled(flow, wanted)
+        jit = jit and len(flow.nodes) < LARGE
     if jit:
         from solver.trace.llvm import NativeKernel, available
 
@@ -73,6 +85,13 @@ def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool) -> Callable[..., Non
         with suppress(NotCompilable):
             return NativeKernel(flow, wanted)
     return ArrayKernel(flow, wanted)
+
+
+def _unrolled(flow: Flow, wanted: Sequence[int]) -> tuple[Flow, list[int]]:
+    target = Flow(flow.plain)
+    places = [int(node[1]) for node in flow.nodes if node[0] == "input"]
+    inputs = [target.input(place) for place in range(1 + max(places, default=-1))]
+    return target, copied(flow, target, wanted, inputs, STEPS)
 
 
 def columns_of(number: int, count: int) -> list[Array]:
@@ -102,33 +121,39 @@ class Answers:
 class AnswerKernel:
     """One record on arrays: the answers of the rows that it settles, and a mask (n,) of these.
 
-    Answers are sorted in those rows alone whose order is not known beforehand.
+    First the roots of blocks get a few steps in straight lines, and rules the short form of their checks; the
+    rows that are left get as many steps as they need. Answers are sorted in those rows alone whose order is
+    not known beforehand.
     """
 
     def __init__(self, program: Program, jit: bool = False) -> None:
         if program.symbols:
             raise NotCompilable
         self.program, self.jit = program, jit
-        self.symbols, self._known = self._compiled(in_order=False)
+        sorts = bool(program.order.keys) and not program.order.usual
+        self.symbols, self._known = self._compiled(in_order=sorts, quick=True)
 
-    def _compiled(self, in_order: bool) -> tuple[tuple[tuple[str, ...] | None, ...], _Columns]:
-        found = every(self.program, in_order)
+    def _compiled(self, in_order: bool, quick: bool) -> tuple[tuple[tuple[str, ...] | None, ...], _Columns]:
+        found = every(self.program, in_order, quick)
         nodes = [node for place in found.places for node in place.results]
         logical = (*found.there, found.holds, found.usual)
-        kernel = kernel_of(self.program.flow, (*nodes, *logical), self.jit)
+        kernel = kernel_of(self.program.flow, (*nodes, *logical), self.jit, quick)
         return found.symbols, _Columns(kernel, len(nodes), len(found.there))
 
     @cached_property
     def _sorted(self) -> _Columns:
-        return self._compiled(in_order=True)[1]
+        return self._compiled(in_order=True, quick=True)[1]
+
+    @cached_property
+    def _patient(self) -> _Columns:
+        return self._compiled(in_order=bool(self.program.order.keys), quick=False)[1]
 
     def __call__(self, columns: Sequence[Array]) -> tuple[Answers, Array]:
         found, there, holds, usual = self._known(columns)
         if not (usual | ~holds).all():
-            open_rows = np.flatnonzero(holds & ~usual)
-            again, others, still, _ = self._sorted([column[open_rows] for column in columns])
-            for column, values in zip((*found, *there, holds), (*again, *others, still), strict=True):
-                column[open_rows] = values
+            self._replace(self._sorted, columns, holds & ~usual, found, there, holds)
+        if len(holds) - np.count_nonzero(holds) > MANY:
+            self._replace(self._patient, columns, ~holds, found, there, holds)
         there &= holds
         if len(there) == 1:
             values = found if holds.all() else [column[holds] for column in found]
@@ -137,6 +162,21 @@ class AnswerKernel:
         named = [self._named(column, words) for column, words in zip(values, self.symbols, strict=True)]
         counts = there.sum(axis=0, dtype=np.int64)
         return Answers(counts if holds.all() else counts[holds], named), holds
+
+    @staticmethod
+    def _replace(
+        kernel: _Columns,
+        columns: Sequence[Array],
+        mask: Array,
+        found: list[Array],
+        there: Array,
+        holds: Array,
+    ) -> None:
+        """Ask another kernel about some rows."""
+        rows = np.flatnonzero(mask)
+        again, others, still, _ = kernel([column[rows] for column in columns])
+        for column, values in zip((*found, *there, holds), (*again, *others, still), strict=True):
+            column[rows] = values
 
     def _one_below_the_other(self, found: list[Array], there: Array) -> list[Array]:
         wanted = len(self.symbols)
