@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
@@ -20,7 +20,7 @@ from solver.path.cases import activity, comparisons
 from solver.path.planner import Planner
 from solver.trace.flow import Flow
 from solver.trace.graph import LEAVES, NotCompilable
-from solver.trace.rounding import HARMLESS, UNIT, Analysis, covered, steep
+from solver.trace.rounding import HARMLESS, UNIT, Analysis, covered, steep, turned_by
 
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
@@ -83,6 +83,8 @@ def symbol_of(expression: Expression, symbols: Mapping[str, str]) -> str | None:
 
 
 LARGEST = 1e300
+FAR = 1e5
+"""Angles beyond which sines and cosines bend within the error that a rule may have."""
 _TURNED = ("<=", ">=")
 
 
@@ -268,6 +270,9 @@ class Guards:
         if steep(equation):
             exact = flow.add("eq", miss, flow.constant(0.0))
             flow.require(flow.add("or", exact, self._gentle(sides, size)))
+        else:
+            for angle in map(partial(self._expression, state), turned_by(equation)):
+                flow.require(flow.add("lt", flow.add("abs", angle), flow.constant(FAR)))
         share = flow.constant(BACKWARD - rounded * UNIT)
         met = flow.add("le", apart, flow.add("mul", share, size))
         if quick in (size, flow.constant(0.0)):

@@ -35,6 +35,7 @@ LIBRARY = 4.0
 """Units in the last place that a function of the library may be off by."""
 LARGE_ANGLE = 1e9
 _ARGUMENTS = ("#0", "#1")
+_WAVES = frozenset({"sin", "cos", "sind", "cosd"})
 _CIRCULAR = frozenset({"sin", "cos", "sind", "cosd", "tan", "tand"})
 
 
@@ -331,8 +332,20 @@ def covered(equation: Equation, turns: bool) -> float:
 
 def steep(equation: Equation) -> bool:
     """Whether a rule may go far within a small change of its variables: where these stand in a sum that a
-    function or a divisor reads, which may be far smaller than they are."""
+    function or a divisor reads, which may be far smaller than they are. Sines and cosines do not: they are
+    straight within so small a change of an angle that is not large."""
     return any(_steep(side) for side in (equation.left, equation.right))
+
+
+def turned_by(equation: Equation) -> Iterator[Expression]:
+    """The angles whose sines and cosines a rule reads."""
+    waiting = [equation.left, equation.right]
+    while waiting:
+        expression = waiting.pop()
+        waiting.extend(nodes.operands(expression))
+        match expression:
+            case Call(function, (angle,)) if function in _WAVES:
+                yield angle
 
 
 def _steep(expression: Expression) -> bool:
@@ -348,6 +361,8 @@ def _steep(expression: Expression) -> bool:
         case Power(base, Number(exponent)) if exponent > 0.0:
             return _steep(base)
         case Call("sqrt" | "abs", (operand,)):
+            return _steep(operand)
+        case Call(function, (operand,)) if function in _WAVES:
             return _steep(operand)
         case Power() | Call():
             return bool(nodes.names(expression))
