@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from graphlib import TopologicalSorter
+from graphlib import CycleError, TopologicalSorter
 
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, plural
@@ -186,45 +186,30 @@ def _arity(least: int, most: int | None) -> str:
 def check_recursion(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     """One diagnosis for each ring of calls; ``scopes`` are those of the functions.
 
-    Depth-first search with an explicit stack: the edge that closes a ring points at a function that is still
-    open (Tarjan 1972).
+    The functions of a ring that was told are left out of the search for the next one.
     """
-    finished: set[str] = set()
-    for start in scopes:
-        if start not in finished:
-            yield from _search(start, scopes, finished)
-
-
-def _search(start: str, scopes: Mapping[str, Scope], finished: set[str]) -> Iterator[Diagnosis]:
-    trail = [start]
-    calls: list[Call | CallRule] = []
-    pending = [_edges(scopes[start])]
-    while trail:
-        edge = next(pending[-1], None)
-        if edge is None:
-            finished.add(trail.pop())
-            pending.pop()
-            if calls:
-                calls.pop()
-            continue
-        call, target = edge
-        if target in trail:
-            at = trail.index(target)
-            ring = [_function(scopes[name]) for name in trail[at:]]
-            yield messages.recursion(ring, [*calls[at:], call])
-        elif target not in finished:
-            trail.append(target)
-            calls.append(call)
-            pending.append(_edges(scopes[target]))
-
-
-def _edges(scope: Scope) -> Iterator[tuple[Call | CallRule, str]]:
-    seen: set[str] = set()
-    for call, function in scope.callees():
-        target = function.name.lower()
-        if target not in seen:
-            seen.add(target)
-            yield call, target
+    calls: dict[str, dict[str, Call | CallRule]] = {name: {} for name in scopes}
+    for name, scope in scopes.items():
+        for call, function in scope.callees():
+            calls[name].setdefault(function.name.lower(), call)
+    order = list(scopes)
+    while True:
+        try:
+            TopologicalSorter(calls).prepare()
+            return
+        except CycleError as found:
+            ring = found.args[1][:0:-1]  # each is called by the one before it
+        first = min(range(len(ring)), key=lambda k: order.index(ring[k]))
+        ring = [*ring[first:], *ring[:first]]
+        pairs = zip(ring, [*ring[1:], ring[0]], strict=True)
+        yield messages.recursion(
+            [_function(scopes[name]) for name in ring], [calls[name][target] for name, target in pairs]
+        )
+        calls = {
+            name: {target: call for target, call in targets.items() if target not in ring}
+            for name, targets in calls.items()
+            if name not in ring
+        }
 
 
 def _function(scope: Scope) -> Function:

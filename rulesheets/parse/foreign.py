@@ -75,7 +75,6 @@ _FOREIGN: list[tuple[str, str, str | None, str]] = [
     (r"\.", "E108", None, "names are made of letters, digits and _"),
     (r"\[", "E122", "a unit is never closed", "write it as in [rad/s], on one line"),
 ]
-_FORMS = [(re.compile(pattern), code, message, cure) for pattern, code, message, cure in _FOREIGN]
 
 
 def foreign_form(stop: Stop) -> Diagnosis | None:
@@ -83,8 +82,8 @@ def foreign_form(stop: Stop) -> Diagnosis | None:
     word = stop.word
     if word is None:
         return None
-    for pattern, code, message, cure in _FORMS:
-        for found in pattern.finditer(stop.line.code):
+    for pattern, code, message, cure in _FOREIGN:
+        for found in re.finditer(pattern, stop.line.code):
             if found.start() <= word.start_pos and found.end() >= word.end_pos:
                 return _foreign(stop, found, code, message, cure)
     return None
