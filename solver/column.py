@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from solver.files.columns import Array
 
 from rulesheets.inputs import is_symbol
-
-Array: TypeAlias = NDArray[Any]
 
 _NUMBERS = "biuf"
 

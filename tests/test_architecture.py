@@ -23,6 +23,7 @@ FLOORS = (
         "solver.files",
         "solver.column",
         "solver.interruption",
+        "solver.lane",
     ),
     ("solver.path",),
     ("solver.ranking", "solver.accuracy"),

@@ -24,7 +24,7 @@ from rulesheets.functions import TABLE
 from rulesheets.loading import parsed, read_source
 from rulesheets.syntax.source import Source
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
-from solver.page.lane import Lane, Workers
+from solver.lane import Lane, Workers
 
 Json = dict[str, Any]
 

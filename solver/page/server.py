@@ -33,8 +33,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rulesheets.diagnosis import RuleSheetError
+from solver.lane import Lane, Workers
 from solver.page.description import complaint
-from solver.page.lane import Lane, Workers
 from solver.page.shelf import LARGEST, Refused, Sheet, Shelf, fingerprint
 
 POLICY = (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from solver.files.columns import Array, Columns, stacked
 from solver.plan import first_answers
-from solver.ranking.branches import points_of
+from solver.ranking.branches import points_of, wound
 from solver.sweeps.work import Rows, Solved, Work
 from solver.trace.rows import Answers
 
@@ -90,7 +90,7 @@ class Follower:
 
     def __init__(self, column: str, wanted: Sequence[str], turns: Mapping[str, float], line: int) -> None:
         self._column, self._wanted, self._line = column, tuple(wanted), line
-        self._turns = tuple(turns.get(name, np.inf) for name in wanted)
+        self._turns = np.array([turns.get(name, np.inf) for name in wanted])
         self._row = 0
         self._branches: dict[int, _Branch] = {}
         self._in_order = False
@@ -182,8 +182,9 @@ class Follower:
         total: Points = np.zeros((before.shape[1], now.shape[1], now.shape[2]))
         for place, (here, there) in enumerate(zip(now, before, strict=True)):
             every = np.concatenate([there, here])[:, None]
-            around = np.abs(self._wound(every - here, place)).max(axis=0)
-            off = np.abs(self._wound(here - (there + steps[place])[:, None], place))
+            turn = self._turns[place]
+            around = np.abs(wound(every - here, turn)).max(axis=0)
+            off = np.abs(wound(here - (there + steps[place])[:, None], turn))
             total += np.divide(off, around, out=np.zeros_like(off), where=around > 0)
         return total
 
@@ -209,15 +210,7 @@ class Follower:
 
     def _apart(self, there: Points, here: Points) -> Points:
         """The differences of numbers of the variables (v, …), by whole turns as small as they get."""
-        apart: Points = there - here
-        for place in range(len(apart)):
-            apart[place] = self._wound(apart[place], place)
-        return apart
-
-    def _wound(self, apart: Points, place: int) -> Points:
-        """Differences of one variable, without whole turns where it is an angle."""
-        turn = self._turns[place]
-        return apart - turn * np.rint(apart / turn) if np.isfinite(turn) else apart
+        return wound(there - here, self._turns.reshape(-1, *(1,) * (there.ndim - 1)))
 
 
 def _ends_of_runs(flags: NDArray[np.bool_]) -> NDArray[np.intp]:
