@@ -14,9 +14,8 @@ from rulesheets.diagnosis import Diagnosis, meant, plural
 from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import is_symbol, override, quantities, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
-from solver.column import column_of
 from solver.facts import OutOfTime, Status
-from solver.files.columns import free_name
+from solver.files.columns import column_of, free_name
 from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
 from solver.ranking.branches import kept, points_of

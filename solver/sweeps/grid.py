@@ -14,8 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from solver.column import column_of
-from solver.files.columns import Array, stacked
+from solver.files.columns import Array, column_of, stacked
 
 Chunk: TypeAlias = tuple[Array, ...]
 """The inputs of some rows, a column each."""
