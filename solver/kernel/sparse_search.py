@@ -94,7 +94,7 @@ def _sizes(question: Question) -> Array:
     """Of a guess its own size; else that which balances the rules."""
     names = question.kernel.known
     known = {name: v for name in names if isinstance(v := question.here[name], float)}
-    balanced = nearly_balanced(question.kernel.equations, question.unknowns, known)
+    balanced = nearly_balanced(question.kernel.alike, question.unknowns, known)
     guessed = [abs(question.guesses.get(name, 0.0)) for name in question.unknowns]
     angles = [math.nan if (turn := question.turn(n)) is None else turn / 4 for n in question.unknowns]
     found = np.where(np.isnan(angles), balanced, angles)

@@ -5,19 +5,18 @@ Rules of one shape (``path/alike.py``) are the rows of one vectorised function.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import count
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate
-from rulesheets.syntax.nodes import Expression, Name, Number, Power, operands, rebuilt, subtract
+from rulesheets.syntax.nodes import subtract
 from solver.kernel.emitter import compile_arrays
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
-from solver.path.alike import Alike, Family
+from solver.path.alike import Alike, Family, template
 
 
 class SparseSystem:
@@ -57,10 +56,8 @@ class _Shape:
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
-        rule, numbers = family.first, count()
-        names = {name: Name(f"#{k}") for k, name in enumerate(rule.names)}
-        form = subtract(*(_template(side, names, numbers) for side in (rule.left, rule.right)))
-        arguments = [f"#{k}" for k in range(len(names))] + [f"#.{k}" for k in range(len(self.numbers))]
+        form = subtract(*template(family.first))
+        arguments = [f"#{k}" for k in range(len(places))] + [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self._residual = compile_arrays([form], arguments)
         self._partials = compile_arrays([differentiate(form, f"#{k}") for k, _ in self.moving], arguments)
@@ -76,18 +73,3 @@ class _Shape:
             columns = self._partials(*everything[self.places], *self.numbers)
         every = zip(columns, self.moving, strict=True)
         return np.concatenate([np.broadcast_to(column, len(m))[m] for column, (_, m) in every])
-
-
-def _template(form: Expression, names: dict[str, Name], numbers: Iterator[int]) -> Expression:
-    """The form with its leaves told by their order, but for exponents, which belong to its shape."""
-    if isinstance(form, Number):
-        return Name(f"#.{next(numbers)}")
-    if isinstance(form, Name):
-        return names[form.name]
-    parts = [
-        (part, next(numbers))[0]
-        if isinstance(form, Power) and part is form.exponent and isinstance(part, Number)
-        else _template(part, names, numbers)
-        for part in operands(form)
-    ]
-    return rebuilt(form, tuple(parts))

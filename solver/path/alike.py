@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Equation, Model
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, operands
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+    operands,
+    rebuilt,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 Shape: TypeAlias = tuple[Any, ...]
@@ -92,16 +105,43 @@ def _shape(equation: Equation) -> tuple[Shape, list[float]]:
     while stack:
         node = stack.pop()
         kind = type(node)
-        shape.append(kind)
         if isinstance(node, Name):
             shape.append(order[node.name])
-        elif isinstance(node, Number):
+            continue
+        shape.append(kind)
+        if isinstance(node, Number):
             numbers.append(node.value)
+        elif isinstance(node, Product | Quotient):
+            stack += (node.right, node.left)
+        elif isinstance(node, Sum | Call):
+            parts = operands(node)
+            shape += (len(parts), node.function if isinstance(node, Call) else None)
+            stack += parts[::-1]
+        elif isinstance(node, Symbol):
+            shape.append(node.name)
         else:
             if isinstance(node, Power) and isinstance(node.exponent, Number):
                 shape.append(node.exponent.value)
-            parts = operands(node)
-            shape.append(node.function if isinstance(node, Call) else node if not parts else kind)
-            shape.append(len(parts))
-            stack.extend(parts[::-1])
+            stack += operands(node)[::-1]
     return tuple(shape), numbers
+
+
+def template(rule: Equation) -> tuple[Expression, Expression]:
+    """Both sides with names told by their order (``#0``) and numbers by theirs (``#.0``), but for exponents,
+    which belong to the shape."""
+    names, numbers = {name: Name(f"#{k}") for k, name in enumerate(rule.names)}, count()
+    return _template(rule.left, names, numbers), _template(rule.right, names, numbers)
+
+
+def _template(form: Expression, names: dict[str, Name], numbers: Iterator[int]) -> Expression:
+    if isinstance(form, Number):
+        return Name(f"#.{next(numbers)}")
+    if isinstance(form, Name):
+        return names[form.name]
+    parts = [
+        (part, next(numbers))[0]
+        if isinstance(form, Power) and part is form.exponent and isinstance(part, Number)
+        else _template(part, names, numbers)
+        for part in operands(form)
+    ]
+    return rebuilt(form, tuple(parts))

@@ -166,18 +166,23 @@ class _Angles:
 
 
 def _read_at_once(equations: Iterable[Equation], angles: _Angles) -> Iterator[Equation]:
-    """Enter the names of rules of arithmetic alone as plain, shape by shape; the other rules are left."""
+    """Enter the names of rules that know nothing of angles as plain, shape by shape; the others are left."""
     plainly: dict[Any, bool] = {}
     for equation in equations:
         shape, _ = shape_of(equation)
         if (plain := plainly.get(shape)) is None:
             sides = equation.left, equation.right
-            calls = any(isinstance(node, Call) for side in sides for node in walk(side))
-            plain = plainly[shape] = not (calls or all(map(is_angle_sum, sides)))
+            turns = any(_turns_or_tells(node) for side in sides for node in walk(side))
+            plain = plainly[shape] = not (turns or all(map(is_angle_sum, sides)))
         if plain:
             angles.plain.update(equation.names)
         else:
             yield equation
+
+
+def _turns_or_tells(node: nodes.Expression | nodes.Condition) -> bool:
+    """Whether a function takes an angle or gives one."""
+    return isinstance(node, Call) and bool(TABLE[node.function].turn or TABLE[node.function].angle)
 
 
 def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from math import log10, pi
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ from rulesheets.functions import named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.sparse_newton import sparse_least_squares
+from solver.path.alike import Alike, template
 
 Vector = NDArray[np.float64]
 
@@ -101,31 +103,73 @@ class _Sizes:
         self.determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
 
 
-def nearly_balanced(
-    equations: Sequence[Equation], unknowns: Sequence[str], known: Mapping[str, float]
-) -> NDArray[np.float64]:
-    """Sizes (n,) of the unknowns of a large block, which balance its rules about as well as they can."""
-    rows = _Rows((*unknowns, *known), {name for name, number in known.items() if not number})
-    for equation in equations:
-        rows.read(equation)
-    decades = {name: FLOATS.decade(number) for name, number in known.items() if number}
+def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, float]) -> NDArray[np.float64]:
+    """Sizes (n,) of the unknowns of a large block, which balance its rules about as well as they can.
+
+    Rules of one shape, with zeros at the same places, ask for the same equations of other unknowns.
+    """
     n = len(unknowns)
-    entries: list[tuple[float, int, int]] = []
-    rhs = np.zeros(len(rows.rows))
-    for row, (term, weight) in enumerate(rows.rows):
-        rhs[row] = -weight * term.constant
-        for name, factor in term.factors.items():
-            if isinstance(name, str) and name in decades:
-                rhs[row] -= weight * factor * decades[name]
-            else:
-                column = rows.places[name] if isinstance(name, str) else n + name
-                entries.append((weight * factor, row, column))
-    if not entries:
-        return np.ones(n)
-    data, places, columns = map(np.array, zip(*entries, strict=True))
-    shape = len(rhs), n + rows.free
-    found = sparse_least_squares((data, places, columns), shape, rhs)[:n]
-    return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
+    place = {name: i for i, name in enumerate(unknowns)}
+    columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
+    numbers = np.array([known.get(name, np.nan) for name in rules.names])
+    balance = _Balance(n)
+    for family in rules.families:
+        mine, given = columns[family.columns], numbers[family.columns]
+        every = np.concatenate([np.where(mine < 0, given, np.nan), family.numbers])
+        for pattern in np.unique(every == 0.0, axis=1).T:
+            chosen = ((every == 0.0) == pattern[:, None]).all(axis=0)
+            balance.add(family.first, mine[:, chosen], every[:, chosen], pattern)
+    return balance.sizes()
+
+
+class _Balance:
+    """The equations between decades of many rules, as triplets."""
+
+    def __init__(self, n: int) -> None:
+        self.n, self.width, self.rows = n, n, 0
+        self.entries: list[tuple[Vector, NDArray[np.intp], NDArray[np.intp]]] = []
+        self.rhs: list[Vector] = []
+
+    def add(
+        self, rule: Equation, columns: NDArray[np.intp], numbers: Vector, zero: NDArray[np.bool_]
+    ) -> None:
+        """Enter m rules of one shape: ``columns`` (k, m) of their names, -1 for known ones; the ``numbers``
+        of their names and in their text, and which of them are ``zero``."""
+        count = columns.shape[1]
+        names = [f"#{k}" for k in range(len(columns))]
+        names += [f"#.{k}" for k in range(len(numbers) - len(columns))]
+        read = _Rows(names, {name for name, none in zip(names, zero, strict=True) if none})
+        left, right = template(rule)
+        read.read(replace(rule, left=left, right=right))
+        with np.errstate(all="ignore"):
+            decades = np.nan_to_num(np.log10(np.abs(numbers)), nan=0.0, neginf=0.0)
+        for term, weight in read.rows:
+            rows = self.rows + np.arange(count)
+            rhs = np.full(count, -weight * term.constant)
+            for name, factor in term.factors.items():
+                share = weight * factor
+                if not isinstance(name, str):
+                    self._enter(np.full(count, share), rows, self.width + name * count + np.arange(count))
+                    continue
+                k = read.places[name]
+                unknown = columns[k] >= 0 if k < len(columns) else np.zeros(count, dtype=bool)
+                rhs -= np.where(unknown, 0.0, share * decades[k])
+                if unknown.any():
+                    self._enter(np.full(unknown.sum(), share), rows[unknown], columns[k][unknown])
+            self.rhs.append(rhs)
+            self.rows += count
+        self.width += read.free * count
+
+    def _enter(self, data: Vector, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> None:
+        self.entries.append((data, rows, columns))
+
+    def sizes(self) -> Vector:
+        if not self.entries:
+            return np.ones(self.n)
+        data, rows, columns = (np.concatenate(parts) for parts in zip(*self.entries, strict=True))
+        shape = self.rows, self.width
+        found = sparse_least_squares((data, rows, columns), shape, np.concatenate(self.rhs))[: self.n]
+        return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
 class _Term:
