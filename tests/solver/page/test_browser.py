@@ -406,11 +406,13 @@ def test_a_slow_sheet_does_not_hold_up_another_tab(crank: Tab, served: Served) -
     slow.wait_for_selector("body[data-state=settled]", timeout=60_000)
     verdict = slow.locator("[data-verdict]").inner_text()
     assert re.search("failed|no answer within|solved", verdict), verdict
+    undo_all(crank)
 
 
 def test_a_reload_finds_everything_again(crank: Tab) -> None:
     at_slider(crank)
     crank.tab("Answer 2")
+    assert crank.value("thetaAO") == "53.12995837"
     crank.tab("Sensitivity")
     crank.page.reload()
     crank.settle()
