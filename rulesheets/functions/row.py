@@ -69,6 +69,7 @@ class Function:
     not there; ``image`` are the ends of its values that it never attains, where no inverse says so;
     ``nonzero``: it is 0 only where floats lose it; ``turn``: the full turn of its argument, an angle,
     ``half_turn``: half of that makes no difference to it; ``angle``: the full turn of its result, an angle;
+    ``alike``: its arguments have one unit, whatever it is, ``keeps_unit``: which its result has, too;
     ``source``: the file that registered it, None for a function of the language.
     """
 
@@ -94,6 +95,8 @@ class Function:
     turn: float | None = None
     half_turn: bool = False
     angle: float | None = None
+    alike: bool = False
+    keeps_unit: bool = False
     source: str | None = None
 
     @property
@@ -115,9 +118,14 @@ class Function:
         return self.angle is not None and self.arguments == "y, x"
 
     @property
+    def in_degrees(self) -> bool:
+        """Whether its argument or its result is an angle in degrees."""
+        return 360.0 in (self.turn, self.angle)
+
+    @property
     def sine_and_cosine(self) -> tuple[str, str]:
         """The sine and the cosine of angles in the unit of its own."""
-        return ("sind", "cosd") if 360.0 in (self.turn, self.angle) else ("sin", "cos")
+        return ("sind", "cosd") if self.in_degrees else ("sin", "cos")
 
     def accepts(self, count: int) -> bool:
         """Whether the function can be called with ``count`` arguments."""

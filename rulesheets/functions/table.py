@@ -121,6 +121,8 @@ _PARTS = (
         ball=lambda arb, x: abs(x),
         sympy="Abs",
         smooth=False,
+        alike=True,
+        keeps_unit=True,
     ),
     _row(
         name="sgn",
@@ -135,6 +137,7 @@ _PARTS = (
         smooth=False,
         jumps=True,
         steady=lambda x: bool(x.lower().sgn() == x.upper().sgn()),
+        alike=True,
     ),
     _row(
         name="int",
@@ -195,6 +198,8 @@ _PARTS = (
         smooth=False,
         jumps=True,
         steady=lambda x, y: digits.same_whole(x / y),
+        alike=True,
+        keeps_unit=True,
     ),
     _row(
         name="step",
@@ -210,6 +215,7 @@ _PARTS = (
         smooth=False,
         jumps=True,
         steady=lambda x, a: bool(x >= a or x < a),
+        alike=True,
     ),
     _row(
         name="min",
@@ -224,6 +230,8 @@ _PARTS = (
         ball=lambda arb, *numbers: reduce(lambda a, b: a.min(b), numbers),
         sympy="Min",
         smooth=False,
+        alike=True,
+        keeps_unit=True,
     ),
     _row(
         name="max",
@@ -238,6 +246,8 @@ _PARTS = (
         ball=lambda arb, *numbers: reduce(lambda a, b: a.max(b), numbers),
         sympy="Max",
         smooth=False,
+        alike=True,
+        keeps_unit=True,
     ),
 )
 
@@ -373,6 +383,7 @@ _RADIANS = (
         digits=digits.atan2,
         angle=tau,
         steady=digits.on_one_side,
+        alike=True,
     ),
 )
 
@@ -471,6 +482,7 @@ _DEGREES = (
         sympy=_in_degrees("atan2"),
         angle=_TURN,
         steady=digits.on_one_side,
+        alike=True,
     ),
 )
 

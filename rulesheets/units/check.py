@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
+from rulesheets.functions.table import TABLE
 from rulesheets.marks import PLACES, marks_of
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import (
@@ -30,8 +31,6 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from rulesheets.syntax.source import Span
 from rulesheets.units.dimensions import (
-    DEGREES,
-    RADIANS,
     RELATIVE,
     SIZE,
     Dimensions,
@@ -40,6 +39,7 @@ from rulesheets.units.dimensions import (
     Mismatch,
     Statement,
     exponents,
+    in_other_unit,
 )
 from rulesheets.units.display import SYSTEMS
 from rulesheets.units.library import library
@@ -207,17 +207,16 @@ class _Message:
         shown = _shown(one) if isinstance(one, Name) else f"({_shown(one)})"
         cures = [f"write {share}*{shown}, or change a unit"]
         for side in (found.left, found.right):
-            if isinstance(side, Call) and side.function in RADIANS | DEGREES:
-                cures = [f"write {(RADIANS | DEGREES)[side.function]} instead of {side.function}"]
+            if isinstance(side, Call) and (twin := in_other_unit(side.function)):
+                cures = [f"write {twin} instead of {side.function}"]
         return message, tuple(cures)
 
     def _angle(self, call: Call, factor: float) -> tuple[str, tuple[str, ...]]:
-        wanted = "deg" if call.function in DEGREES else "rad"
+        wanted = "deg" if TABLE[call.function].in_degrees else "rad"
         argument, unit = _shown(self.found.left), self.unit(self.found.left, self.found.forms[0])
         message = f"{call.function} takes an angle in {wanted}, and {argument} is in {unit}"
         if math.isclose(max(factor, 1 / factor), 180 / math.pi, rel_tol=1e-9):
-            other = (RADIANS | DEGREES)[call.function]
-            return message, (f"write {other}({argument}), or give it in {wanted}",)
+            return message, (f"write {in_other_unit(call.function)}({argument}), or give it in {wanted}",)
         return message, (f"multiply it by {factor:.6g}, or give it in {wanted}",)
 
     def _constant(self) -> tuple[str, ...]:

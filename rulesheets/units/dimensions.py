@@ -19,6 +19,7 @@ from itertools import combinations
 from typing import Any
 
 from rulesheets.evaluate import Undefined, value
+from rulesheets.functions.table import TABLE
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -45,21 +46,27 @@ SIZE = "size"
 ASIDE = frozenset({SIZE, ANGLE, "dB"})
 """Exponents that are no dimensions: an angle is a number."""
 
-SAME = frozenset({"min", "max", "abs", "mod", "hypot", "step"})
-"""Functions whose result has the unit that their arguments share."""
-DEGREES = {"sind": "sin", "cosd": "cos", "tand": "tan", "asind": "asin", "acosd": "acos", "atand": "atan"}
-RADIANS = {radian: degree for degree, radian in DEGREES.items()}
-TRIGONOMETRIC = DEGREES.keys() | RADIANS.keys()
-DEGREE: Exponents = {ANGLE: 1, SIZE: math.log(math.pi / 180)}
-FREE: dict[str, Exponents] = {"sgn": {}, "pi": {}, "e": {}, "atan2": {ANGLE: 1}, "atan2d": DEGREE}
-"""Functions that take any unit, the same for all arguments, and the unit of what they give."""
-
 LONGEST_CHAIN = 16
 """Rules after which no more are noted that a unit follows from: a message names fewer."""
 LARGEST_COUNT = 9
 """Integers up to this are counts and factors of formulas (`m*v^2/2`), not factors between units."""
 RELATIVE = 1e-3
 """How near a factor must be to numbers of the rule for these to explain it: 3.6, 9.81, 1.8 are rounded."""
+
+
+def angle_of(function: str) -> Exponents | None:
+    """The unit of the angle that a function takes or gives; None where there is none."""
+    row = TABLE[function]
+    if row.turn is None and row.angle is None:
+        return None
+    return {ANGLE: 1, SIZE: math.log(math.pi / 180)} if row.in_degrees else {ANGLE: 1}
+
+
+def in_other_unit(function: str) -> str | None:
+    """``sind`` for ``sin`` and ``sin`` for ``sind``; None for what is no circular function."""
+    if TABLE[function].direction or angle_of(function) is None:
+        return None
+    return function[:-1] if TABLE[function].in_degrees else f"{function}d"
 
 
 def exponents(unit: Unit) -> Exponents:
@@ -235,16 +242,13 @@ class Dimensions:
         function, arguments = node.function, node.arguments
         if function == "sqrt":
             return self.form(arguments[0], index).times(Fraction(1, 2))
-        if function in SAME:
-            return self._alike(arguments, index)
-        if function in FREE:
-            self._alike(arguments, index)
-            return Form(dict(FREE[function]))
-        for argument in arguments:
+        row = TABLE[function]
+        shared = self._alike(arguments, index) if row.alike else Form()
+        for argument in () if row.alike else arguments:
             self._number(argument, index, node)
-        if function in TRIGONOMETRIC and function.startswith("a"):
-            return Form(dict(DEGREE) if function in DEGREES else {ANGLE: 1})
-        return Form()
+        if row.keeps_unit:
+            return shared
+        return Form((row.angle and angle_of(function)) or {})
 
     def _count(self, node: Expression, index: int) -> None:
         """An exponent of a number: it has no unit, or counts periods of time, as in ``(1 + i)^n``."""
@@ -261,8 +265,8 @@ class Dimensions:
             rest = {b: e for b, e in form.known.items() if b not in ASIDE}
             wanted = Form({**rest, SIZE: math.nan}, form.open, form.why)
             self._meet(index, node, None, wanted, (form, Form()), call)
-        elif call is not None and call.function in TRIGONOMETRIC and form.known.get(ANGLE) == 1:
-            wanted = Form(dict(DEGREE) if call.function in DEGREES else {ANGLE: 1})
+        elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
+            wanted = Form(angle)
             self._compare(index, node, None, form.plus(wanted, -1), (form, wanted), call)
 
     # --- equations between exponents ---

@@ -294,3 +294,11 @@ def test_a_swept_column_has_a_unit_and_a_value_is_read_in_another() -> None:
     pint = pytest.importorskip("pint")
     same = solver.sweep(model, {"u": pint.UnitRegistry().Quantity(np.array([8.0, 16.0]), "inch")}, want=["v"])
     assert same["v"] == pytest.approx(table["v"], rel=1e-14)
+
+
+@pytest.mark.parametrize("switch", ["step(t, t1)", "sgn(t - t1)", "step(sin(w*t), 0)"])
+def test_what_switches_on_and_off_is_a_number(switch: str) -> None:
+    rows = "variables\n  F [N]\n  F0 = 3 [N]\n  t = 2 [s]\n  t1 = 1 [s]\n  w = 1 [rad/s]\nrules\n"
+    assert check_units(rulesheets.loads(f"{rows}  F = F0*{switch}")) == ()
+    (warning,) = check_units(rulesheets.loads(f"{rows}  F = F0*step(t, F0)"))
+    assert warning.code == "W601"
