@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from fractions import Fraction
-from math import isqrt
+from math import isfinite, isqrt
 
-from rulesheets.evaluate.number import Arithmetic
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
+from rulesheets.evaluate.number import Arithmetic, Undefined, value
+from rulesheets.functions import TABLE
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Symbol
 
 LARGEST = 64
 """Exponents beyond which numbers are not multiplied out."""
@@ -46,12 +48,30 @@ class Rationals(Arithmetic[Fraction]):
     def symbol(self, node: Symbol) -> Fraction:
         raise Inexact(node.name)
 
+    def product(self, node: Product) -> Fraction:
+        """The product; 0 if a factor is 0 and the other one a number, exactly known or not."""
+        for one, other in ((node.left, node.right), (node.right, node.left)):
+            with suppress(Inexact):
+                if not self.of(one) and self._is_number(other):
+                    return Fraction(0)
+        return self.of(node.left) * self.of(node.right)
+
+    def _is_number(self, expression: Expression) -> bool:
+        try:
+            return isfinite(value(expression, {name: float(v) for name, v in self.numbers.items()}))
+        except (Undefined, KeyError, OverflowError):
+            return False
+
     def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:
         if not below:
             raise Inexact("/")
         return above / below
 
     def raised(self, node: Power, base: Fraction, exponent: Fraction) -> Fraction:
+        if base == 1 or exponent == 0:
+            return Fraction(1)
+        if base == 0 and exponent > 0:
+            return base
         if exponent.denominator != 1 or abs(exponent) > LARGEST or (exponent < 0 and not base):
             raise Inexact("^")
         return base ** int(exponent)
@@ -62,8 +82,23 @@ class Rationals(Arithmetic[Fraction]):
                 return abs(number)
             case "sqrt", [number]:
                 return Fraction(*map(_root, number.as_integer_ratio()))
+            case function, [number] if (known := _special(function, number)) is not None:
+                return known
             case _:
                 return _in_balls(node.function, arguments)
+
+
+def _special(function: str, number: Fraction) -> Fraction | None:
+    """Values that need no extra: at 0 where they are 0 or 1, and at quarter turns in degrees."""
+    row = TABLE[function]
+    quarter = function in ("sind", "cosd") and number % 90 == 0
+    if row.source is not None or not row.smooth or (number and not quarter):
+        return None
+    try:
+        value = row.value(float(number % 360) if quarter else 0.0)
+    except (ArithmeticError, ValueError):
+        return None
+    return Fraction(value) if value in (0.0, 1.0, -1.0) else None
 
 
 def _root(number: int) -> int:

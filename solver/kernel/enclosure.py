@@ -25,6 +25,7 @@ from rulesheets.functions.intervals.arrays import Array
 from rulesheets.functions.intervals.arrays import Interval as Intervals
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
+    ONE,
     Call,
     Expression,
     Name,
@@ -35,12 +36,14 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     add,
+    divide,
     exchange,
     is_number,
     multiply,
     negative,
     substitute,
 )
+from rulesheets.syntax.program import walk
 from solver.kernel.chain import Assignment, Chain, directions, jumps
 from solver.kernel.emitter import IntervalEmitter, Operations, Pair
 from solver.kernel.interval_forms import ARRAYS, FLOATS
@@ -120,6 +123,124 @@ def _value_at_zero(function: str) -> Fraction | None:
     return Fraction(value) if row.source is None and row.smooth and value in (0.0, 1.0) else None
 
 
+# --- the residual with its denominators multiplied away ---
+
+LONGEST = 300
+"""Parts of an expression beyond which it is not brought to a common denominator."""
+
+
+def cleared(chain: Chain) -> Chain | None:
+    """The chain with the numerator of its residual in place of that, and with quotients of quotients as plain
+    ones; None where it divides by nothing that moves, or is too long.
+
+    Wherever the residual is 0 the numerator is, and at a pole it mostly is not. The divisor of a relational
+    quotient has a name of its own, so that nothing cancels with it: where it is 0, there may be an answer.
+    """
+    moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
+    items: list[Assignment] = []
+    for item in chain.assignments:
+        if moving.isdisjoint(nodes.names(item.expression)):
+            items.append(item)
+            continue
+        moving.add(item.name)
+        above, below = _fraction(item.expression, moving, parts, item.relational)
+        if sum(1 for side in (above, below) for _ in walk(side)) > LONGEST:
+            return None
+        if item.relational and not moving.isdisjoint(nodes.names(below)):
+            divisor = Assignment(f"{item.name} divisor", below)
+            moving.add(divisor.name)
+            items.append(divisor)
+            below = Name(divisor.name)
+        if not is_number(below, 1.0):
+            parts[item.name] = above, below
+        items.append(Assignment(item.name, divide(above, below)))
+    *first, residual = items
+    if residual.name not in parts:
+        return None
+    last = Assignment(residual.name, parts[residual.name][0])
+    return Chain(chain.tears, (*first, last), chain.residuals)
+
+
+def _fraction(
+    node: Expression,
+    moving: set[str],
+    known: Mapping[str, tuple[Expression, Expression]],
+    relational: bool = False,
+) -> tuple[Expression, Expression]:
+    """An expression as a numerator over what moves in its denominators.
+
+    Of a ``relational`` quotient nothing is cancelled: where a common factor is 0 it may be anything.
+    """
+    if moving.isdisjoint(nodes.names(node)):
+        return node, ONE
+    match node:
+        case Name(name) if name in known:
+            return known[name]
+        case Negative(operand):
+            above, below = _fraction(operand, moving, known)
+            return negative(above), below
+        case Sum(terms):
+            found = [_fraction(term, moving, known) for term in terms]
+            divisors = [below for _, below in found if not is_number(below, 1.0)]
+            common = tuple(dict.fromkeys(divisors))
+            total = [_times(above, *(d for d in common if d != below)) for above, below in found]
+            return add(*total), _times(*common)
+        case Product(left, right):
+            (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
+            return _reduced((above, over), (below, under))
+        case Quotient(left, right):
+            (above, below), (under, over) = (_fraction(part, moving, known) for part in (left, right))
+            if moving.isdisjoint(nodes.names(under)):
+                return divide(multiply(above, over), under), below
+            if relational:
+                return _times(above, over), _times(below, under)
+            return _reduced((above, over), (below, under))
+        case Power(base, Number(exponent)) if exponent == exponent // 1 and exponent:
+            above, below = _fraction(base, moving, known)
+            if exponent < 0:
+                above, below = below, above
+            return _raised(above, abs(exponent)), _raised(below, abs(exponent))
+        case Call("tand" | "tan" as function, arguments):
+            sine, cosine = ("sind", "cosd") if function == "tand" else ("sin", "cos")
+            return Call(sine, arguments), Call(cosine, arguments)
+        case _:
+            return node, ONE
+
+
+def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[Expression, Expression]:
+    """Two products without the factors that they have in common."""
+    over = [factor for part in above for factor in _factors(part)]
+    under = [factor for part in below for factor in _factors(part)]
+    for factor in tuple(under):
+        if factor in over:
+            over.remove(factor)
+            under.remove(factor)
+    return _times(*over), _times(*under)
+
+
+def _factors(node: Expression) -> list[Expression]:
+    match node:
+        case Product(left, right):
+            return _factors(left) + _factors(right)
+        case Negative(operand):
+            return [Number(-1.0), *_factors(operand)]
+        case Power(base, Number(2.0)):
+            return 2 * _factors(base)
+        case _:
+            return [node]
+
+
+def _times(*factors: Expression) -> Expression:
+    product: Expression = ONE
+    for factor in factors:
+        product = multiply(product, factor)
+    return product
+
+
+def _raised(base: Expression, exponent: float) -> Expression:
+    return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
+
+
 MOST = 2
 """Directions of a chain, of which every combination of sides is a chain of its own."""
 
@@ -168,6 +289,7 @@ class Enclosure:
     def __init__(self, chain: Chain, known: Sequence[str]) -> None:
         self._chain, self._known = chain, tuple(known)
         self.slopes = slopes_of(chain)
+        self.cleared = cleared(chain)
         self._nested = tuple(_nested(chain))
         self.operations = 3 * len(chain.assignments) + len(self._nested) + len(self.slopes or ())
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
@@ -194,6 +316,18 @@ class Enclosure:
             if not (below > 0.0 or above < 0.0 or (isnan(below) and isnan(above))):
                 return False
         return True
+
+    def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
+        """Whether the numerator of the residual is monotone on a box."""
+        found = self._of_numerator
+        if found is None or found.slopes is None:
+            return False
+        ((least, most),) = found.slopes_over([(low, high)], known)
+        return least > 0.0 or most < 0.0
+
+    @cached_property
+    def _of_numerator(self) -> Enclosure | None:
+        return None if self.cleared is None else Enclosure(self.cleared, self._known)
 
     def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
@@ -241,6 +375,15 @@ class Enclosure:
             residual = emitter.apply("within", residual, emitter.of(form))
         for pair in by_slopes(emitter, self._chain):
             residual = emitter.apply("within", residual, pair)
+        if self.cleared is not None:
+            *items, numerator = self.cleared.assignments
+            followed = {item.name for item in self._chain.assignments}
+            for item in items:
+                if item.name not in followed:
+                    emitter.assign(item.name, emitter.of(item.expression))
+            low, high = emitter.of(numerator.expression)
+            open_ = f"({residual[0]} <= 0.0) & ({residual[1]} >= 0.0)"
+            emitter.line(f"empty = empty | {open_} & (({low} > 0.0) | ({high} < 0.0))")
         ranges = emitter.function(f"{residual[0]}, {residual[1]}, empty")
         if self.slopes is None:
             return ranges, None

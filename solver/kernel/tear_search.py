@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from math import isnan
 from typing import Any
@@ -15,15 +18,17 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.evaluate.digits import context
+from rulesheets.evaluate.exactly import Inexact, exactly
+from rulesheets.evaluate.number import enclose
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Call, Number, Power, Sum
+from rulesheets.syntax.nodes import Call, Expression, Number, Power, Sum
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import BACKWARD, with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
 from solver.kernel.question import Budget, Question, rank_loss
-from solver.numerics.isolation import IsolationLimits, isolate_roots
+from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.path import rational
 
 DIGITS = 60
@@ -120,6 +125,8 @@ HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 FAINT = 1e-30
 """Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
+BESIDE = 1e-2
+"""Share of a turn, or of 4, within which boxes are next to a point."""
 MIN_SAMPLES = 3
 MAX_SUSPECTS = 8
 """Points of a search that are looked at more closely, where it could not settle all."""
@@ -158,7 +165,7 @@ class TearSearch:
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
             limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
             search = isolate_roots(
-                partial(enclosure.ranges, known=known),
+                self._enclose(place),
                 partial(enclosure.slopes_over, known=known) if smooth else None,
                 self._residual(place),
                 low,
@@ -166,6 +173,7 @@ class TearSearch:
                 limits,
             )
             self.budget.spend(search.levels * enclosure.operations)
+            search = self._without_holes(place, search)
             beyond = search.complete and complete and self._beyond(place, search.remote)
             complete = complete and search.complete and not beyond and (smooth or not search.roots)
             self.doubts = self.doubts or not smooth
@@ -189,6 +197,72 @@ class TearSearch:
         self._at_ends()
         self.doubts = self.doubts or not self.kernel.exhaustive
         return complete and not self.doubts
+
+    def _enclose(self, place: int) -> Callable[[Sequence[Interval]], Sequence[Interval]]:
+        """The residual over boxes; nan, nan for those next to a hole at one of the usual points."""
+        enclosure, known = self.kernel.enclosure(place), self.question.known
+        turn = self.question.turn(self.tear) or 4.0
+        usual = (0.0, turn / 4, -turn / 4, turn / 2, -turn / 2)
+        holes = [x for x in usual if enclosure.cleared is not None and self._is_hole(place, x)]
+        if not holes:
+            return partial(enclosure.ranges, known=known)
+
+        def is_empty(low: float, high: float) -> bool:
+            near = (x for x in holes if max(abs(low - x), abs(high - x)) <= BESIDE * turn)
+            return low < high and any(
+                enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in near
+            )
+
+        def enclose(boxes: Sequence[Interval]) -> Sequence[Interval]:
+            return [
+                (math.nan, math.nan) if below <= 0.0 <= above and is_empty(*box) else (below, above)
+                for box, (below, above) in zip(boxes, enclosure.ranges(boxes, known), strict=True)
+            ]
+
+        return enclose
+
+    def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
+        """The search without boxes around exact points at which the residual is 0/0.
+
+        Where its numerator is 0 and monotone on a box, it is 0 nowhere else in it; and at such a point a
+        rule divides by 0.
+        """
+        if search.complete or not search.unresolved:
+            return search
+        enclosure, known = self.kernel.enclosure(place), self.question.known
+        if enclosure.cleared is None:
+            return search
+        holes = [x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
+
+        def empty(low: float, high: float) -> bool:
+            return any(enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in holes)
+
+        left = tuple(box for box in search.unresolved if not empty(*box))
+        touching = tuple((x, f) for x, f in search.touching if not empty(x, x))
+        return replace(search, unresolved=left, touching=touching, complete=not left)
+
+    def _is_hole(self, place: int, x: float) -> bool:
+        """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or
+        can't hold."""
+        numerator = self.kernel.enclosure(place).cleared
+        values = {n: Fraction(v) for n, v in self.question.here.items() if isinstance(v, float)}
+        values[self.tear] = Fraction(x)
+        assert numerator is not None
+        *items, residual = numerator.assignments
+        for item in items:
+            with suppress(Inexact):
+                values[item.name] = exactly(item.expression, values)
+        divisors = self.question.kernel.divisors
+        return _is_zero(residual.expression, values) and (
+            any(_is_zero(divisor, values) for divisor in divisors) or self._is_excluded(x)
+        )
+
+    def _is_excluded(self, x: float) -> bool:
+        """Whether a rule can't hold at a value of the tear, whatever the other unknowns are."""
+        box = {n: (v, v) for n, v in self.question.here.items() if isinstance(v, float)}
+        box |= dict.fromkeys(self.question.unknowns, (-math.inf, math.inf))
+        ranges = (enclose(form, {**box, self.tear: (x, x)}) for form in self.question.kernel.forms)
+        return any(low > 0.0 or high < 0.0 for low, high in ranges)
 
     def _beyond(self, place: int, boxes: Sequence[Interval]) -> bool:
         """Whether the residual may change its sign on boxes beyond 1e±100, that a search gave up: at a root,
@@ -333,3 +407,19 @@ class TearSearch:
         point = self._along(place, root)
         if point is not None:
             self.candidates.refine(list(point.values()))
+
+
+def _short(box: tuple[float, float]) -> float:
+    """A number of few digits in a box, or beside a narrow one."""
+    low, high = box
+    middle = 0.5 * (low + high)
+    reach = max(high - low, 1e-9 * max(1.0, abs(middle)))
+    numbers = (round(middle, digits) for digits in range(10))
+    return next((number for number in numbers if abs(number - middle) <= reach), middle)
+
+
+def _is_zero(expression: Expression, values: Mapping[str, Fraction]) -> bool:
+    try:
+        return exactly(expression, values) == 0
+    except Inexact:
+        return False

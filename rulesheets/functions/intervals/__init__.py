@@ -58,8 +58,11 @@ def clipped(low: float, high: float, domain: tuple[float, float]) -> Interval:
 
 
 def add(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """Sum. A float sum that is 0 is exact (it cannot underflow) and stays 0."""
+    """Sum. A float sum that is 0 is exact (it cannot underflow) and stays 0, and so do exact sums of numbers:
+    exponents may be whole ones."""
     low, high = a_low + b_low, a_high + b_high
+    if a_low == a_high and b_low == b_high and low - a_low == b_low and low - b_low == a_low:
+        return low, low
     return nextafter(low, -inf) if low else 0.0, nextafter(high, inf) if high else 0.0
 
 
@@ -125,6 +128,8 @@ def scaled(factor: float, _: float, low: float, high: float) -> Interval:
     """A number times an interval, rounded outward but not across 0."""
     if factor == 0.0:
         return EMPTY if isnan(low) else (0.0, 0.0)
+    if low == high and factor % 1.0 == 0.0 == low % 1.0 and abs(factor * low) < WHOLE:
+        return factor * low, factor * low
     first, last = (low, high) if factor > 0.0 else (-high, -low)
     size = abs(factor)
     below, above = nextafter(size * first, -inf), nextafter(size * last, inf)
@@ -132,6 +137,10 @@ def scaled(factor: float, _: float, low: float, high: float) -> Interval:
         0.0 if first >= 0.0 and below < 0.0 else below,
         0.0 if last <= 0.0 and above > 0.0 else above,
     )
+
+
+WHOLE = 2.0**53
+"""Below this products of whole numbers are exact, so that exponents stay whole."""
 
 
 def power(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:

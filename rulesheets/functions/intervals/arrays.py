@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.functions.intervals import EPSILON, ULPS, forms
+from rulesheets.functions.intervals import EPSILON, ULPS, WHOLE, forms
 from rulesheets.functions.row import Forms, Function
 from rulesheets.functions.table import TABLE
 
@@ -53,6 +53,9 @@ def magnitudes(low: Array, high: Array) -> Interval:
 def add(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
     """Sum. A float sum that is 0 is exact (it cannot underflow) and stays 0."""
     low, high = a_low + b_low, a_high + b_high
+    points = np.ndim(low) == 0 and a_low == a_high and b_low == b_high
+    if points and low - a_low == b_low and low - b_low == a_low:
+        return low, low
     return np.where(low == 0.0, 0.0, down(low)), np.where(high == 0.0, 0.0, up(high))
 
 
@@ -95,6 +98,8 @@ def scaled(factor: Array, _: Array, low: Array, high: Array) -> Interval:
     """A number times an interval, rounded outward but not across 0."""
     if factor == 0.0:
         return where_not(np.isnan(low), np.zeros_like(low), np.zeros_like(high))
+    if np.ndim(low) == 0 and low == high and factor % 1.0 == 0.0 == low % 1.0 and abs(factor * low) < WHOLE:
+        return factor * low, factor * low
     first, last = (low, high) if factor > 0.0 else (-high, -low)
     size = abs(factor)
     below, above = down(size * first), up(size * last)

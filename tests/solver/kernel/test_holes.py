@@ -1,0 +1,58 @@
+"""Poles of a residual, and points where it is 0/0: what is proven there, and what must not be."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import rulesheets
+import solver
+
+TRIANGLES = (
+    "a/sind(A) = b/sind(B)\nb/sind(B) = c/sind(C)\nA + B + C = 180",
+    "d = a/sind(A)\nd = b/sind(B)\nd = c/sind(C)\nA + B + C = 180",
+)
+
+
+@pytest.mark.parametrize("text", TRIANGLES)
+def test_a_triangle_that_its_sides_do_not_make_is_infeasible(text: str) -> None:
+    found = solver.solve(rulesheets.loads(text), {"a": 1.0, "b": 2.0, "c": 4.0})
+    assert str(found.status) == "infeasible"
+    found = solver.solve(rulesheets.loads(text), {"a": 3.0, "b": 4.0, "c": 5.0})
+    assert found.complete
+    assert found["C"] == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("x*y = 3*x\nx + y = 5", [0.0, 2.0]),
+        ("w*(x - 2) = (x - 2)*(x + 1)\nw = 9 - x", [2.0, 4.0]),
+        ("w*(x - 2) = (x - 2)*(x + 1)\nw^2 = 9 - x", [-4.701562118716424, 1.7015621187164243, 2.0, 2.0]),
+        ("u*x = x*v\nu*v = 6 - x\nv = x + 1", [-4.192582403567252, 0.0, 1.1925824035672519]),
+    ],
+)
+def test_a_factor_that_vanishes_leaves_an_answer(text: str, values: list[float]) -> None:
+    """A rule that is a product divides by nothing: what is undone by a quotient must not be cancelled."""
+    found = solver.solve(rulesheets.loads(text))
+    assert sorted(answer["x"] for answer in found.solutions) == pytest.approx(values, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "unknown", "values"),
+    [
+        ("A = P*i/(1 - (1 + i)^(-n))", {"A": 150.0, "P": 9_000.0, "n": 71.0}, "i", [0.004822449456]),
+        ("1/x + 1/(x - 1) = 3", {}, "x", [0.2324081207560018, 1.4342585459106648]),
+        ("e = 1 - (r^1.4 - 1)/(1.4*(r - 1)*18^0.4)", {"e": 0.63}, "r", [2.033821158]),
+        ("variables\n D in [0, 180]\nrules\n T = R*tand(D/2)\n pi*R*D = 180*L", {}, "D", [42.0]),
+    ],
+)
+def test_poles_and_holes_are_no_gaps(
+    text: str, given: dict[str, float], unknown: str, values: list[float]
+) -> None:
+    if not given and "T" in text:
+        given = {"T": 300 * math.tan(math.radians(21)), "L": 300 * math.radians(42)}
+    found = solver.solve(rulesheets.loads(text), given)
+    assert found.complete
+    assert sorted(answer[unknown] for answer in found.solutions) == pytest.approx(values, rel=1e-6)
