@@ -179,7 +179,7 @@ def _singular(proofs: list[Proof]) -> Iterator[str]:
 def _beside(found: ProvedRoots) -> str:
     """What is next to a double root that is not there."""
     if not found.roots:
-        return f"there is no answer here for {', '.join(found.unknowns)}, by a hair"
+        return f"there is no answer here for {', '.join(found.unknowns)}, but only just"
     far = ", ".join(f"{name} {distance:.2g}" for name, distance in found.apart.items() if distance)
     return f"there are two answers, this far apart: {far}"
 

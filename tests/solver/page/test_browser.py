@@ -33,6 +33,19 @@ SLOW = "rules\n" + "\n".join(
     f"  x{k}*x{(k + 7) % 20} + sin(x{(k + 3) % 20})*x{(k + 11) % 20}^2 = {k + 1}" for k in range(20)
 )
 
+BOX = """\
+variables
+  a = 30 in [1, 100]  [cm -> mm]
+  h ~ 2 > 0           [cm -> mm]
+  V = 1500            [cm^3 -> L]
+  P = 5000            [W -> kW]
+  t = 3               [s]
+  E                   [J -> kJ]
+rules
+  V = h*(a - 2*h)^2
+  E = P*t
+"""
+
 WATCH = """() => {
   window.drawn = [];
   const figure = document.querySelector('[data-figure=position]');
@@ -151,6 +164,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     folder = tmp_path_factory.mktemp("sheets")
     shutil.copytree(ROOT / "models" / "offset_slider_crank", folder / "crank")
     (folder / "crank" / "slow.tk").write_text(SLOW)
+    (folder / "crank" / "box.tk").write_text(BOX)
     server = Served(folder, "crank", "--timeout", "10")
     yield server
     server.stop()
@@ -406,6 +420,27 @@ def test_a_slow_sheet_does_not_hold_up_another_tab(crank: Tab, served: Served) -
     slow.wait_for_selector("body[data-state=settled]", timeout=60_000)
     verdict = slow.locator("[data-verdict]").inner_text()
     assert re.search("failed|no answer within|solved", verdict), verdict
+    undo_all(crank)
+
+
+def test_units_ranges_and_guesses_are_those_of_the_sheet(crank: Tab) -> None:
+    """Values as ``backsolve solve`` prints them; a number typed is in the unit shown."""
+    crank.page.get_by_label("Sheet", exact=True).select_option("box.tk")
+    crank.settle()
+    assert [crank.value(name) for name in ("a", "h", "P", "E")] == ["300", "23.39555569", "5", "15"]
+    row = crank.page.locator('tr[data-name="a"]')
+    assert "mm" in row.inner_text() and "10 to 1000" in row.inner_text()
+    guess = crank.page.get_by_label("guess for h")
+    assert guess.input_value() == "20"
+    guess.fill("80")
+    guess.press("Enter")
+    crank.settle()
+    assert crank.value("h") == "82.63518223"
+    crank.enter("P", "4 hp")
+    assert float(crank.value("P")) == pytest.approx(2.98279948632908)
+    crank.enter("a", "3")
+    assert "outside its range" in crank.verdict
+    assert crank.value("E") == "8.948398459", "the last answer, not the one before"
     undo_all(crank)
 
 

@@ -79,3 +79,11 @@ def test_the_command_writes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["export", str(file), "--over", "u=40:60:5", "-o", str(page)]) == 0
     assert capsys.readouterr().out == f"{page}: 4 of 5 states solved\n"
     assert document(page.read_text())["given"] == ["f", "u"]
+
+
+def test_values_are_exported_in_the_units_shown() -> None:
+    sheet = "variables\n  Q = 0.01 [m^3/s -> L/s]\n  P [W -> kW]\nrules\n  P = 196200*Q\n"
+    data = document(export(rulesheets.loads(sheet), {}, {}, {"Q": [0.01, 0.02]}).page)
+    assert data["axes"][0]["values"] == [10, 20]
+    assert [(one["name"], one["unit"]) for one in data["variables"]] == [("Q", "L/s"), ("P", "kW")]
+    assert data["values"] == [[10, 1.962], [20, 3.924]]

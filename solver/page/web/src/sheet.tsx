@@ -98,7 +98,11 @@ function Row({ variable }: { variable: Variable }) {
       </th>
       <td class="number">{given ? <Field variable={variable} /> : <Output variable={variable} />}</td>
       <td class="unit">{variable.unit}</td>
-      <td class="comment">{variable.comment}</td>
+      <td class="comment">
+        {variable.comment}
+        <Range variable={variable} />
+        {!given && <Guess variable={variable} />}
+      </td>
     </tr>
   );
 }
@@ -164,6 +168,56 @@ function Field({ variable }: { variable: Variable }) {
         </small>
       )}
     </>
+  );
+}
+
+/** Where the values of a variable may lie, as the sheet says. */
+function Range({ variable }: { variable: Variable }) {
+  const [low, high] = [variable.low, variable.high].map((end) => toShown(variable.name, end));
+  if (low === null && high === null) return null;
+  const said = high === null ? `≥ ${readable(low)}` : low === null ? `≤ ${readable(high)}` : `${readable(low)} to ${readable(high)}`;
+  return <small class="range">{said}</small>;
+}
+
+/** A first guess, where there is one or where the variable has no value. Of several answers the nearest comes first. */
+function Guess({ variable }: { variable: Variable }) {
+  const { name } = variable;
+  const guess = doc.value.guesses[name] ?? variable.guess;
+  const wrong = useSignal(false);
+  if (guess === null && shown.value?.values[name] !== undefined) return null;
+  const text = typed(toShown(name, guess));
+  const enter = async (field: HTMLInputElement) => {
+    const now = field.value.trim();
+    wrong.value = false;
+    if (now === text) return;
+    const guesses = { ...doc.value.guesses };
+    delete guesses[name];
+    if (now !== "") {
+      const { value } = await ask<{ value: Value }>({ do: "value", name, text: now });
+      wrong.value = typeof value !== "number";
+      if (typeof value !== "number") return;
+      guesses[name] = value;
+    }
+    // the answer that is nearest to the new guess comes in front
+    await commit({ ...doc.value, guesses, near: null });
+  };
+  return (
+    <label class="guess">
+      guess
+      <input
+        key={text}
+        defaultValue={text}
+        aria-label={`guess for ${name}`}
+        aria-invalid={wrong.value}
+        inputMode="decimal"
+        autocomplete="off"
+        onBlur={(event) => void enter(event.currentTarget)}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") void enter(event.currentTarget);
+          if (event.key === "Escape") event.currentTarget.value = text;
+        }}
+      />
+    </label>
   );
 }
 

@@ -169,9 +169,10 @@ export async function solve(): Promise<void> {
   const document = doc.value;
   const reply = await ask<Answer>({ do: "solve", ...about(document) });
   if (number !== asked || reply.superseded) return;
+  const before = shown.value;
   batch(() => {
     trouble.value = troubleOf(reply);
-    if (shown.value && !live.value?.stale) last.value = { ...shown.value, stale: "" };
+    if (before && !live.value?.stale) last.value = before;
     if (live.value?.stale) last.value = live.value;
     live.value = null;
     stroke.value = null;
