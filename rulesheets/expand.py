@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from rulesheets.evaluate.exactly import Inexact, Rationals
 from rulesheets.functions.floats import cosd, sind, tand
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.parse.builder import ends
@@ -26,15 +27,11 @@ from rulesheets.syntax.nodes import (
     IfRule,
     Inequality,
     Name,
-    Negative,
     Not,
     Number,
     Or,
-    Product,
-    Quotient,
     RuleBody,
     RuleSheet,
-    Sum,
     children,
     names,
     rebuilt,
@@ -77,39 +74,27 @@ def _round_value(function: str, angle: Expression) -> float | None:
 
 
 def _share_of_pi(angle: Expression) -> Fraction | None:
-    """q where the angle is written as q·π, q a rational number other than 0; else None."""
-    match angle:
-        case Call("pi"):
-            return _rational(Number(1.0))
-        case Negative(operand):
-            share = _share_of_pi(operand)
-            return None if share is None else -share
-        case Sum(terms):
-            shares = [_share_of_pi(term) for term in terms]
-            known = [share for share in shares if share is not None]
-            return sum(known[1:], known[0]) if known and len(known) == len(shares) else None
-        case Product(left, right):
-            for one, other in ((left, right), (right, left)):
-                share, factor = _share_of_pi(one), _rational(other)
-                if share is not None and factor is not None:
-                    return share * factor
-        case Quotient(left, right):
-            share, divisor = _share_of_pi(left), _rational(right)
-            return share / divisor if share is not None and divisor else None
-    return None
+    """q where the angle is written as q·π, q a rational number; else None."""
+    try:
+        shares = {_WithPi({}, pi).of(angle) / pi for pi in _STAND_INS}
+    except Inexact:
+        return None
+    return shares.pop() if len(shares) == 1 else None
 
 
-def _rational(expression: Expression) -> Fraction | None:
-    match expression:
-        case Number(value):
-            return Fraction(value)
-        case Negative(operand):
-            number = _rational(operand)
-            return None if number is None else -number
-        case Quotient(left, right):
-            above, below = _rational(left), _rational(right)
-            return above / below if above is not None and below else None
-    return None
+_STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
+"""Numbers in place of π: what is proportional to both is proportional to π."""
+
+
+class _WithPi(Rationals):
+    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction) -> None:
+        super().__init__(numbers, {})
+        self.pi = pi
+
+    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+        if node.function != "pi":
+            raise Inexact(node.function)
+        return self.pi
 
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
