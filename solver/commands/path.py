@@ -6,9 +6,9 @@ from argparse import ArgumentParser, Namespace
 
 from rulesheets.inputs import override
 from solver.commands.inputs import add_input_options, read_request
-from solver.path.outlook import outlook
 from solver.path.planner import planner
-from solver.report.path import outlook_text, reaches
+from solver.path.tree import path_tree
+from solver.report.path import reaches, tree_text
 from solver.solving import posted
 
 
@@ -21,6 +21,6 @@ def run(arguments: Namespace) -> int:
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)
-    ahead = outlook(planner(model), given, None if request.want is None else frozenset(request.want))
-    print(outlook_text(model, ahead, wanted))
+    ahead = path_tree(planner(model), given, None if request.want is None else frozenset(request.want))
+    print(tree_text(model, ahead, wanted))
     return 0 if reaches(ahead, wanted) else 1

@@ -18,7 +18,7 @@ from solver.path.cases import Pair
 
 @dataclass(frozen=True)
 class Reason:
-    """Why one is missing: ``tied``, ``rough`` (a rule), ``kink``, ``edges`` (pairs), ``free`` or ``blank``.
+    """Why one is missing: tied, rough (a rule), kink, edges (pairs), free or unsolved.
 
     ``sides`` are the derivatives on both sides of a kink.
     """
@@ -47,7 +47,7 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
             where = f"the rules change at {_comparisons(reason.pairs)}" if reason.pairs else "it has a corner"
             text = f"{what} does not exist: {where}"
             note = f"it is {after:.10g} upwards and {before:.10g} downwards"
-        case "blank":
+        case "unsolved":
             text = f"{what} does not exist: {_listed(outputs)} has no number here"
             note = "take it out of the list, or solve for it"
         case "edges":
@@ -205,7 +205,7 @@ class _Study:
 
     def _take(self, given: str, total: Total) -> None:
         for output in self.outputs:
-            slope: float | Reason = Reason("blank")
+            slope: float | Reason = Reason("unsolved")
             if isinstance(self.values.get(output), float):
                 slope = _one(total, output, given)
             if isinstance(slope, Reason):
@@ -251,9 +251,9 @@ def _one(total: Total, output: str, given: str) -> float | Reason:
     corner = total.cornered.get(given, {}).get(output)
     if corner is not None:
         return Reason("rough", corner)
-    if output in total.by and output not in total.loose:
+    if output in total.by and output not in total.underdetermined:
         return _cleared(float(total.by[output].get(given, 0.0)), total, output, given)
-    rule = next((e for e, read in total.rough.items() if read & {output, *total.loose}), None)
+    rule = next((e for e, read in total.rough.items() if read & {output, *total.underdetermined}), None)
     return Reason("free") if rule is None else Reason("rough", rule)
 
 

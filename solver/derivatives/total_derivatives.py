@@ -92,7 +92,7 @@ AGREE = 1e-25
 
 @dataclass(frozen=True)
 class Total:
-    """``by[u][p]`` is du/dp; names of ``loose`` are not determined to first order, or lost.
+    """``by[u][p]`` is du/dp; names of ``underdetermined`` are not determined to first order, or lost.
 
     ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules
     without a slope there, and what they read. ``cornered[p]`` are the unknowns that a function of some rule
@@ -100,7 +100,7 @@ class Total:
     """
 
     by: Mapping[str, Mapping[str, Extended]]
-    loose: frozenset[str]
+    underdetermined: frozenset[str]
     tied: Mapping[str, int]
     rough: Mapping[int, frozenset[str]]
     sharp: Sharp
@@ -112,7 +112,7 @@ class Total:
             row = precise_slopes(*pair, self.sharp.values)
         except Undefined:
             return None
-        if any(name in self.loose for name in row):
+        if any(name in self.underdetermined for name in row):
             return None
         return sum(_chain(row, self.by, parameter))
 
@@ -240,7 +240,7 @@ def one_sided(
         total = totals(model, answer, moved, (given,))
         nodes.append(number(moved[given]) - number(middle))  # type: ignore[arg-type]
         for output in [*slopes]:
-            if output in total.loose or output not in total.by or given in total.tied:
+            if output in total.underdetermined or output not in total.by or given in total.tied:
                 del slopes[output], levels[output]
                 continue
             slopes[output].append(total.by[output].get(given, number(0.0)))

@@ -123,7 +123,7 @@ def needed_steps(
     for step in reversed(steps):
         wanted = not reached if isinstance(step, Decide | Assume) else needed.intersection(given_by(step))
         if wanted:
-            needed.update(_read_by(graph, step))
+            needed.update(read_by(graph, step))
             kept.append(step)
     return kept[::-1]
 
@@ -139,7 +139,8 @@ def given_by(step: Step) -> tuple[str, ...]:
             return ()
 
 
-def _read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
+def read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
+    """The variables of the equations of a step, and of the conditions that it asks or that guard them."""
     conditions: tuple[int, ...] = ()
     if isinstance(step, Decide):
         conditions = step.conditions

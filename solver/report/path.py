@@ -29,9 +29,9 @@ from rulesheets.syntax.source import Span, escaped
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
-from solver.path.outlook import Outlook, question
 from solver.path.planner import planner
-from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step
+from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.path.tree import PathTree, question
 from solver.report.table import table
 from solver.result import Result
 
@@ -218,18 +218,8 @@ def path_table(model: Model, path: Path, first: int = 1) -> str:
 def told(path: Path) -> tuple[Step, ...]:
     """The steps worth telling: each once, and no check of an equation that was solved with."""
     steps = tuple(dict.fromkeys(path.steps))
-    solved = {equation for step in steps for equation in _solves(step)}
+    solved = {e for step in steps if not isinstance(step, Check) for e in equations_of(step)}
     return tuple(step for step in steps if not (isinstance(step, Check) and step.equation in solved))
-
-
-def _solves(step: Step) -> tuple[int, ...]:
-    match step:
-        case Evaluate(equation):
-            return (equation,)
-        case Select(equations) | SolveBlock(equations):
-            return equations
-        case _:
-            return ()
 
 
 def branches_line(path: Path) -> str:
@@ -288,17 +278,17 @@ def _rule(places: Places, equation: Equation) -> tuple[str, str]:
     return places.of(equation), places.said(equation)
 
 
-def outlook_text(model: Model, outlook: Outlook, wanted: Sequence[str]) -> str:
+def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
     """A table for the path and one for each case under its conditions, then how many answers there can be."""
-    parts = list(_parts(model, outlook, wanted, (), 1))
-    if outlook.path.steps:
-        parts.append(_answers(outlook))
-    return "\n\n".join(parts) if outlook.cases else "\n".join(parts)
+    parts = list(_parts(model, tree, wanted, (), 1))
+    if tree.path.steps:
+        parts.append(_answers(tree))
+    return "\n\n".join(parts) if tree.cases else "\n".join(parts)
 
 
-def reaches(outlook: Outlook, wanted: Sequence[str]) -> bool:
-    """Whether some end of the outlook, as far as it is followed, leads to every wanted variable."""
-    return any(end.open or not unreached(end.path, wanted) for end in outlook.ends())
+def reaches(tree: PathTree, wanted: Sequence[str]) -> bool:
+    """Whether some end of the tree, as far as it is followed, leads to every wanted variable."""
+    return any(end.open or not unreached(end.path, wanted) for end in tree.ends())
 
 
 def unreached(path: Path, wanted: Sequence[str]) -> tuple[str, ...]:
@@ -308,20 +298,20 @@ def unreached(path: Path, wanted: Sequence[str]) -> tuple[str, ...]:
 
 
 def _parts(
-    model: Model, outlook: Outlook, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
+    model: Model, tree: PathTree, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
 ) -> Iterator[str]:
     lines = [f"Where {_said(model, outcomes)}:"] if outcomes else []
-    if outlook.path.steps:
-        lines.append(path_table(model, outlook.path, first))
+    if tree.path.steps:
+        lines.append(path_table(model, tree.path, first))
     else:
         lines.append("No rule gives anything more." if outcomes else "No rule gives anything.")
-    missing = unreached(outlook.path, wanted)
-    if missing and not question(outlook.path):
+    missing = unreached(tree.path, wanted)
+    if missing and not question(tree.path):
         lines.append(f"Not reached: {', '.join(missing)}.")
     yield "\n".join(lines)
-    after = first + len(told(outlook.path))
-    for case in outlook.cases:
-        yield from _parts(model, case.outlook, wanted, (*outcomes, *case.outcomes), after)
+    after = first + len(told(tree.path))
+    for case in tree.cases:
+        yield from _parts(model, case.tree, wanted, (*outcomes, *case.outcomes), after)
 
 
 def _said(model: Model, outcomes: tuple[Premise, ...]) -> str:
@@ -329,9 +319,9 @@ def _said(model: Model, outcomes: tuple[Premise, ...]) -> str:
     return Plain().conditions((model.conditions[premise.condition], premise.holds) for premise in outcomes)
 
 
-def _answers(outlook: Outlook) -> str:
-    if any(end.open for end in outlook.ends()):
+def _answers(tree: PathTree) -> str:
+    if any(end.open for end in tree.ends()):
         return "What follows depends on how the conditions come out, and on how many answers there are then."
-    if outlook.branches is None:
+    if tree.branches is None:
         return "Blocks can have any number of answers."
-    return "One answer at most." if outlook.branches == 1 else f"At most {outlook.branches} answers."
+    return "One answer at most." if tree.branches == 1 else f"At most {tree.branches} answers."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Status
 from solver.files.columns import free_name
 from solver.numerics.continuation import CurvePoint, End, Vector
+from solver.path.graph import ModelGraph
 from solver.path.isolate import is_linear
-from solver.path.planner import planner
-from solver.path.steps import Assume, Evaluate, Select, SolveBlock, Step, equations_of
+from solver.path.planner import given_by, planner, read_by
+from solver.path.steps import Assume, Evaluate, Select, Step, equations_of
 from solver.plan import Plan, prepare
 from solver.result import CODES
 from solver.solution.leaves import Leaf
@@ -38,15 +38,6 @@ from solver.sweeps.tracing import (
 
 
 @dataclass(frozen=True)
-class _Made:
-    """What a step computes, and what it reads."""
-
-    names: tuple[str, ...]
-    reads: frozenset[str]
-    forks: bool
-
-
-@dataclass(frozen=True)
 class Core:
     """``names``: the unknowns of the steps that can have several values, and all that these need of what
     moves with the parameter, in the order of the steps. ``moving``: everything that does, the parameter too.
@@ -56,49 +47,29 @@ class Core:
     moving: frozenset[str]
 
 
-def core_of(model: Model, steps: Sequence[Step], parameter: str) -> Core:
+def core_of(graph: ModelGraph, steps: Sequence[Step], parameter: str) -> Core:
     """The core of a path; it has no names where every step has one value, and no case was assumed."""
-    made = [one for one in (_made(model, step) for step in steps) if one is not None]
-    assumed = {
-        name for s in steps if isinstance(s, Assume) for name in names_in(model.conditions[s.condition])
-    }
+    made = [(step, names, {*read_by(graph, step)}) for step in steps if (names := given_by(step))]
+    assumed = {name for step in steps if isinstance(step, Assume) for name in read_by(graph, step)}
     moving = {parameter}
-    for one in made:
-        if one.reads & moving:
-            moving.update(one.names)
+    for _, names, read in made:
+        if not moving.isdisjoint(read.difference(names)):
+            moving.update(names)
     needed: set[str] = set()
-    for one in reversed(made):
-        if moving.isdisjoint(one.names):
+    for step, names, read in reversed(made):
+        if moving.isdisjoint(names):
             continue
-        if one.forks or not (needed | assumed).isdisjoint(one.names):
-            needed.update(one.names, one.reads & moving)
-    names = tuple(name for one in made for name in one.names if name in needed and name in moving)
-    return Core(names, frozenset(moving))
+        if _forks(graph, step) or not (needed | assumed).isdisjoint(names):
+            needed.update(names, read & moving)
+    return Core(tuple(n for _, names, _ in made for n in names if n in needed & moving), frozenset(moving))
 
 
-def _made(model: Model, step: Step) -> _Made | None:
-    match step:
-        case Evaluate(_, unknown, branches) | Select(_, unknown, branches):
-            names: tuple[str, ...] = (unknown,)
-            forks = branches > 1
-        case SolveBlock(equations, names):
-            forks = not all(_linear(model, index, names) for index in equations)
-        case _:
-            return None
-    read = {name for index in equations_of(step) for name in _read(model, index)}
-    return _Made(names, frozenset(read.difference(names)), forks)
-
-
-def _linear(model: Model, index: int, unknowns: Sequence[str]) -> bool:
-    """Whether a rule is linear in the unknowns of its block: such a block has one answer, none or all."""
-    equation = model.equations[index]
-    return is_linear(subtract(equation.left, equation.right), unknowns)
-
-
-def _read(model: Model, index: int) -> Collection[str]:
-    equation = model.equations[index]
-    guards = (name for p in equation.guard for name in names_in(model.conditions[p.condition]))
-    return {*equation.names, *guards}
+def _forks(graph: ModelGraph, step: Step) -> bool:
+    """Whether a step can have several values; a block of linear rules has one answer, none or all."""
+    if isinstance(step, Evaluate | Select):
+        return step.branches > 1
+    rules = (graph.model.equations[index] for index in equations_of(step))
+    return not all(is_linear(subtract(rule.left, rule.right), given_by(step)) for rule in rules)
 
 
 Answer = Callable[[float], "Mapping[str, Value] | None"]
@@ -277,11 +248,12 @@ class _Following:
 
     def _seed(self, leaf: Leaf, value: float, sizes: Mapping[str, float]) -> None:
         """Follow the branch that an answer lies on, if its rules leave it one way to go."""
-        core = core_of(self.model, leaf.branch.steps, self.name)
+        graph = planner(self.model).graph
+        core = core_of(graph, leaf.branch.steps, self.name)
         names = (*core.names, self.name)
         fixed = {n: v for n, v in leaf.branch.values.items() if n not in core.moving}
         inputs = frozenset((*self.plan.given, self.name))
-        system = CoreSystem(planner(self.model).graph, names, fixed, inputs, self.span)
+        system = CoreSystem(graph, names, fixed, inputs, self.span)
         point = np.array([*(leaf.branch.values[n] for n in core.names), value], dtype=np.float64)
         scale = np.array([sizes.get(name) or 1.0 for name in names])
         scale[-1] = self.span[1] - self.span[0] or scale[-1]

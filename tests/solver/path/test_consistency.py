@@ -14,9 +14,9 @@ from rulesheets.evaluate import holds
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Number
 from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, Pair, compatible, possible
-from solver.path.outlook import outlook
 from solver.path.planner import planner
 from solver.path.steps import equations_of
+from solver.path.tree import path_tree
 
 SIGNS = {"<": LESS, "<=": AT_MOST, ">": GREATER, ">=": AT_LEAST, "=": EQUAL, "<>": DIFFERENT}
 
@@ -99,7 +99,7 @@ def arm(model: Model, x: float) -> float:
 
 def listed(model: Model) -> set[float]:
     """The arms of the cases that the path shows."""
-    ends = outlook(planner(model), {"u": 1.0, "v": 0.0}).ends()
+    ends = path_tree(planner(model), {"u": 1.0, "v": 0.0}).ends()
     used = {equation for end in ends for step in end.path.steps for equation in equations_of(step)}
     return {e.right.value for e in model.equations if e.index in used and isinstance(e.right, Number)}
 

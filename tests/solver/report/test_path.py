@@ -9,16 +9,16 @@ import pytest
 import rulesheets
 from rulesheets.model import Value
 from solver.cli import main
-from solver.path.outlook import MAX_ENDS, Outlook, outlook
 from solver.path.planner import planner
-from solver.report.path import outlook_text, reaches
+from solver.path.tree import MAX_ENDS, PathTree, path_tree
+from solver.report.path import reaches, tree_text
 from solver.solving import posted
 
 
-def ahead(text: str, inputs: dict[str, Value] | None = None, want: str | None = None) -> tuple[str, Outlook]:
+def ahead(text: str, inputs: dict[str, Value] | None = None, want: str | None = None) -> tuple[str, PathTree]:
     model = rulesheets.loads(text)
-    found = outlook(planner(model), inputs or {}, None if want is None else frozenset({want}))
-    return outlook_text(model, found, posted(model) if want is None else (want,)), found
+    found = path_tree(planner(model), inputs or {}, None if want is None else frozenset({want}))
+    return tree_text(model, found, posted(model) if want is None else (want,)), found
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from rulesheets.model import Premise, Value
 from rulesheets.syntax import nodes
 from solver.path.cases import compatible, outcomes
-from solver.path.planner import Planner
-from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, equations_of
+from solver.path.planner import Planner, given_by
+from solver.path.steps import Assume, Check, Decide, Path, SolveBlock, equations_of
 
 MAX_ENDS = 8
-"""Ends of an outlook at most: beyond, a list of cases tells nobody anything."""
+"""Ends of a tree at most: beyond, a list of cases tells nobody anything."""
 
 MAX_CONDITIONS = 4
 """Conditions of one question that are followed up: every combination of outcomes is planned."""
@@ -23,11 +23,11 @@ class Case:
     """How a path goes on where conditions come out so; one that makes no difference is left out."""
 
     outcomes: tuple[Premise, ...]
-    outlook: Outlook
+    tree: PathTree
 
 
 @dataclass(frozen=True)
-class Outlook:
+class PathTree:
     """``path``, and the cases that follow where it ends in a question; none where there are too many."""
 
     path: Path
@@ -38,19 +38,19 @@ class Outlook:
         """Whether the path ends in a question that is not followed up."""
         return bool(question(self.path)) and not self.cases
 
-    def ends(self) -> Iterator[Outlook]:
-        """The outlooks that nothing follows, this one where it has no cases."""
+    def ends(self) -> Iterator[PathTree]:
+        """The trees that nothing follows, this one where it has no cases."""
         if not self.cases:
             yield self
         for case in self.cases:
-            yield from case.outlook.ends()
+            yield from case.tree.ends()
 
     @property
     def branches(self) -> int | None:
         """How many answers there can be at most; None where a block or an open question leaves that open."""
         if self.open or any(isinstance(step, SolveBlock) for step in self.path.steps):
             return None
-        ahead = [case.outlook.branches for case in self.cases]
+        ahead = [case.tree.branches for case in self.cases]
         known = [count for count in ahead if count is not None]
         if len(known) < len(ahead):
             return None
@@ -69,16 +69,16 @@ def question(path: Path) -> tuple[int, ...]:
             return ()
 
 
-def outlook(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> Outlook:
+def path_tree(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> PathTree:
     """The path from ``inputs`` with its cases, followed as deep as they have :data:`MAX_ENDS` ends at most.
 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
     """
     ahead = _Ahead(planner, inputs, want)
     known, decided = frozenset(inputs), outcomes(planner.graph.model, inputs, inputs)
-    found = ahead.outlook(known, decided, frozenset(), 0)
+    found = ahead.tree(known, decided, frozenset(), 0)
     for depth in range(1, len(planner.graph.model.conditions) + 1):
-        deeper = ahead.outlook(known, decided, frozenset(), depth)
+        deeper = ahead.tree(known, decided, frozenset(), depth)
         if deeper == found or sum(1 for _ in deeper.ends()) > MAX_ENDS:
             break
         found = deeper
@@ -92,20 +92,22 @@ class _Ahead:
         self.planner, self.inputs, self.want = planner, inputs, want
         self.model = planner.graph.model
 
-    def outlook(
+    def tree(
         self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
-    ) -> Outlook:
+    ) -> PathTree:
         """The path from what is known, its questions followed up ``depth`` times."""
         path = _without(self.planner.path(known, decided, want=self.want), told)
         conditions = question(path)
         possible = {condition: self._outcomes(decided, condition) for condition in conditions}
         implied = {condition: found[0] for condition, found in possible.items() if len(found) == 1}
         if implied:
-            return self.outlook(known, {**decided, **implied}, told, depth)
+            return self.tree(known, {**decided, **implied}, told, depth)
         if not depth or not conditions or len(conditions) > MAX_CONDITIONS:
-            return Outlook(path)
+            return PathTree(path)
         told = told.union(*map(equations_of, path.steps))
-        return Outlook(path, self._cases(known | _found(path), decided, told, conditions, depth - 1))
+        return PathTree(
+            path, self._cases(known.union(*map(given_by, path.steps)), decided, told, conditions, depth - 1)
+        )
 
     def _cases(
         self,
@@ -117,7 +119,7 @@ class _Ahead:
     ) -> tuple[Case, ...]:
         """A decision tree over the open conditions, without decisions that make no difference."""
         if not open_:
-            return (Case((), self.outlook(known, decided, told, depth)),)
+            return (Case((), self.tree(known, decided, told, depth)),)
         first, rest = open_[0], open_[1:]
         found = [
             self._cases(known | self._said(first, outcome), {**decided, first: outcome}, told, rest, depth)
@@ -126,7 +128,7 @@ class _Ahead:
         if found[0] == found[-1]:
             return found[0]
         return tuple(
-            Case((Premise(first, outcome), *case.outcomes), case.outlook)
+            Case((Premise(first, outcome), *case.outcomes), case.tree)
             for outcome, cases in zip((True, False), found, strict=True)
             for case in cases
         )
@@ -155,17 +157,3 @@ def _without(path: Path, told: frozenset[int]) -> Path:
     """The path without checks of equations that have been used before."""
     steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
     return Path(tuple(steps), path.undetermined)
-
-
-def _found(path: Path) -> frozenset[str]:
-    """The unknowns that the steps of a path give."""
-    found: set[str] = set()
-    for step in path.steps:
-        match step:
-            case Evaluate(unknown=unknown) | Select(unknown=unknown):
-                found.add(unknown)
-            case SolveBlock(unknowns=unknowns):
-                found.update(unknowns)
-            case _:
-                pass
-    return frozenset(found)
