@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from rulesheets.diagnosis import Label as Label
     from rulesheets.diagnosis import RuleSheetError as RuleSheetError
     from rulesheets.diagnosis import Severity as Severity
-    from rulesheets.functions.registered import function as function
     from rulesheets.loading import load as load
     from rulesheets.loading import loads as loads
     from rulesheets.loading import shipped_models as shipped_models
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from rulesheets.model import Premise as Premise
     from rulesheets.model import Value as Value
     from rulesheets.model import Variable as Variable
+    from rulesheets.registered import function as function
     from rulesheets.syntax.source import Source as Source
     from rulesheets.syntax.source import Span as Span
     from rulesheets.units.display import in_unit as in_unit
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "algebra": "sympy_equations",
     "diagnosis": "Diagnosis Label RuleSheetError Severity",
-    "functions.registered": "function",
+    "registered": "function",
     "loading": "load loads shipped_models",
     "model": "Equation Model Premise Value Variable",
     "syntax.source": "Source Span",

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 from rulesheets.build import build
 from rulesheets.checks import messages
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, suggestion
-from rulesheets.functions.registered import run_python
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
 from rulesheets.parse import parse
+from rulesheets.registered import run_python
 from rulesheets.syntax.nodes import Function, RuleSheet, UnitRow, Use
 from rulesheets.syntax.program import Program, rules_of
 from rulesheets.syntax.source import Source, Span, escaped

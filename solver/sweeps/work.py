@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import time_limit
-from rulesheets.functions.registered import run_python
 from rulesheets.model import Model, Value, Variable
+from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted

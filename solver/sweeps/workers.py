@@ -24,7 +24,7 @@ from time import thread_time
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
-from rulesheets.functions.registered import in_memory
+from rulesheets.registered import in_memory
 from solver.files.replacing import missing_extra
 from solver.interruption import Interrupted, Interrupts
 from solver.sweeps.grid import Chunk
