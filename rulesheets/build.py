@@ -11,6 +11,7 @@ from rulesheets.checks import check, check_figures
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
 from rulesheets.expand import Expansion, expand
 from rulesheets.inputs import declared, valued
+from rulesheets.library import Library
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import (
     Call,
@@ -26,7 +27,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import Library
 from rulesheets.units.quantity import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"[\d.]\[")

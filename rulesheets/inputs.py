@@ -25,6 +25,7 @@ from rulesheets.input_messages import (
     symbol_for_number,
     unknown_variable,
 )
+from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.parse import parse
 from rulesheets.parse.builder import empty_range
@@ -45,7 +46,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import rules_of
 from rulesheets.syntax.source import Source, Span
-from rulesheets.units.library import Library
 from rulesheets.units.quantity import cannot_show, converted, part_with_unit, parted, unit_named
 
 

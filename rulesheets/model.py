@@ -9,9 +9,9 @@ from importlib import import_module
 from typing import TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, plural
+from rulesheets.library import Library, Unit, library
 from rulesheets.syntax import nodes
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import Library, Unit, library
 
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""

@@ -53,7 +53,7 @@ EVERYWHERE = ("rulesheets.deadline",)
 DOORS = {
     "lark": ("rulesheets.parse",),
     "sympy": ("rulesheets.algebra",),
-    "pint": ("rulesheets.units",),
+    "pint": ("rulesheets.library",),
     "matplotlib": ("solver.pictures",),
     "rich": ("solver.report.table",),
     "PIL": ("solver.pictures",),

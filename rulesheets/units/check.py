@@ -14,6 +14,7 @@ from fractions import Fraction
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.functions.table import TABLE
+from rulesheets.library import library
 from rulesheets.marks import PLACES, marks_of
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import (
@@ -42,7 +43,6 @@ from rulesheets.units.dimensions import (
     in_other_unit,
 )
 from rulesheets.units.display import SYSTEMS
-from rulesheets.units.library import library
 from rulesheets.units.quantity import Weights
 
 NUMBER = "1 (a number)"

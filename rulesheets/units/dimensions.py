@@ -20,6 +20,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions.table import TABLE
+from rulesheets.library import ANGLE, Library, Unit
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -36,7 +37,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import ANGLE, Library, Unit
 
 Exponents = dict[str, Any]
 """Integers or fractions by the names of base units, and a float for SIZE."""

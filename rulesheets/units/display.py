@@ -10,9 +10,9 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import variable_named
+from rulesheets.library import library
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import library
 from rulesheets.units.quantity import cannot_show, displaying, unit_named
 
 SYSTEMS = {

@@ -10,6 +10,7 @@ from itertools import chain
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, suggestion
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
+from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
 from rulesheets.model import Equation, Model, Variable
 from rulesheets.syntax.nodes import (
     Call,
@@ -25,7 +26,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from rulesheets.syntax.source import Span
-from rulesheets.units.library import MONEY, Library, Unit, UnitError, affine, convert, library
 
 _BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
 _PLAIN = re.compile(

@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from rulesheets.functions import TABLE
+from rulesheets.library import ANGLE, Unit
 from rulesheets.model import Equation, Model, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
-from rulesheets.units.library import ANGLE, Unit
 from solver.ranking.sizes import MANY, Scalings, Suggestions
 
 

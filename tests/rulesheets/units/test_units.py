@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rulesheets.units import Library, UnitError, convert, library
 
-names = import_module("rulesheets.units.library")
+names = import_module("rulesheets.library")
 
 EXACT = {
     "in": ("m", "0.0254"),

@@ -193,7 +193,7 @@ SHORTEST = 4
 """Letters of the shortest name that pint is asked for."""
 MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})
 
-_FILE = Path(__file__).parent / "units.txt"
+_FILE = Path(__file__).parent / "units" / "units.txt"
 _NAMES = re.compile(r"~?[^\W\d_](?:\w*[^\W\d])?|[^\w\s\[\]()^*/·⋅=+-]+\w*")
 _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/\d+)?"
 _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
