@@ -78,7 +78,7 @@ class Finder(Protocol):
 
     def array(self, *known: Any) -> Any: ...
 
-    def unrolled(self, flow: Graph, known: Sequence[int], steps: int) -> list[int]: ...
+    def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]: ...
 
 
 class Graph:
@@ -366,12 +366,10 @@ def _partners(flow: Graph, wanted: Sequence[int]) -> dict[int, int]:
     return {one: other for a, b in pairs for one, other in ((a, b), (b, a))}
 
 
-def copied(
-    source: Graph, target: Graph, wanted: Sequence[int], inputs: Sequence[int], steps: int = 0
-) -> list[int]:
+def copied(source: Graph, target: Graph, wanted: Sequence[int], inputs: Sequence[int]) -> list[int]:
     """The wanted nodes in another graph, with ``inputs`` (by place) in the place of the source's own.
 
-    The roots of blocks become so many ``steps`` of their iteration.
+    The roots of blocks become a few steps of their iteration.
     """
     found: dict[int, int] = {}
     roots: dict[int, list[int]] = {}
@@ -386,7 +384,7 @@ def copied(
         kind, *rest = source.nodes[node]
         read_here = [read(one) for one in operands(source, node)]
         if kind == "root":
-            roots[node] = source.finders[int(rest[0])].unrolled(target, read_here, steps)
+            roots[node] = source.finders[int(rest[0])].unrolled(target, read_here)
             found[node] = -1
         elif kind == "item":
             found[node] = roots[int(rest[1])][int(rest[0])]

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial, reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -199,9 +199,9 @@ class BlockNewton:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
         count = len(self.kernel.unknowns)
         entries: dict[tuple[int, int], int] = {}
-        for place, partial in enumerate(self.kernel.partials):
-            assert partial is not None
-            node = flow.expression(partial, places)
+        for place, slope in enumerate(self.kernel.partials):
+            assert slope is not None
+            node = flow.expression(slope, places)
             if flow.value_of(node) != 0.0:
                 entries[divmod(place, count)] = node
         return entries
@@ -235,29 +235,27 @@ class BlockNewton:
                     slopes[row, column] = value(differentiate(form, name), point)
         return np.linalg.solve(np.array(self.slopes), -slopes)
 
-    def unrolled(self, flow: Graph, known: Sequence[int], steps: int) -> list[int]:
-        """The root as nodes of another graph, by so many steps; nan where these are not enough."""
-        scale, add = self.scale, flow.node
-        split, nothing = flow.constant(SPLITTER), flow.constant(math.nan)
-        x, good, before = self._predicted(flow, known), flow.true, flow.constant(math.inf)
-        for _ in range(steps):
-            last, step = x, copied(self.flow, flow, self.step, [*x, *known])
-            length = flow.total(_squares(flow, step, scale))
-            near = add("lt", length, flow.constant(CONVERGED**2))
-            good = add("and", good, add("or", near, add("le", length, before)))
-            before = add("mul", length, flow.constant(CONTRACTION**2))
-            x = [add("sub", a, d) for a, d in zip(x, step, strict=True)]
+    def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
+        """The root as nodes of another graph, by two steps; nan where these are not enough."""
+        scale, add, split = self.scale, flow.node, flow.constant(SPLITTER)
+        start = self._predicted(flow, known)
+        first = copied(self.flow, flow, self.step, [*start, *known])
+        x = [add("sub", a, d) for a, d in zip(start, first, strict=True)]
+        step = copied(self.flow, flow, self.step, [*x, *known])
         rounded = []
-        for a in x:
-            large = add("mul", a, split)
-            rounded.append(add("sub", large, add("sub", large, a)))
-        found = copied(self.flow, flow, (*self.last, *self.moved), [*last, *known, *rounded])
-        ends, moved = found[: len(x)], found[len(x) :]
-        length, reach = (flow.total(_squares(flow, some, scale)) for some in (ends, moved))
-        good = add("and", add("and", good, near), add("le", length, flow.constant(LAST**2)))
-        good = add("and", good, add("le", reach, flow.constant(CONDITION**2)))
-        roots = [add("sub", z, d) for z, d in zip(rounded, ends, strict=True)]
-        return [add("where", good, root, nothing) for root in roots]
+        for a, d in zip(x, step, strict=True):
+            root = add("sub", a, d)
+            large = add("mul", root, split)
+            rounded.append(add("sub", large, add("sub", large, root)))
+        found = copied(self.flow, flow, (*self.last, *self.moved), [*x, *known, *rounded])
+        last, moved = found[: len(x)], found[len(x) :]
+        limits = (step, CONVERGED), (last, LAST), (moved, CONDITION)
+        within = (
+            add("le", flow.total(_squares(flow, some, scale)), flow.constant(limit**2))
+            for some, limit in limits
+        )
+        good, nothing = reduce(partial(add, "and"), within), flow.constant(math.nan)
+        return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
 
     def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """Where the root is to first order."""

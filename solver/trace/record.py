@@ -168,16 +168,19 @@ class Recording(ClosedForms):
             fork = self._on(state.fork())
             match step:
                 case Evaluate(equation=equation, unknown=unknown):
-                    return self._direct(fork, equation, unknown)
+                    fork = self._direct(fork, equation, unknown)
                 case Select(unknown=unknown):
-                    return self._taken(fork, unknown, [self._selected(fork, step)])
+                    fork = self._taken(fork, unknown, [self._selected(fork, step)])
                 case SolveBlock():
-                    return self._solved(fork, step)
+                    fork = self._solved(fork, step)
                 case Decide(conditions=conditions):
                     self._decide(self._on(state), conditions)
+                    return state
+            if any(self._numbers(check) is False for check in fork.checks[len(state.checks) :]):
+                raise NotCompilable  # so near to a fold the formula would lose too many digits
         except NotCompilable:
             return self._otherwise(state, step)
-        return state
+        return fork
 
     def _correct(self, state: State, new: frozenset[str]) -> None:
         """Where the solve took more digits than floats have, another rule may tell the last places of a
@@ -275,7 +278,15 @@ class Recording(ClosedForms):
         turn = self.graph.turn(name)
         if turn is not None:
             apart = min(apart, abs(apart - turn))
-        return apart <= MATCHES * max(abs(wanted), 1e-3 if turn is not None else 0.0)
+        if apart <= MATCHES * max(abs(wanted), 1e-3 if turn is not None else 0.0):
+            return True
+        return name not in self.pattern.want and apart <= self._error(node)
+
+    def _error(self, node: int) -> float:
+        """What the rounding of a node can amount to at the sample: what is left of terms that cancel."""
+        with suppress(NotCompilable):
+            return float(self._numbers(self.rounding.error(node)))
+        return 0.0
 
     # --- the end ---
 

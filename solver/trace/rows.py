@@ -30,8 +30,6 @@ WORTH = 16
 
 MANY = 512
 """So many rows that its quick form does not settle pay for the patient form of a record."""
-STEPS = 2
-"""Steps of a block's iteration that are written in straight lines."""
 LARGE = 800
 """Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
 TOGETHER = 2**17
@@ -91,7 +89,7 @@ def _unrolled(flow: Flow, wanted: Sequence[int]) -> tuple[Flow, list[int]]:
     target = Flow(flow.plain)
     places = [int(node[1]) for node in flow.nodes if node[0] == "input"]
     inputs = [target.input(place) for place in range(1 + max(places, default=-1))]
-    return target, copied(flow, target, wanted, inputs, STEPS)
+    return target, copied(flow, target, wanted, inputs)
 
 
 def columns_of(number: int, count: int) -> list[Array]:
