@@ -23,7 +23,7 @@ def interact(
     guesses: Mapping[str, float] | None = None,
     timeout: float = 10.0,
 ) -> Cell:
-    """The page of a sheet (:doc:`page`) in a cell of a notebook.
+    """The page of a sheet in a cell of a notebook.
 
     ``over`` names inputs with the values that a slider runs through; ``inputs`` and ``guesses`` are
     those of :func:`solve` to begin with, ``timeout`` the seconds that a solve may take. The attribute
