@@ -18,7 +18,7 @@ from rulesheets.evaluate import value
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Name, names
 from solver.kernel.candidates import Candidates
-from solver.kernel.question import Question
+from solver.kernel.question import MANY, Question
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import sparse_newton
 from solver.ranking.sizes import nearly_balanced
@@ -38,7 +38,9 @@ def search_sparsely(question: Question, candidates: Candidates) -> None:
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())
-        if root.converged and question.holds(point):
+        if root.converged and len(point) <= MANY:
+            candidates.refine(root.x.tolist())
+        elif root.converged and question.holds(point):
             candidates.keep(point)
         else:
             candidates.note(point)
