@@ -297,9 +297,9 @@ class _Search:
         self.candidates.tried(Method.BOXES, self.complete)
 
     def _starts(self) -> None:
-        if len(self.kernel.block.tears) > FEW_TEARS:
-            search_sparsely(self.question, self.candidates)
         _from_starts(self.question, self.candidates, self.budget)
+        if len(self.kernel.block.tears) > FEW_TEARS:
+            search_sparsely(self.question, self.candidates, every=True)
         self.candidates.tried(Method.STARTS)
         torn_once = len(self.kernel.block.tears) == 1
         if torn_once and not self.candidates.answers and not self.kernel.exhaustive:

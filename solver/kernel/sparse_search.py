@@ -26,13 +26,13 @@ from solver.ranking.sizes import nearly_balanced
 MOST, POSITIVE_ITERATIONS = 100, 40
 
 
-def search_sparsely(question: Question, candidates: Candidates) -> None:
-    """Try starts in turn until an answer stands that none is to be preferred to."""
+def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
+    """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one."""
     if question.sparse is None:
         return
     residual, jacobian = question.sparse
     for start, sizes, positive, most in _starts(question):
-        if candidates.answers and not positive:
+        if candidates.answers and not (positive or every):
             continue
         root = sparse_newton(residual, jacobian, start, sizes, positive, most)
         if not np.isfinite(root.x).all():
@@ -44,7 +44,7 @@ def search_sparsely(question: Question, candidates: Candidates) -> None:
             candidates.keep(point)
         else:
             candidates.note(point)
-        if candidates.answers and (question.guesses or not _negative(question, candidates)):
+        if candidates.answers and not every and (question.guesses or not _negative(question, candidates)):
             return
 
 
