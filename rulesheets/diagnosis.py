@@ -189,7 +189,8 @@ class Entry:
 
 @cache
 def catalogue() -> dict[str, Entry]:
-    """What is known of a code, wherever it is said."""
+    """What is known of every code: E1 syntax, E2 names and calls, E3 files, E4 variable sheets, command input
+    and units, W6 warnings about units, S5 outcomes of a solve."""
     import tomllib  # neither help nor a sheet without mistakes asks for it
 
     with open(os.path.join(os.path.dirname(__file__), "catalogue.toml"), "rb") as file:

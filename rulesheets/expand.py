@@ -1,7 +1,15 @@
-"""Sines, cosines and tangents of numbers written as parts of π: ``sin(pi)`` is 0, ``cos(2*pi/3)`` is -0.5.
+"""Calls expanded: every rule of every call becomes guarded equations under full names.
 
-Floats have no π, so that they make 1.2e-16 of ``sin(pi)``: a coefficient, where a rule has none. What is
-exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
+A call of a rule function stands for the rules of that function with their names bound:
+
+* an argument or a result whose actual is a plain variable *is* that variable;
+* any other actual gets a dotted variable and an equation (``f.a = AO/2``);
+* a parameter is the variable of that name in the calling scope;
+* every other name is local: ``f.name``, in the second call of f ``f#2.name``,
+  in a call inside a call ``f.g.name``.
+
+Equations come rule by rule in source order, those of a call right after the rule that
+calls. Bodies of calls are worked off a stack, so that only the nesting of one rule recurses.
 """
 
 from __future__ import annotations
@@ -38,64 +46,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import Program, components, operands, rules_of
 from rulesheets.syntax.source import Source, Span
-
-_DEGREES = {"sin": sind, "cos": cosd, "tan": tand}
-_ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})
-
-
-def with_round_values(expression: Expression) -> Expression:
-    """The expression with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1 put in."""
-    parts = children(expression)
-    if not parts:
-        return expression
-    found: list[Expression] = []
-    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
-        found.append(with_round_values(part))  # type: ignore[arg-type]
-    if any(new is not old for new, old in zip(found, parts, strict=True)):
-        expression = rebuilt(expression, tuple(found))
-    if isinstance(expression, Call) and expression.function in _DEGREES:
-        number = _round_value(expression.function, expression.arguments[0])
-        return expression if number is None else Number(number, expression.span)
-    return expression
-
-
-def _round_value(function: str, angle: Expression) -> float | None:
-    share = _share_of_pi(angle)
-    if share is None:
-        return None
-    degrees = 180 * share % 360
-    if degrees.denominator != 1:
-        return None
-    try:
-        value = _DEGREES[function](float(degrees))
-    except ZeroDivisionError:
-        return None
-    return value if value in _ROUND else None
-
-
-def _share_of_pi(angle: Expression) -> Fraction | None:
-    """q where the angle is written as q·π, q a rational number; else None."""
-    try:
-        shares = {_WithPi({}, pi).of(angle) / pi for pi in _STAND_INS}
-    except Inexact:
-        return None
-    return shares.pop() if len(shares) == 1 else None
-
-
-_STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
-"""Numbers in place of π: what is proportional to both is proportional to π."""
-
-
-class _WithPi(Rationals):
-    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction) -> None:
-        super().__init__(numbers, {})
-        self.pi = pi
-
-    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
-        if node.function != "pi":
-            raise Inexact(node.function)
-        return self.pi
-
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 
@@ -320,3 +270,66 @@ def _exact(side: Expression, rule: Span) -> Expression:
     """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
     text = (rule.text or "sin pi").lower()
     return with_round_values(side) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else side
+
+
+# --- parts of π -------------------------------------------------------------------------
+#
+# Floats have no π, so that they make 1.2e-16 of sin(pi): a coefficient, where a rule has none. What is
+# exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
+
+_DEGREES = {"sin": sind, "cos": cosd, "tan": tand}
+_ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})
+
+
+def with_round_values(expression: Expression) -> Expression:
+    """The expression with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1 put in."""
+    parts = children(expression)
+    if not parts:
+        return expression
+    found: list[Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        found.append(with_round_values(part))  # type: ignore[arg-type]
+    if any(new is not old for new, old in zip(found, parts, strict=True)):
+        expression = rebuilt(expression, tuple(found))
+    if isinstance(expression, Call) and expression.function in _DEGREES:
+        number = _round_value(expression.function, expression.arguments[0])
+        return expression if number is None else Number(number, expression.span)
+    return expression
+
+
+def _round_value(function: str, angle: Expression) -> float | None:
+    share = _share_of_pi(angle)
+    if share is None:
+        return None
+    degrees = 180 * share % 360
+    if degrees.denominator != 1:
+        return None
+    try:
+        value = _DEGREES[function](float(degrees))
+    except ZeroDivisionError:
+        return None
+    return value if value in _ROUND else None
+
+
+def _share_of_pi(angle: Expression) -> Fraction | None:
+    """q where the angle is written as q·π, q a rational number; else None."""
+    try:
+        shares = {_WithPi({}, pi).of(angle) / pi for pi in _STAND_INS}
+    except Inexact:
+        return None
+    return shares.pop() if len(shares) == 1 else None
+
+
+_STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
+"""Numbers in place of π: what is proportional to both is proportional to π."""
+
+
+class _WithPi(Rationals):
+    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction) -> None:
+        super().__init__(numbers, {})
+        self.pi = pi
+
+    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+        if node.function != "pi":
+            raise Inexact(node.function)
+        return self.pi

@@ -1,4 +1,4 @@
-"""A unit as a number: an exact factor to SI, exponents of base units, and where its scale begins."""
+"""Units: texts like ``kJ/kg-K``, what names mean, exact conversion."""
 
 from __future__ import annotations
 
@@ -107,7 +107,12 @@ class UnitError(ValueError):
 
 
 def read(text: str, lookup: Callable[[str], Unit | None]) -> Unit:
-    """The unit of a text; ``lookup`` gives that of a name. Raises UnitError."""
+    """The unit of a text, ``W/m^2-K``, ``m3`` or ``(m/s)^2``; ``lookup`` gives that of a name.
+
+    As in EES, a blank, ``-`` and ``·`` multiply, and everything right of a ``/`` is divided by until ``*`` or
+    a parenthesis says otherwise: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A digit behind a name is its
+    exponent. ``-`` alone, and nothing, are numbers without a unit; braces hold comments. Raises UnitError.
+    """
     blanked = _COMMENT.sub(lambda found: " " * len(found.group()), text)
     if blanked.strip() in ("", "-", "–"):
         return Unit()

@@ -1,4 +1,4 @@
-"""The functions of the language in sympy: as mathematics, and as names to be printed."""
+"""Expressions, conditions and equations as sympy objects: as mathematics, or as names to be printed."""
 
 from __future__ import annotations
 

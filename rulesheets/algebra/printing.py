@@ -1,4 +1,4 @@
-"""Names of variables as LaTeX: ``omegaAB`` is omega with the index AB."""
+"""Models as people read them: equations in text or LaTeX, and tables in HTML."""
 
 from __future__ import annotations
 
@@ -258,8 +258,6 @@ def more(count: int, noun: str = "rows") -> str:
 
 def model_html(model: Model) -> str:
     """Name, variables with their values, and the rules with their places."""
-    from rulesheets.algebra import listing
-
     variables = [v for v in model.variables.values() if v.posted]
     rows = [(v.name, _written(v), v.unit or "", v.comment) for v in variables[:ROWS]]
     rules = listing(model).splitlines()

@@ -59,7 +59,10 @@ def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:
-    """``variables`` are all of the model by their full names."""
+    """Names in figures are those of variables, or of points beside them.
+
+    ``variables`` are all of the model by their full names, locals of calls among them.
+    """
     first: dict[str, Figure] = {}
     for figure in program.sheet.figures:
         earlier = first.setdefault(figure.name, figure)

@@ -288,7 +288,9 @@ def _may_compensate(above: Expression, part: Expression, values: Mapping[str, fl
 def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:
     """The two-sided limit at a point, along every line through it; None where there is none.
 
-    Where the expression has no value beside the point if all variables move, they move one by one.
+    The expression is evaluated in many digits on both sides of the point along several lines, at two
+    distances of which one is the square of the other. Only what all of these agree on is a limit. Where
+    the expression has no value beside the point if all variables move, they move one by one.
     """
     moving = [name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)]
     lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]

@@ -1,4 +1,9 @@
-"""Derivatives of expressions: numbers with their errors in one pass, or expressions again."""
+"""Derivatives of expressions: numbers with their errors in one pass, or expressions again.
+
+Numbers come by reverse accumulation, over any arithmetic: the walk keeps the parts of an expression with the
+slope of each in those below it, and the gradient is summed from the top. In floats a bound of the rounding
+comes with it.
+"""
 
 from __future__ import annotations
 

@@ -92,7 +92,13 @@ T = TypeVar("T")
 
 
 class Arithmetic(Generic[T]):
-    """The value of an expression in numbers of the type T; ``of`` raises Undefined where it has none."""
+    """The value of an expression in numbers of the type T; ``of`` raises Undefined where it has none.
+
+    A subclass says what a number is: how constants and variables enter, and the operations that Python has
+    no sign for, or that may have no value. All else is written once here, for any numbers with the signs
+    ``+ - *``. (As in ``core/calculus.hpp`` of CasADi: J. Andersson et al., Math. Programming Computation 11
+    (2019) 1–36.)
+    """
 
     __slots__ = ()
     operations: ClassVar[dict[type, Callable[..., Any]]] = {}

@@ -213,7 +213,13 @@ class Rule:
 
 
 class Weights:
-    """``differences`` are the temperatures of a model that are none of a scale."""
+    """``differences`` are the temperatures of a model that are differences of points of a scale.
+
+    A law of nature does not depend on where a scale begins: if all points of a rule move by one kelvin and
+    the differences stay, it still holds. ``dT = T1 - T2`` and ``Q = m*c*(T1 - T2)`` do so if dT is a
+    difference; ``p*v = R*T`` does not, and needs an absolute temperature. The slopes of a rule by its
+    temperatures at a few places tell.
+    """
 
     def __init__(self, model: Model) -> None:
         self.model = model

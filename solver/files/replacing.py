@@ -1,4 +1,4 @@
-"""What is said about files of rows: the wording of their diagnoses, side by side."""
+"""Output files, each written as a whole or not at all, and what is said about files of rows."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from typing import BinaryIO, Self
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import unwritable
 from rulesheets.syntax.source import Source, Span
+
+with suppress(ImportError):  # a system without refuses to remove open files by itself
+    import fcntl
 
 
 def unreadable_rows(path: str, reason: str) -> Diagnosis:
@@ -76,9 +79,6 @@ def other_sweep(path: str, reason: str) -> Diagnosis:
         ),
     )
 
-
-with suppress(ImportError):  # a system without refuses to remove open files by itself
-    import fcntl
 
 UNFINISHED = ".backsolve-unfinished"
 """Ending of a file under construction."""

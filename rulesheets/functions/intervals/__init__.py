@@ -2,7 +2,9 @@
 
 Infinite ends mean unbounded, two nan mean empty; one nan alone is an end that nothing is known of. Every
 operation contains the exact result of every choice of real arguments from its intervals for which it is
-defined; where there is none it is empty, and an empty argument makes the result empty.
+defined; where there is none it is empty, and an empty argument makes the result empty. One box at a time;
+``arrays`` does the same to many boxes, each operation a few dozen times as fast on them. (R. E. Moore, R. B.
+Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 """
 
 from __future__ import annotations
