@@ -65,7 +65,8 @@ def export(
     sliders or states than a page holds.
     """
     axes = axes or first_axes(model, inputs, guesses)
-    expect_few(axes)
+    if len(axes) > MOST:
+        raise RuleSheetError(error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given"))
     states = prod(map(len, axes.values()))
     if states > STATES:
         notes = ("take larger steps, or fewer sliders",)
@@ -78,12 +79,6 @@ def export(
     data["values"] = [None if state is None else state["values"] for state in found]
     data["drawn"] = [None if state is None else state["drawn"] for state in found]
     return Exported(_page(model.name, data), states, sum(row is not None for row in rows))
-
-
-def expect_few(axes: Axes) -> None:
-    """Raise RuleSheetError (E445) for more sliders than there is room for."""
-    if len(axes) > MOST:
-        raise RuleSheetError(error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given"))
 
 
 def first_axes(model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]) -> Axes:

@@ -1,4 +1,4 @@
-// Sliders, the figures and the values of a sheet: what an exported page and a notebook's widget show.
+// Sliders, the figures and the values of a sheet: what an exported page shows.
 import { boxOf, Drawing, type Extent } from "./drawing";
 import { niceStep, readable } from "./format";
 import type { Geometry, Outline, Place, Value } from "./types";
