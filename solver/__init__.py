@@ -6,70 +6,50 @@ like a function of this page: the module would take the function's place.)
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rulesheets.loading import load, loads
-    from solver.derivation import Derivation, why
-    from solver.facts import Status
-    from solver.interaction import interact
-    from solver.pictures.drawing import draw
-    from solver.plan import Plan, Unsolved, prepare
-    from solver.result import Result, Samples, Solution, Table
-    from solver.solving import solve
-    from solver.sweeps.sweep import monte_carlo, sweep
+    from rulesheets.loading import load as load
+    from rulesheets.loading import loads as loads
+    from solver.derivation import Derivation as Derivation
+    from solver.derivation import why as why
+    from solver.facts import Status as Status
+    from solver.interaction import interact as interact
+    from solver.pictures.drawing import draw as draw
+    from solver.plan import Plan as Plan
+    from solver.plan import Unsolved as Unsolved
+    from solver.plan import prepare as prepare
+    from solver.result import Result as Result
+    from solver.result import Samples as Samples
+    from solver.result import Solution as Solution
+    from solver.result import Table as Table
+    from solver.solving import solve as solve
+    from solver.sweeps.sweep import monte_carlo as monte_carlo
+    from solver.sweeps.sweep import sweep as sweep
 
-_HOMES = {
-    "Derivation": "solver.derivation",
-    "Plan": "solver.plan",
-    "Result": "solver.result",
-    "Samples": "solver.result",
-    "Solution": "solver.result",
-    "Status": "solver.facts",
-    "Table": "solver.result",
-    "Unsolved": "solver.plan",
-    "draw": "solver.pictures.drawing",
-    "interact": "solver.interaction",
-    "load": "rulesheets.loading",
-    "loads": "rulesheets.loading",
-    "monte_carlo": "solver.sweeps.sweep",
-    "prepare": "solver.plan",
-    "solve": "solver.solving",
-    "sweep": "solver.sweeps.sweep",
-    "why": "solver.derivation",
+_NAMES = {
+    "rulesheets.loading": "load loads",
+    "solver.derivation": "Derivation why",
+    "solver.facts": "Status",
+    "solver.interaction": "interact",
+    "solver.pictures.drawing": "draw",
+    "solver.plan": "Plan Unsolved prepare",
+    "solver.result": "Result Samples Solution Table",
+    "solver.solving": "solve",
+    "solver.sweeps.sweep": "monte_carlo sweep",
 }
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 
-__all__ = [
-    "Derivation",
-    "Plan",
-    "Result",
-    "Samples",
-    "Solution",
-    "Status",
-    "Table",
-    "Unsolved",
-    "draw",
-    "interact",
-    "load",
-    "loads",
-    "monte_carlo",
-    "prepare",
-    "solve",
-    "sweep",
-    "why",
-]
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> object:
-    home = _HOMES.get(name)
-    if home is None:
+    if name not in _HOMES:
         raise AttributeError(f"module 'solver' has no attribute {name!r}")
-    from importlib import import_module
-
-    found: object = getattr(import_module(home), name)
-    globals()[name] = found
+    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_HOMES)

@@ -24,7 +24,7 @@ from rulesheets.syntax.nodes import (
     substitute,
     subtract,
 )
-from solver.path.cases import activity
+from solver.path.cases import activity, outcomes
 from solver.path.isolate import TARGET, Isolation, isolate
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 from solver.result import Result
@@ -266,9 +266,7 @@ class _Tracing:
 
     def _selected(self, equations: list[Equation]) -> Equation:
         """The first that is active at the answer."""
-        conditions = {premise.condition for equation in equations for premise in equation.guard}
-        found = {index: self._outcome(index, self.values) for index in conditions}
-        decided = {index: outcome for index, outcome in found.items() if outcome is not None}
+        decided = outcomes(self.model, self.values, self.inputs)
         return next((e for e in equations if activity(e, decided)), equations[0])
 
     def _outcome(self, condition: int, values: Mapping[str, Value]) -> bool | None:

@@ -70,7 +70,7 @@ def rule_status_table(result: Result) -> str:
         return ""
     places = Places(result.model)
     shown = statuses[:LIMIT]
-    rows = ((s.mark, places.of(s.equation), _clipped(s.equation), _waiting(s)) for s in shown)
+    rows = ((s.mark, places.of(s.equation), _clipped(s.equation), _few(s.waits_for, NAMED)) for s in shown)
     head = ("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else "")
     text = table(head, rows, soft=(2, 3))
     hidden = len(statuses) - len(shown)
@@ -95,13 +95,12 @@ def _clipped(equation: Equation | Requirement) -> str:
     return text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
 
 
-def _waiting(status: RuleStatus) -> str:
-    names = status.waits_for
-    return ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
+NAMED, NAMES = 4, 6
+"""Names that a cell, and that a sentence lists at most."""
 
 
-NAMED = 4
-"""Unknowns of a block that name it."""
+def _few(names: Sequence[str], most: int) -> str:
+    return ", ".join([*names[:most], "…"] if len(names) > most else names)
 
 
 def attempts_text(result: Result) -> str:
@@ -111,7 +110,7 @@ def attempts_text(result: Result) -> str:
 
 
 def _rows(block: SolveBlock, attempts: tuple[Attempt, ...]) -> Iterator[tuple[str, ...]]:
-    names = ", ".join(block.unknowns[:NAMED]) + (", …" if len(block.unknowns) > NAMED else "")
+    names = _few(block.unknowns, NAMED)
     for place, attempt in enumerate(attempts):
         method = attempt.method.told.format(tear=", ".join(block.tears))
         if attempt.iterations:
@@ -124,10 +123,6 @@ def _found(attempt: Attempt) -> str:
     return f"{found}, proven to be all" if attempt.complete else found
 
 
-NAMES = 6
-"""Names that a sentence or a row lists at most."""
-
-
 def conditions_text(result: Result) -> Iterator[str]:
     """A table of the blocks of the primary answer, where it has any.
 
@@ -138,10 +133,8 @@ def conditions_text(result: Result) -> Iterator[str]:
         return
     rows = []
     for block in blocks.values():
-        rest = "" if len(block.unknowns) <= NAMES else ", …"
-        names = ", ".join(block.unknowns[:NAMES]) + rest
         condition = f"{block.condition:.1e}" if isfinite(block.condition) else "infinite"
-        rows.append((names, f"{block.rank} of {len(block.unknowns)}", condition))
+        rows.append((_few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition))
     yield "Blocks\n" + table(("Unknowns", "Rank", "Condition"), rows)
 
 
@@ -355,8 +348,7 @@ def _used(result: Result) -> str:
     said = f"Used {count} of {plural(whole, 'rule')}"
     if result.status is not Status.SOLVED or not pruned(result) or count == whole:
         return f"{said}."
-    names = ", ".join(result.wanted[:NAMES]) + (", …" if len(result.wanted) > NAMES else "")
-    return f"{said}: no more is needed for {names}."
+    return f"{said}: no more is needed for {_few(result.wanted, NAMES)}."
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
@@ -397,6 +389,5 @@ def _open_block(result: Result) -> str:
     if gap is None:
         return ""
     span = gap.labels[0].span
-    names = ", ".join(gap.variables[:NAMES]) + (", …" if len(gap.variables) > NAMES else "")
     place = f"{escaped(os.path.basename(span.file))}:{span.line}"
-    return f": {names} by {place}, which could not be searched whole (--explain)"
+    return f": {_few(gap.variables, NAMES)} by {place}, which could not be searched whole (--explain)"
