@@ -38,7 +38,6 @@ from rulesheets.syntax.nodes import (
     add,
     divide,
     exchange,
-    is_number,
     multiply,
     negative,
     substitute,
@@ -47,7 +46,6 @@ from rulesheets.syntax.program import walk
 from solver.kernel.chain import Assignment, Chain, directions, jumps
 from solver.kernel.emitter import IntervalEmitter, Operations, Pair
 from solver.kernel.interval_forms import ARRAYS, FLOATS
-from solver.path import rational
 
 _FROM_ZERO = "#from zero"
 
@@ -278,7 +276,6 @@ def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
 Interval: TypeAlias = tuple[float, float]
 Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
 
-HORNER_DEGREE = 12
 FEW = 64
 """Up to so many boxes one after the other take no more time than arrays of them."""
 
@@ -290,8 +287,7 @@ class Enclosure:
         self._chain, self._known = chain, tuple(known)
         self.slopes = slopes_of(chain)
         self.cleared = cleared(chain)
-        self._nested = tuple(_nested(chain))
-        self.operations = 3 * len(chain.assignments) + len(self._nested) + len(self.slopes or ())
+        self.operations = 3 * len(chain.assignments) + len(self.slopes or ())
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
 
     def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
@@ -371,8 +367,6 @@ class Enclosure:
         """Functions of the ends of the boxes and of the known numbers, for the range and for the slope."""
         emitter = _followed(self._chain, self._known, operations)
         residual = emitter.of(Name(self._chain.residuals[0]))
-        for form in self._nested:
-            residual = emitter.apply("within", residual, emitter.of(form))
         for pair in by_slopes(emitter, self._chain):
             residual = emitter.apply("within", residual, pair)
         if self.cleared is not None:
@@ -449,20 +443,6 @@ def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
 
 def _literal(emitter: IntervalEmitter, end: float) -> str:
     return emitter.of(Number(end))[0]
-
-
-def _nested(chain: Chain) -> Iterator[Expression]:
-    """Horner forms of the residual: equal to it, and narrower where powers of one variable compete."""
-    residual = chain.assignments[-1].expression
-    moving = {*chain.tears, *(item.name for item in chain.assignments)}
-    for name in dict.fromkeys(n for n in nodes.names(residual) if n in moving):
-        found = rational.equation(residual, Number(0.0), name, degree=HORNER_DEGREE)
-        if found is None or found[1] or sum(1 for c in found[0] if not is_number(c, 0.0)) < 2:
-            continue
-        *lower, nested = found[0]
-        for coefficient in reversed(lower):
-            nested = add(coefficient, multiply(Name(name), nested))
-        yield nested
 
 
 def _slope_name(name: str) -> str:

@@ -168,7 +168,7 @@ def _searched(
     for method in first_methods(kernel, budget.thorough):
         if method is Method.STARTS and (found := _refuted(question, search.candidates, given)) is not None:
             return BlockOutcome(complete=True, facts=(found,))
-        outcome = search.ways[method]()
+        outcome = search.methods[method]()
         if method is Method.SPARSE and search.candidates.answers and not budget.thorough:
             return search.outcome()
         if outcome is not None:
@@ -190,7 +190,7 @@ def _refuted(question: Question, candidates: Candidates, given: Collection[str])
 
 
 class _Search:
-    """What is known of the answers so far, and ways to know more, which return what settles the block."""
+    """What is known of the answers so far; the methods to know more return what settles the block."""
 
     def __init__(self, question: Question, budget: Budget, off: Blur) -> None:
         self.question, self.budget, self.kernel = question, budget, question.kernel
@@ -198,7 +198,7 @@ class _Search:
         self.candidates = Candidates(question)
         self.complete = self.whole = False
         self.stretches: tuple[Stretch, ...] = ()
-        self.ways: Mapping[Method, Callable[[], BlockOutcome | None]] = {
+        self.methods: Mapping[Method, Callable[[], BlockOutcome | None]] = {
             Method.LINEAR: self._linear,
             Method.POLYNOMIAL: self._polynomial,
             Method.FORMULA: self._formula,
@@ -245,8 +245,8 @@ class _Search:
         return replace(linear, attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        ways = (solve_as_polynomial, solve_by_resultant)
-        solved = any(way(self.question, self.candidates) for way in ways)
+        methods = (solve_as_polynomial, solve_by_resultant)
+        solved = any(method(self.question, self.candidates) for method in methods)
         return self._all(Method.POLYNOMIAL) if solved else None
 
     def _formula(self) -> BlockOutcome | None:
@@ -263,36 +263,30 @@ class _Search:
         return _outcome(self.question, self.candidates, complete=True)
 
     def _range(self) -> BlockOutcome | None:
-        question, candidates = self.question, self.candidates
-        search = TearSearch(question, candidates, self.kernel, self.budget)
-        if (freedom := search.freedom()) is not None:
-            return freedom
-        others = (TearSearch(question, candidates, other, self.budget) for other in self.kernel.others)
-        searches = [s for s in (search, *others) if s.kernel.exhaustive]
-        self.whole = any(s.run() for s in searches)
-        if not self.whole and not self.budget.brief:
-            self.whole = counted(question, candidates)
-        self.complete = self.whole and not candidates.withheld
-        self.stretches = () if self.whole else _settleable(searches)
-        candidates.tried(Method.RANGE, self.complete)
-        return None if candidates.answers else search.flat_stretch()
+        return self._over_tear(Method.RANGE, (self.kernel, *self.kernel.others))
 
     def _substitution(self) -> BlockOutcome | None:
         torn = reduced(self.kernel)
-        if torn is None:
-            return None
-        search = TearSearch(self.question, self.candidates, torn, self.budget)
-        if (freedom := search.freedom()) is not None:
+        return None if torn is None else self._over_tear(Method.SUBSTITUTION, (torn,))
+
+    def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
+        """Search the range of the tear, of one tearing after another until all answers are known."""
+        question, candidates = self.question, self.candidates
+        every = [TearSearch(question, candidates, kernel, self.budget) for kernel in kernels]
+        if (freedom := every[0].freedom()) is not None:
             return freedom
-        self.whole = search.run()
-        self.complete = self.whole and not self.candidates.withheld
-        self.candidates.tried(Method.SUBSTITUTION, self.complete)
-        return None if self.candidates.answers else search.flat_stretch()
+        searches = [search for search in every if search.kernel.exhaustive]
+        self.whole = any(search.run() for search in searches)
+        if method is Method.RANGE and not self.whole:
+            self.whole = not self.budget.brief and counted(question, candidates)
+            self.stretches = () if self.whole else _settleable(searches)
+        self.complete = self.whole and not candidates.withheld
+        candidates.tried(method, self.complete)
+        return None if candidates.answers else every[0].flat_stretch()
 
     def _boxes(self) -> None:
         if self.whole:
             return
-
         self.complete = search_boxes(self.question, self.candidates, self.budget.thorough)
         self.candidates.tried(Method.BOXES, self.complete)
 
@@ -327,7 +321,6 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
 
 
 def _one_by_one(question: Question, candidates: Candidates) -> None:
-
     found = multistart(
         question.residual,
         question.jacobian,

@@ -7,7 +7,7 @@ in many digits, and what it misses by has to come of the last places of the numb
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -16,7 +16,7 @@ from math import isnan
 from typing import Any
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import Undefined, extended, value
+from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.evaluate.number import enclose
@@ -29,7 +29,6 @@ from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
-from solver.path import rational
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
@@ -41,40 +40,27 @@ NOTHING = 1e-40
 
 def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
     """Whether the last residual of a chain is 0 at this value of its only tear, but for rounded numbers."""
-    following = _Following(chain, x, known)
+    digits, numbers = DIGITS + max(0, math.frexp(x)[1] // 3), dict(known)
+    steps = [(item.name, with_named_numbers(item.expression, numbers)) for item in chain.assignments]
+    mp = context(digits)
+
+    def residual(moved: Mapping[str, Any]) -> Any:
+        at: dict[str, Any] = {**numbers, chain.tears[0]: mp.mpf(x), **moved}
+        for name, expression in steps:
+            at[name] = extended(expression, at, digits)
+        return at[steps[-1][0]]
+
     try:
-        miss = abs(following.residual())
-        if miss <= NOTHING:
+        miss = residual({})
+        if abs(miss) <= NOTHING:
             return True
-        moves = (abs(moved - following.residual()) / STEP for moved in following.moved())
-        return bool(miss <= BACKWARD * sum(moves))
+        moves = (
+            abs(residual({name: number * (1 + mp.mpf(STEP))}) - miss) / STEP
+            for name, number in numbers.items()
+        )
+        return bool(abs(miss) <= BACKWARD * sum(moves))
     except (Undefined, OverflowError, ZeroDivisionError):
         return False
-
-
-class _Following:
-    def __init__(self, chain: Chain, x: float, known: Mapping[str, float]) -> None:
-        self.numbers: dict[str, float] = {}
-        self.steps = [
-            (step.name, with_named_numbers(step.expression, self.numbers)) for step in chain.assignments
-        ]
-        self.tear, self.x = chain.tears[0], x
-        self.digits = DIGITS + max(0, math.frexp(x)[1] // 3)
-        self.numbers.update(known)
-
-    def residual(self, moved: Mapping[str, Any] | None = None) -> Any:
-        """The last residual, some of the numbers ``moved``. Raises Undefined."""
-        mp = context(self.digits)
-        at: dict[str, Any] = {**self.numbers, self.tear: mp.mpf(self.x), **(moved or {})}
-        for name, expression in self.steps:
-            at[name] = extended(expression, at, self.digits)
-        return at[self.steps[-1][0]]
-
-    def moved(self) -> Iterator[Any]:
-        """The residual with each of the numbers changed by a share of ``STEP``."""
-        mp = context(self.digits)
-        for name, number in self.numbers.items():
-            yield self.residual({name: mp.mpf(number) * (1 + mp.mpf(STEP))})
 
 
 REMOTE_DIGITS = 350
@@ -121,7 +107,6 @@ SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
 OPERATIONS = 4
 """Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
-HIGHEST_DEGREE = 12
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 FAINT = 1e-30
 """Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
@@ -155,7 +140,7 @@ class TearSearch:
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
         if len(every) > MOST_CHAINS or not self.budget.affords(work):
             return False
-        low, high = self._within(*self.question.domain(self.tear))
+        low, high = self.question.domain(self.tear)
         turn = self.question.turn(self.tear)
         complete, known = True, self.question.known
         for place, chain in enumerate(every):
@@ -376,21 +361,6 @@ class TearSearch:
         signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
         sizes = (size,) if size > FAINT else (size, 1.0)
         return [middle + sign * s * share for s in sizes for sign in signs for share in SHARES]
-
-    def _within(self, low: float, high: float) -> tuple[float, float]:
-        """A polynomial has its real roots within Cauchy's bound 1 + max|a_i/a_n|; else the range stays."""
-        if len(self.question.unknowns) > 1:
-            return low, high
-        equation = self.kernel.equations[0]
-        found = rational.equation(equation.left, equation.right, self.tear, HIGHEST_DEGREE)
-        if found is None or len(found[0]) < 2:
-            return low, high
-        try:
-            *lower, leading = (value(c, self.question.values) for c in found[0])
-            reach = 1.001 * (1.0 + max(abs(c / leading) for c in lower))
-        except (ArithmeticError, ValueError):
-            return low, high
-        return (max(low, -reach), min(high, reach)) if math.isfinite(reach) else (low, high)
 
     def _residual(self, place: int) -> Callable[[float], float]:
         function, known = self.kernel.chain_function(place), self.question.known
