@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+import numpy as np
 from sympy import QQ
 from sympy.polys.densebasic import dup_strip
 from sympy.polys.densetools import dup_diff, dup_eval
@@ -22,8 +23,8 @@ from sympy.polys.sqfreetools import dup_sqf_p, dup_sqf_part
 from rulesheets.deadline import expect_time
 
 Coefficients: TypeAlias = Sequence[Fraction]
-LARGEST = struct.unpack(">q", struct.pack(">d", math.nextafter(math.inf, 0.0)))[0]
-"""The place of the largest float among those that are not negative."""
+LARGEST = 0x7FEF_FFFF_FFFF_FFFF
+"""The place of the largest float."""
 
 
 def generators(*names: str) -> tuple[Any, ...]:
@@ -49,21 +50,34 @@ def simple_part(polynomial: Coefficients) -> list[Fraction]:
 
 
 def real_roots(
-    polynomial: Coefficients, low: float = -math.inf, high: float = math.inf
+    polynomial: Coefficients, low: float = -math.inf, high: float = math.inf, simple: bool = False
 ) -> tuple[float, ...] | None:
     """The real roots in [low, high], ascending, each the float nearest to where the polynomial changes sign.
 
     None where there is no such list: the polynomial is 0, or it has a multiple root (real or not), or a root
-    beyond the floats or nearer to another one than floats can tell.
+    beyond the floats or nearer to another one than floats can tell. ``simple``: it has no multiple root.
     """
     expect_time()
     dense = _dense(polynomial)
-    if not dense or not dup_sqf_p(dense, QQ):
+    if not dense or not (simple or dup_sqf_p(dense, QQ)):
         return None
     every = [_Root(dense, *ends) for ends in dup_isolate_real_roots_sqf(dense, QQ, fast=True)]
-    found = [root.nearest() for root in every if root.is_within(low, high)]
+    inside = [root for root in every if root.is_within(low, high)]
+    guesses = _guesses(dense) if inside else []
+    found = [root.nearest(guesses) for root in inside]
     told = len(set(found)) == len(found) and all(map(math.isfinite, found))
     return tuple(found) if told else None
+
+
+def _guesses(dense: list[Any]) -> list[float]:
+    """The real parts of the roots in floats, as far as these can tell; and 0."""
+    largest = max(map(abs, dense))
+    with np.errstate(all="ignore"):
+        try:
+            found = np.roots([float(c) for c in reversed(_fractions([c / largest for c in dense]))])
+        except np.linalg.LinAlgError:
+            return [0.0]
+    return [0.0, *found.real[np.isfinite(found.real)].tolist()]
 
 
 def _dense(polynomial: Coefficients) -> list[Any]:
@@ -80,7 +94,8 @@ class _Root:
 
     def __init__(self, dense: list[Any], low: Any, high: Any) -> None:
         self.dense, self.low, self.high = dense, low, high
-        self.before = dup_eval(dense, low, QQ) or dup_eval(dup_diff(dense, 1, QQ), low, QQ)
+        self.slope = dup_diff(dense, 1, QQ)
+        self.before = dup_eval(dense, low, QQ) or dup_eval(self.slope, low, QQ)
 
     def side(self, x: Any) -> int:
         """The sign of x less the root."""
@@ -93,13 +108,20 @@ class _Root:
         above = low == -math.inf or self.side(exact(low)) <= 0
         return above and (high == math.inf or self.side(exact(high)) >= 0)
 
-    def nearest(self) -> float:
-        """The nearest float; infinite beyond all of them."""
+    def nearest(self, guesses: Sequence[float]) -> float:
+        """The nearest float, looked for from the nearest guess; infinite beyond all floats."""
         expect_time()
-        first, last = -LARGEST - 1, LARGEST + 1
+        middle = (self.low + self.high) / 2
+        first = last = _place(self._corrected(min(guesses, key=lambda guess: abs(exact(guess) - middle))))
+        stride = 1
+        while first >= -LARGEST and self._side_of(first) >= 0:
+            first, stride = max(first - stride, -LARGEST - 1), 2 * stride
+        stride = 1
+        while last <= LARGEST and self._side_of(last) <= 0:
+            last, stride = min(last + stride, LARGEST + 1), 2 * stride
         while last - first > 1:
             place = (first + last) // 2
-            side = self.side(exact(_float(place)))
+            side = self._side_of(place)
             if not side:
                 return _float(place)
             first, last = (place, last) if side < 0 else (first, place)
@@ -108,8 +130,26 @@ class _Root:
         middle = (exact(_float(first)) + exact(_float(last))) / 2
         return _float(last) if self.side(middle) < 0 else _float(first)
 
+    def _side_of(self, place: int) -> int:
+        return self.side(exact(_float(place)))
+
+    def _corrected(self, guess: float) -> float:
+        """The guess with a step of Newton's method."""
+        x = exact(guess)
+        slope = dup_eval(self.slope, x, QQ)
+        try:
+            return float(_fractions([x - dup_eval(self.dense, x, QQ) / slope])[0]) if slope else guess
+        except OverflowError:
+            return guess
+
+
+def _place(number: float) -> int:
+    """The place of a float in the order of all floats; that of 0 is 0."""
+    size: int = struct.unpack(">q", struct.pack(">d", abs(number)))[0]
+    return size if number > 0.0 else -size
+
 
 def _float(place: int) -> float:
-    """The float at a place in the order of all floats; 0 is at 0."""
+    """The float at a place."""
     size: float = struct.unpack(">d", struct.pack(">q", abs(place)))[0]
     return math.copysign(size, place)

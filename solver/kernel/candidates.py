@@ -125,7 +125,6 @@ class Candidates:
 
     def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
         """Keep the float next to a root that floats converge to, if every equation holds there."""
-
         point = self.question.named(x)
         if not self.nearly(point):
             return
@@ -164,7 +163,6 @@ class Candidates:
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
         is too near to a division by 0 for floats is remembered for more digits."""
-
         if is_ordinary(point, found) and not is_beside_pole(self.question, point, found):
             return True
 
@@ -248,7 +246,6 @@ class Candidates:
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
         be beyond floats."""
-
         root, _ = root_beside(self.question, point, reach=1.0, most=10)
         if root is not None:
             self.proven(root)

@@ -152,7 +152,6 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
 
 def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
     """Whether a preimage of a periodic operation lies outside the range whatever its target is."""
-
     at = next(i for i, stage in enumerate(stages) if stage.period)
     expression: Expression = TARGET
     for form in forms[at:]:

@@ -402,7 +402,6 @@ class _Curve:
 
     def _null_vectors(self) -> tuple[list[float], list[float]]:
         """u and v, the latter with t in units of the largest unknown's size."""
-
         at = {**self.known, **dict(zip(self.square.unknowns, self.middle, strict=True))}
         flat = [float(enclosing_ball(partial, at, derivative=True).mid()) for partial in self.square.partials]
         rows = [flat[i : i + self.n] for i in range(0, self.n * self.n, self.n)]

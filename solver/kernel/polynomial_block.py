@@ -196,7 +196,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     except (NotPolynomial, OverflowError):
         return False
     simple = _algebra().simple_part(polynomial)
-    roots = _algebra().real_roots(simple, *(_widened(*domain) if turn is None else ()))
+    roots = _algebra().real_roots(simple, *(_widened(*domain) if turn is None else ()), simple=True)
     if roots is None or doubtful_extremum(simple):
         return False
     if turn is not None:
@@ -270,7 +270,9 @@ def doubtful_extremum(polynomial: Polynomial) -> bool:
     """Whether an extremum may be a double root but for the rounding of the inputs."""
     if len(polynomial) <= 2:
         return False
-    extrema = _algebra().real_roots(_algebra().simple_part([k * c for k, c in enumerate(polynomial)][1:]))
+    extrema = _algebra().real_roots(
+        _algebra().simple_part([k * c for k, c in enumerate(polynomial)][1:]), simple=True
+    )
     if extrema is None:
         return True
     for x in map(Fraction, extrema):
@@ -322,7 +324,7 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
     if not 0 < len(resultant) <= HIGHEST_RESULTANT + 1:
         return False
     simple = _algebra().simple_part(resultant)
-    roots = _algebra().real_roots(simple)
+    roots = _algebra().real_roots(simple, simple=True)
     if roots is None or doubtful_extremum(simple):
         return False
     trial = Candidates(question)
@@ -418,7 +420,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
     if found is None or any(_may_be_free(question, factor) for factor in found.indeterminate):
         return False
     simple = _algebra().simple_part(found.polynomial)
-    roots = _algebra().real_roots(simple, *question.domain(block.tears[0]))
+    roots = _algebra().real_roots(simple, *question.domain(block.tears[0]), simple=True)
     if roots is None or doubtful_extremum(simple):
         return False
     return all(_settled(question, candidates, forms, root) for root in roots)
@@ -427,7 +429,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
 def _may_be_free(question: Question, factor: Polynomial) -> bool:
     """Whether the rules admit a zero of a factor that an explicit form divides by, and into."""
     tear = question.kernel.block.tears[0]
-    zeros = _algebra().real_roots(_algebra().simple_part(factor), *question.domain(tear))
+    zeros = _algebra().real_roots(_algebra().simple_part(factor), *question.domain(tear), simple=True)
     return zeros is None or any(_is_admitted(question, tear, zero) for zero in zeros)
 
 

@@ -137,7 +137,6 @@ class _WholeTurns:
 
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""
-
         known = self.preimages.values
         box = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}
         bounds = enclose(self._operand, {**box, self.unknown: (self.variable.low, self.variable.high)})

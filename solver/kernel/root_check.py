@@ -277,9 +277,7 @@ def check_root(
     bars = uncertainty(question, there).errors
     if not _within(start, root, bars, SAFETY):
         return RootCheck.NO_ROOT, there
-    reach, everything = dict(zip(there, bars, strict=True)), {**question.here, **there}
-    beside = any(_reaches_zero(h, everything, reach) for h in question.kernel.divisors)
-    if not beside:
+    if not is_beside_pole(question, there, Uncertainty(bars)):
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
 
@@ -305,8 +303,7 @@ def _check_large(
         if sharp is None or not _within(start, sharp, found.errors, SAFETY):
             return RootCheck.NO_ROOT, root
         root = question.named(sharp)
-    reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **root}
-    beside = any(_reaches_zero(h, everything, reach) for h in question.kernel.divisors)
+    beside = is_beside_pole(question, root, found)
     return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
 
 

@@ -134,7 +134,6 @@ class TearSearch:
 
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
-
         every = self.kernel.chains
         self.doubts = self.question.remote or self._divides_by_nothing()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
