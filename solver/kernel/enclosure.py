@@ -38,6 +38,7 @@ from rulesheets.syntax.nodes import (
     add,
     divide,
     exchange,
+    is_number,
     multiply,
     negative,
     substitute,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, derivatives, extended, value
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
@@ -161,6 +161,8 @@ def _bounded(turns: float) -> float:
     return min(max(turns, -MOST), MOST)
 
 
+DIGITS = 50
+"""With which numbers are looked at that floats make 0 of."""
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
@@ -297,7 +299,7 @@ class Preimages:
         self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
-        self.delicate = self.delicate or not isinstance(stage.divisor, Name | Number)
+        self.delicate = self.delicate or _underflows(stage.divisor, at)
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
         if self._holds_anyway() or (dividend == 0.0 and not self.isolation.verify):
@@ -398,3 +400,13 @@ def _reading(operation: str, target: float) -> str:
     if operation == "power":
         return f"a root or logarithm of {number_text(target)}"
     return f"{operation} = {number_text(target)}"
+
+
+def _underflows(expression: Expression, at: Mapping[str, Value]) -> bool:
+    """Whether what comes out as 0 in floats is a smaller number than they hold."""
+    if isinstance(expression, Name | Number):
+        return False
+    try:
+        return bool(extended(expression, at, DIGITS) != 0)
+    except Undefined:
+        return True

@@ -12,14 +12,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives, extended, value
+from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.evaluate.digits import context
+from rulesheets.functions import TABLE
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Expression, Name, Number, operands
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
 from solver.accuracy.digits import SPARE, Unresolved
 from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import DELICATE, EPSILON, SAMPLES, Preimages, Refused
+from solver.kernel.preimages import CANCELLED, DELICATE, EPSILON, SAMPLES, Preimages, Refused
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 
@@ -73,7 +74,26 @@ class StepSolver(Preimages):
 
     def _on_the_edge(self, undefined: Undefined) -> bool:
         """Whether rounding may have led an operation out of its domain: to a pole, beyond an end."""
-        return not all(isinstance(part, Name | Number) for part in operands(undefined.expression))
+        match undefined.expression:
+            case Call(function, arguments):
+                ends = TABLE[function].domain
+            case Quotient(_, divisor):
+                arguments, ends = (divisor,), (0.0, 0.0)
+            case Power(base, _):
+                arguments, ends = (base,), (0.0, 0.0)
+            case _:
+                return False
+        for argument in arguments:
+            try:
+                number, slopes, rounded = rounded_derivatives(argument, self.values)
+            except (Undefined, KeyError):  # of what stands on the way to the unknown
+                continue
+            made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
+            exact = isinstance(argument, Name | Number)
+            lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
+            if lost or (not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)):
+                return True
+        return False
 
     def _wrapped(self, number: float) -> float:
         """An angle without a declared range is reported in (-180, 180]."""
