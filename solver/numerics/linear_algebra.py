@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from solver.numerics.tolerances import EPS
@@ -53,6 +52,8 @@ class Factor:
 
 def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int]) -> Any:
     """The sparse matrix of entries (k,); those at one place are added."""
+    import scipy.sparse  # small blocks do without scipy, which takes as long to load as to solve them
+
     return scipy.sparse.csr_array((numbers, (rows, columns)), shape=shape)
 
 
@@ -73,7 +74,8 @@ def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
         scaled = as_matrix(matrix, len(weights)) * weights
         sizes = np.abs(scaled).sum(axis=1)
         if len(sizes) == len(weights) >= LARGE and sizes.min() > 0.0 and sizes.max() < np.inf:
-            lapack = scipy.linalg.lapack  # scipy loads a part of its own when that is first named
+            from scipy.linalg import lapack
+
             lu, pivots, _ = lapack.dgetrf(scaled / sizes[:, None])
             if _is_regular(lu.diagonal()):
                 return Factor(
@@ -92,6 +94,8 @@ def _is_regular(pivots: Any) -> bool:
 
 
 def _sparse(matrix: Any, weights: Any) -> Factor | None:
+    import scipy.sparse.linalg
+
     sizes = np.asarray(row_sizes(matrix, weights))
     if not sizes.all() or matrix.shape[0] != matrix.shape[1]:
         return None
@@ -234,7 +238,9 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
     if not a.size:
         columns_left = tuple(range(a.shape[1]))
         return Independence((), columns_left, columns_left)
-    r, order = scipy.linalg.qr(a.T, mode="r", pivoting=True)
+    from scipy.linalg import qr
+
+    r, order = qr(a.T, mode="r", pivoting=True)
     pivots = np.abs(np.diagonal(r))
     rank = int((pivots > RANK * pivots[0]).sum()) if pivots.size and pivots[0] else 0
     rows = tuple(sorted(int(i) for i in order[:rank]))
@@ -242,5 +248,5 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
         return Independence(rows, (), ())
     null = np.linalg.svd(a)[2][rank:]
     free = tuple(int(j) for j in np.flatnonzero(np.abs(null).max(axis=0) > MOVES))
-    held = scipy.linalg.qr(a[list(rows)], mode="r", pivoting=True)[1][rank:]
+    held = qr(a[list(rows)], mode="r", pivoting=True)[1][rank:]
     return Independence(rows, free, tuple(sorted(int(j) for j in held)))

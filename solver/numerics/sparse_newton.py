@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from solver.numerics.multistart import Array
@@ -47,6 +46,8 @@ class SparseFactor:
     """
 
     def __init__(self, entries: Triplets, n: int) -> None:
+        import scipy.sparse.linalg  # small blocks do without
+
         data, rows, columns = entries
         if not np.isfinite(data).all():
             raise ArithmeticError("a slope is not finite")
@@ -76,7 +77,8 @@ class SparseFactor:
             return np.asarray(self.lu.solve(weight * np.ravel(v)) / sizes)
 
         shape = self.n, self.n
-        linalg = scipy.sparse.linalg
+        from scipy.sparse import linalg
+
         operator: Any = linalg.LinearOperator(shape, matvec=transposed, rmatvec=plain, dtype=float)
         return float(linalg.onenormest(operator))
 
@@ -160,6 +162,8 @@ def _length(step: Array, weight: Array) -> float:
 
 def sparse_least_squares(entries: Triplets, shape: tuple[int, int], rhs: Array) -> Array:
     """An x (n,) for which |A x - b| is nearly least, by LSMR (D. Fong & M. Saunders, 2011)."""
+    import scipy.sparse.linalg
+
     data, rows, columns = entries
     matrix = scipy.sparse.csr_array((data, (rows, columns)), shape=shape)
     return np.asarray(scipy.sparse.linalg.lsmr(matrix, rhs, maxiter=60)[0])
