@@ -298,6 +298,8 @@ def differentiate(expression: Expression, name: str) -> Expression:
             return negative(differentiate(operand, name))
         case Sum(terms):
             return add(*(differentiate(term, name) for term in terms))
+        case Product(Call("sgn"), root) if (signed := signed_root(expression)) is not None:
+            return multiply(_by_size(root), differentiate(signed, name))
         case Product(left, right):
             by_left, by_right = differentiate(left, name), differentiate(right, name)
             return add(multiply(by_left, right), multiply(left, by_right))
@@ -310,6 +312,25 @@ def differentiate(expression: Expression, name: str) -> Expression:
             return _call(expression, name)
         case _:
             assert_never(expression)
+
+
+def signed_root(expression: Expression) -> Expression | None:
+    """x of ``sgn(x)*sqrt(abs(x))`` or ``sgn(x)*abs(x)^p``, which rises with x and does not jump."""
+    match expression:
+        case Product(Call("sgn", (x,)), Call("sqrt", (Call("abs", (size,)),))) if size == x:
+            return x
+        case Product(Call("sgn", (x,)), Power(Call("abs", (size,)), exponent)) if size == x:
+            parts = (exponent.left, exponent.right) if isinstance(exponent, Quotient) else (exponent,)
+            return x if all(isinstance(part, Number) and part.value > 0.0 for part in parts) else None
+        case _:
+            return None
+
+
+def _by_size(root: Expression) -> Expression:
+    """The derivative of ``sqrt(abs(x))`` or ``abs(x)^p`` by ``abs(x)``."""
+    if isinstance(root, Power):
+        return _power(root, ONE, ZERO)
+    return divide(ONE, multiply(Number(2.0), root))
 
 
 def _power(whole: Power, by_base: Expression, by_exponent: Expression) -> Expression:

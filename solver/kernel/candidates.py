@@ -157,8 +157,15 @@ class Candidates:
         blur = found.errors
         vague = self._open(point, blur, VAGUE)
         multiple = vague or (singular and self._open(point, blur, SIMPLE))
+        if not multiple and self._is_repeated(point):
+            return
         if self.stands(point, found):
             self._add(Answer(point, self._double(point) if multiple else None), blur)
+
+    def _is_repeated(self, point: Mapping[str, float]) -> bool:
+        """Whether the point is an answer that is known, but for rounding: most starts lead to one."""
+        beside, scales = self.question.beside, self.question.scale()
+        return any(_near(beside(point, one.values), one.values, ROUNDED, scales) for one in self.answers)
 
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
+from rulesheets.evaluate.gradient import signed_root
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
@@ -175,7 +176,14 @@ def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]
 
 def jumps(expression: Expression) -> bool:
     """Whether an expression holds an operation that jumps at points that depend on its values."""
-    return any(TABLE[call.function].jumps for call in _calls(expression))
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Call) and TABLE[node.function].jumps:
+            return True
+        inside = signed_root(node)
+        stack.extend(nodes.children(node) if inside is None else (inside,))
+    return False
 
 
 def directions(expression: Expression) -> Iterator[Call]:

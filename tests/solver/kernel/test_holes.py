@@ -56,3 +56,12 @@ def test_poles_and_holes_are_no_gaps(
     found = solver.solve(rulesheets.loads(text), given)
     assert found.complete
     assert sorted(answer[unknown] for answer in found.solutions) == pytest.approx(values, rel=1e-6)
+
+
+def test_the_head_losses_of_three_pipes_have_one_answer() -> None:
+    rules = [f"z{i} - H = {k}*Q{i}*abs(Q{i})" for i, k in enumerate((100, 200, 150), 1)]
+    model = rulesheets.loads("\n".join([*rules, "Q1 + Q2 + Q3 = 0"]))
+    found = solver.solve(model, {"z1": 50.0, "z2": 30.0, "z3": 10.0})
+    assert found.complete
+    assert len(found.solutions) == 1
+    assert [found[f"Q{i}"] > 0.0 for i in (1, 2, 3)] == [True, False, False]
