@@ -1,23 +1,34 @@
 """Networks of many unknowns: load and solve, beside a sparse Newton by hand on the same equations.
 
-``python -m benchmarks.networks [--small]`` prints a line a network: seconds to load and to solve, the ratio
-of both together to the Newton by hand, and the largest error beside its answer.
+    python -m benchmarks.networks [--small] [--peers] [--write]
+
+prints a line a network: processor seconds of the Newton by hand, to load and to solve, the ratio of both
+together to the first, whether that is at most 30 (or half a second), the largest error beside the Newton's
+answer, and the peak of memory. Others get the same rules (krylov the residual by hand) and the same start.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
+import resource
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
+from scipy.optimize import root
 from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron, vstack
 from scipy.sparse.linalg import spsolve
 
 import rulesheets
 import solver
+from benchmarks.pages import ROOT, markdown_table, place
+from benchmarks.peers import Equations, run
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 
 SIGMA = 5.67e-8
 
@@ -302,28 +313,185 @@ def networks(small: bool) -> Iterator[Network]:
     yield column(10 if small else 40)
 
 
-def measure(network: Network) -> str:
-    began = time.perf_counter()
-    expected = network.by_hand()
-    hand = time.perf_counter()
+# --- others on the same rules ---------------------------------------------------
+
+
+def _value(node: Expression, values: Mapping[str, Any], module: Any) -> Any:
+    """An expression in the numbers of another library."""
+    match node:
+        case Number(number):
+            return number
+        case Name(name):
+            return values[name]
+        case Negative(inner):
+            return -_value(inner, values, module)
+        case Sum(terms):
+            first, *rest = (_value(term, values, module) for term in terms)
+            return reduce(add, rest, first)
+        case Product(left, right):
+            return _value(left, values, module) * _value(right, values, module)
+        case Quotient(left, right):
+            return _value(left, values, module) / _value(right, values, module)
+        case Power(base, exponent):
+            return _value(base, values, module) ** _value(exponent, values, module)
+        case Call("abs", (inner,)) if hasattr(module, "fabs"):
+            return module.fabs(_value(inner, values, module))
+        case Call("abs", (inner,)):
+            return module.abs2(_value(inner, values, module))
+        case Call(function, arguments):
+            return getattr(module, function)(*(_value(part, values, module) for part in arguments))
+    raise NotImplementedError(type(node).__name__)
+
+
+def _rules(network: Network) -> tuple[Any, list[str], list[float]]:
+    """The model, its unknowns, and a start: that of the Newton by hand, and 1 for what it does not know."""
     model = rulesheets.loads(network.sheet)
-    loaded = time.perf_counter()
+    start = dict(zip(network.names, network.start.tolist(), strict=True))
+    given = {e.left.name for e in model.equations if isinstance(e.left, Name) and isinstance(e.right, Number)}
+    unknowns = [name for name in model.variables if name in start or name not in given]
+    return model, unknowns, [start.get(name, 1.0) for name in unknowns]
+
+
+def _residuals(model: Any, values: dict[str, Any], module: Any) -> list[Any]:
+    for equation in model.equations:
+        if isinstance(equation.left, Name) and isinstance(equation.right, Number):
+            values.setdefault(equation.left.name, equation.right.value)
+    sides = ((e.left, e.right) for e in model.equations)
+    found = [_value(left, values, module) - _value(right, values, module) for left, right in sides]
+    return [residual for residual in found if not isinstance(residual, float)]
+
+
+def by_casadi(network: Network) -> tuple[bool, Any]:
+    import casadi
+
+    model, unknowns, start = _rules(network)
+    x = casadi.SX.sym("x", len(unknowns))
+    residuals = _residuals(model, dict(zip(unknowns, casadi.vertsplit(x), strict=True)), casadi)
+    finder = casadi.rootfinder(
+        "finder", "newton", {"x": x, "g": casadi.vertcat(*residuals)}, {"error_on_fail": True}
+    )
+    found = finder(x0=start, p=[])["x"].full().ravel()
+    return True, [found[unknowns.index(name)] for name in network.names]
+
+
+def by_gekko(network: Network) -> tuple[bool, Any]:
+    from gekko import GEKKO
+
+    model, unknowns, start = _rules(network)
+    other = GEKKO(remote=False)
+    x = dict(zip(unknowns, (other.Var(value=v) for v in start), strict=True))
+    for residual in _residuals(model, dict(x), other):
+        other.Equation(residual == 0)
+    other.options.RTOL = other.options.OTOL = 1e-10
+    other.solve(disp=False)
+    return other.options.APPSTATUS == 1, [x[name].value[0] for name in network.names]
+
+
+def by_krylov(network: Network) -> tuple[bool, Any]:
+    """scipy's ``root`` without a Jacobian, on the residual by hand."""
+    found = root(lambda x: network.system(x)[0], network.start, method="krylov")
+    return bool(found.success), found.x
+
+
+PEERS = {"casadi newton": by_casadi, "gekko": by_gekko, "scipy root(krylov)": by_krylov}
+LIMIT = 10.0
+"""Seconds that a peer may take."""
+
+
+def peer(network: Network, solve: Callable[[Network], tuple[bool, Any]], expected: Any) -> str:
+    """Seconds of a peer from the rules (krylov: from the residual) to the answer, or what came of it."""
+    end = run(lambda equations, start: solve(network), Equations(lambda x, m: [], 0), (), LIMIT)
+    if not end.success or end.x is None:
+        return end.said if end.said == "time limit" else "fails"
+    error = np.abs(np.array(end.x) - expected).max() / np.abs(expected).max()
+    return f"{end.seconds:.2f}" if error < 1e-3 else "elsewhere"
+
+
+# --- measured -------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Processor seconds of the Newton by hand, of loading and solving; error beside it; MB at the peak."""
+
+    hand: float
+    load: float
+    solve: float
+    error: float
+    memory: float
+
+    @property
+    def held(self) -> bool:
+        return self.load + self.solve <= max(30 * self.hand, 0.5) and self.error < 1e-6 and self.memory <= 1e3
+
+
+def measure(network: Network) -> Measured:
+    network.by_hand()
+    began = time.process_time()
+    expected = network.by_hand()
+    hand = time.process_time()
+    model = rulesheets.loads(network.sheet)
+    loaded = time.process_time()
     result = solver.solve(model, timeout=60.0)
-    ended = time.perf_counter()
-    line = f"{network.title:24s} {loaded - hand:8.3f} {ended - loaded:8.3f}"
-    if str(result.status) != "solved":
-        return f"{line} {result.status}"
-    got = np.array([result[name] for name in network.names], dtype=float)
-    error = np.abs(got - expected).max() / np.abs(expected).max()
-    return f"{line} {(ended - hand) / (hand - began):8.1f} {error:8.1e}"
+    ended = time.process_time()
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    error = np.inf
+    if str(result.status) == "solved":
+        got = np.array([result[name] for name in network.names], dtype=float)
+        error = float(np.abs(got - expected).max() / np.abs(expected).max())
+    return Measured(hand - began, loaded - hand, ended - loaded, error, memory)
+
+
+def in_its_own_process(network: Network) -> Measured:
+    """So that the peak of memory is that of one network."""
+    receiver, sender = multiprocessing.get_context("fork").Pipe(duplex=False)
+    child = multiprocessing.get_context("fork").Process(target=lambda: sender.send(measure(network)))
+    child.start()
+    found: Measured = receiver.recv()
+    child.join()
+    return found
+
+
+HEAD = ["network", "by hand", "load", "solve", "ratio", "held", "error", "MB"]
+
+
+def line(network: Network, peers: bool) -> list[str]:
+    found = in_its_own_process(network)
+    ratio = (found.load + found.solve) / found.hand
+    cells = [network.title, f"{found.hand:.3f}", f"{found.load:.3f}", f"{found.solve:.3f}", f"{ratio:.0f}"]
+    cells += ["yes" if found.held else "no", f"{found.error:.0e}", f"{found.memory:.0f}"]
+    expected = network.by_hand() if peers else None
+    return cells + [peer(network, solve, expected) for solve in PEERS.values() if peers]
+
+
+def warm_up() -> None:
+    """Import what solves import, so that no network pays for it."""
+    for network in (pipes(5), load_flow(5), truss(10)):
+        solver.solve(rulesheets.loads(network.sheet))
+        network.by_hand()
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--small", action="store_true")
-    print(f"{'network':24s} {'load':>8s} {'solve':>8s} {'ratio':>8s} {'error':>8s}")
-    for network in networks(parser.parse_args().small):
-        print(measure(network), flush=True)
+    parser.add_argument("--peers", action="store_true", help="casadi, gekko and scipy's krylov as well")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    options = parser.parse_args()
+    warm_up()
+    peers = options.peers or options.write
+    head = HEAD + (list(PEERS) if peers else [])
+    lines = []
+    print(_aligned(head))
+    for network in networks(options.small):
+        lines.append(line(network, peers))
+        print(_aligned(lines[-1]), flush=True)
+    if options.write:
+        place(ROOT / "docs" / "speed.md", "speed: networks", markdown_table(head, lines))
+
+
+def _aligned(cells: list[str]) -> str:
+    widths = [8] * (len(HEAD) - 1) + [20] * len(PEERS)
+    return cells[0].ljust(28) + "".join(cell.rjust(w) for cell, w in zip(cells[1:], widths, strict=False))
 
 
 if __name__ == "__main__":
