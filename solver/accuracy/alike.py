@@ -33,7 +33,8 @@ from rulesheets.syntax.nodes import (
     Sum,
 )
 from solver.accuracy import rule_check
-from solver.accuracy.rule_check import BACKWARD, EPSILON, ROUNDINGS, STEEP, RuleCheck
+from solver.accuracy.rule_check import RuleCheck
+from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP
 from solver.path.alike import Alike, Array, Family, alike
 
 FEWEST = 8
@@ -42,7 +43,7 @@ FAINTEST = 1e-200
 """What a rule moves with its values, below which products of slopes may be lost below floats."""
 
 
-LONGER = float(np.finfo(np.longdouble).eps) / EPSILON
+LONGER = float(np.finfo(np.longdouble).eps) / EPS
 """How much finer than floats the long floats of numpy are: 2⁻¹¹ on most machines, on others no finer."""
 LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin", "cos")}
 """Functions that numpy has for its long floats as we mean them."""
@@ -335,7 +336,7 @@ class _Sides:
             self.slopes[name] = self.slopes.get(name, 0.0) - slope
         left, right = (part.value for part in parts)
         self.size = np.abs(left) + np.abs(right)
-        self.miss, self.noise = left - right, EPSILON * noise + EPSILON * more
+        self.miss, self.noise = left - right, EPS * noise + EPS * more
         self.terms = [np.abs(slope * rows.columns[name]) for name, slope in self.slopes.items()]
         self.moves = sum(self.terms, 0.0 * self.miss)
         rows.plain &= np.isfinite(self.size + self.noise) & (self.moves > FAINTEST) & (self.moves < np.inf)
@@ -349,7 +350,7 @@ class _Sides:
         gentle = (np.abs(self.miss) <= BACKWARD * self.size) & ((bound <= limit) | (off <= steady))
         accepted = within & gentle
         if (within & ~gentle).any():
-            share = 2 * np.maximum(np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPSILON)
+            share = 2 * np.maximum(np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS)
             accepted |= within & self._straddles(family, share)
         open_to_more = self.rows.plain & ~within & (np.abs(self.miss) <= bound + ROUNDINGS * self.noise)
         if LONGER < 1.0 and open_to_more.any():

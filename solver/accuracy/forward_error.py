@@ -23,6 +23,7 @@ from solver.accuracy.alike import Evaluated, evaluated
 from solver.accuracy.rule_check import blur, check_rule, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import any_rank, as_matrix, factorise, null_direction, sparse_matrix
+from solver.numerics.tolerances import UNIT_ROUNDOFF
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
 # --- roots of higher multiplicity: they may be off as far as the rules hold along their null direction ---
@@ -89,7 +90,6 @@ class _Flat:
 
 
 SAMPLES = 16
-UNIT = 2.0**-53
 CANCELLED = 1e-12
 """Share of its terms that a difference may be no more of than their rounding."""
 HALF = 2.0**-26
@@ -205,7 +205,7 @@ class _Propagation:
                 yield name, 0.0
             else:
                 worst = max(map(abs, errors))
-                yield name, worst + UNIT * abs(number) if worst and self.rounds else worst
+                yield name, worst + UNIT_ROUNDOFF * abs(number) if worst and self.rounds else worst
 
     def _direct(self, equation: Equation, unknown: str) -> None:
         if not isinstance(self.values.get(unknown), float):

@@ -19,15 +19,13 @@ from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, children, operands
+from solver.numerics.tolerances import EPS, SMALLEST_NORMAL
 
 DIGITS = (50, 100, 200)
 AGREEMENT = 1e-6
 """Relative difference of two precisions that have some digits in common."""
-UNIT = 2.0**-52
 SPARE = 8
 """Digits of the working precision that rounding may take."""
-SMALLEST = 2.0**-1022
-"""The floats next to 0 are as far apart as those next to this number."""
 HALVINGS = 24
 """Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
 
@@ -56,7 +54,7 @@ def residual_in_many_digits(
     rule = _Rule(equation, values)
     power = context(DIGITS[0]).mpf(10)
     try:
-        size = noise / UNIT if SMALLEST < noise < math.inf else rule.largest(DIGITS[0])
+        size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(DIGITS[0])
         misses = [rule.miss(digits) for digits in DIGITS]
         for (rough, some), (fine, more) in pairwise(zip(DIGITS, misses, strict=True)):
             clear = abs(more) > size * power ** (SPARE - rough) or (more and fine == DIGITS[-1])
@@ -199,7 +197,7 @@ class _Rule:
         """The variables, their values, and the sizes of these."""
         mp = context(digits)
         for name, value in self.values.items():
-            yield name, mp.mpf(value), mp.mpf(max(abs(value), SMALLEST))
+            yield name, mp.mpf(value), mp.mpf(max(abs(value), SMALLEST_NORMAL))
 
 
 # --- true equality told from a residual below the working precision ---

@@ -32,13 +32,8 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import walk
+from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP, UNIT_ROUNDOFF
 
-EPSILON = 2.0**-52
-BACKWARD = 64 * EPSILON
-STEEP = 1e-6
-"""The share of its sides that a rule may change by with its values, to be judged by its slopes."""
-ROUNDINGS = 4
-"""How many times the rounding of an evaluation may come out larger than to first order."""
 DIGITS = 50
 LEAP = 4.0
 """How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""
@@ -133,7 +128,7 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
         near = abs(miss) <= BACKWARD * (abs(a) + abs(b))  # else slopes must show that they lead to 0
         gentle = near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit))
         scaled = abs(miss) / total
-        if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPSILON)):
+        if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPS)):
             return RuleCheck(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, abs(miss) / total if total else math.inf)
@@ -187,14 +182,14 @@ def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
         total = sum(abs(move) for move, _ in moves.values())
         if abs(miss) <= BACKWARD * sum(abs(move) for n, (move, _) in moves.items() if n not in tied):
             return False  # it is 0, or the other values make up for it
-        moved, share = dict(values), LEAP * max(abs(miss) / total if total else 0.0, EPSILON)
+        moved, share = dict(values), LEAP * max(abs(miss) / total if total else 0.0, EPS)
         for name, (move, size) in moves.items():
             if move:
                 moved[name] = float(values[name]) - math.copysign(share * size, move * miss)
         there = value(equation.left, moved) - value(equation.right, moved)
     except Undefined:
         return False
-    return abs(there) > 4 * LEAP * (abs(miss) + EPSILON * (abs(left) + abs(right) + total))
+    return abs(there) > 4 * LEAP * (abs(miss) + EPS * (abs(left) + abs(right) + total))
 
 
 def jumps(equation: Equation) -> bool:
@@ -280,15 +275,13 @@ def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
 # last place: 0.3 does, 0.25 and 3 do not. Only by accident can it rest on less than that whether something
 # is determined.
 
-UNIT = 2.0**-53
-
 
 def half_unit(number: float) -> float:
     """How far a given number may be from the one that was meant: nothing, for one with few digits."""
     from struct import pack, unpack
 
     short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
-    return 0.0 if short else abs(number) * UNIT
+    return 0.0 if short else abs(number) * UNIT_ROUNDOFF
 
 
 def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:

@@ -11,7 +11,6 @@ from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.chain import Chain
 from solver.kernel.question import Question
 from solver.kernel.root_check import (
-    EPSILON,
     RootCheck,
     Uncertainty,
     check_root,
@@ -25,6 +24,7 @@ from solver.kernel.root_check import (
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.termination import Outcome
+from solver.numerics.tolerances import EPS
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
@@ -47,7 +47,7 @@ COVERED = 1e-12
 """Relative distance of a root from the answer that it was refined to, where that is well conditioned."""
 REMOTE = 1e60
 """Size of numbers that nobody asks about."""
-ROUNDED = 8 * EPSILON
+ROUNDED = 8 * EPS
 """Relative difference of two numbers that are the same."""
 BLUR = 3e-3
 """How far rounding spreads a multiple root, relative to its size (multiplicity 6 at most)."""
@@ -112,7 +112,7 @@ class Candidates:
         result = newton(question.residual, question.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
-            vanished, rounded = (_zeroed(result.x, sizes, share) for share in (VANISHED, EPSILON))
+            vanished, rounded = (_zeroed(result.x, sizes, share) for share in (VANISHED, EPS))
             trials = list(dict.fromkeys((vanished, result.x, rounded, *trials)))
         for x in trials:
             point = question.named(x)

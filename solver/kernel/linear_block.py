@@ -20,12 +20,13 @@ import numpy as np
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
-from solver.accuracy.rule_check import ROUNDINGS, blur, check_rule, half_unit, with_named_numbers
+from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.question import Question, rank_loss
 from solver.numerics.linear import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
+from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
 
 NUDGE = 1e-5
 """Relative step of the differences that tell how a coefficient depends on a known number."""
@@ -111,8 +112,6 @@ SECOND_ORDER = 2.0**-90
 """What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
 places, where it is 0."""
 
-SMALLEST = 2.0**-1022
-"""The smallest number of which the inverse is a float."""
 WITNESSED = 128.0
 """Half units of a last place by which the rule check lets numbers differ: how far those may be that say the
 same where it would be refused, or nothing of an unknown be left, for less."""
@@ -211,7 +210,7 @@ class _Nearly:
         a, b = np.array(matrix, dtype=float), np.array(rhs, dtype=float)
         self.rows = np.abs(a).max(axis=1)
         self.rows[self.rows == 0] = 1.0
-        self.rows = np.maximum(self.rows, SMALLEST)
+        self.rows = np.maximum(self.rows, SMALLEST_NORMAL)
         self.a, self.b = a / self.rows[:, None], b / self.rows
         self.columns = np.abs(self.a).max(axis=0)
         self.columns[self.columns == 0] = 1.0
@@ -317,7 +316,7 @@ def _beyond_floats(
 
 
 def _below_floats(number: float) -> bool:
-    return abs(number) < SMALLEST
+    return abs(number) < SMALLEST_NORMAL
 
 
 def _rounded(question: Question, facts: LinearOutcome) -> bool:

@@ -28,11 +28,11 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import enclose
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.accuracy.rule_check import BACKWARD
 from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
+from solver.numerics.tolerances import BACKWARD
 from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12

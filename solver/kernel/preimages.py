@@ -12,6 +12,7 @@ from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Fact, NoRoot, NoValue
+from solver.numerics.tolerances import EPS
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
 
@@ -55,7 +56,7 @@ class _WholeTurns:
         stride = self._through(self.principal + self.period, self.rest) - first
         if self.preimages.rounding(first) > LOST * abs(stride):
             self.preimages.uncounted()
-        if EPSILON * abs(first) > LOST * abs(stride):
+        if EPS * abs(first) > LOST * abs(stride):
             self.preimages.complete = (
                 False  # the floats next to such answers need not be good enough to be told
             )
@@ -167,7 +168,6 @@ SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
 """How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
-EPSILON = 2.0**-52
 SMALL = 1e-150
 """Squares of smaller numbers, and of larger ones than its inverse, are no floats."""
 CANCELLED = 1e-12
@@ -223,7 +223,7 @@ class Preimages:
 
     def rounding(self, number: float) -> float:
         """How far a number may be off that was computed in one operation or two."""
-        return self._near(EPSILON) * abs(number)
+        return self._near(EPS) * abs(number)
 
     # --- stages ---
 

@@ -29,13 +29,13 @@ from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
-from solver.accuracy.rule_check import BACKWARD, gross, size
+from solver.accuracy.rule_check import gross, size
 from solver.kernel.question import SPARSE, Question, Sparse
 from solver.numerics.elimination import eliminate
 from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
+from solver.numerics.tolerances import BACKWARD, EPS
 
-EPSILON = 2.0**-52
 ORDINARY = 1e8
 """Condition up to which the backward error of an answer says enough."""
 
@@ -87,7 +87,7 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
         np.minimum.at(reach, columns, np.where(slopes, terms[rows] / np.abs(slopes), np.inf))
     weight = np.maximum(np.abs(x), np.where(np.isfinite(reach), reach, 0.0))
     weight = np.where(weight > 0.0, weight, 1.0)
-    relative = factor.spread(np.maximum(BACKWARD * moves, EPSILON * terms), weight)
+    relative = factor.spread(np.maximum(BACKWARD * moves, EPS * terms), weight)
     if not math.isfinite(relative):
         relative = math.inf
     return Uncertainty((relative * weight).tolist(), steepness, relative)
@@ -100,11 +100,9 @@ def _steepness(sizes: Sequence[tuple[float, float]]) -> float:
 def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
     """Whether rules and block are so well-conditioned at a point that it is near a root if the rules hold."""
     if found.relative is not None:
-        return found.steepness <= ORDINARY and found.relative <= ORDINARY * EPSILON
+        return found.steepness <= ORDINARY and found.relative <= ORDINARY * EPS
     return found.steepness <= ORDINARY and all(
-        error <= ORDINARY * EPSILON * abs(v)
-        for error, v in zip(found.errors, point.values(), strict=True)
-        if v
+        error <= ORDINARY * EPS * abs(v) for error, v in zip(found.errors, point.values(), strict=True) if v
     )
 
 
@@ -142,7 +140,7 @@ def _blur(jacobian: Sequence[Sequence[float]], sizes: Sequence[tuple[float, floa
 
 
 def _tolerances(sizes: Sequence[tuple[float, float]]) -> list[float]:
-    return [max(BACKWARD * moves, EPSILON * terms) for moves, terms in sizes]
+    return [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
 
 
 def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
@@ -298,7 +296,7 @@ def _check_large(
     """The same of a large block, its slopes staying those of floats. A rule that is steep because differences
     cancel in it is none the worse; one that divides by next to nothing is."""
     start, root = list(point.values()), dict(point)
-    if found.relative is None or found.relative > ORDINARY * EPSILON:
+    if found.relative is None or found.relative > ORDINARY * EPS:
         sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
         if sharp is None or not _within(start, sharp, found.errors, SAFETY):
             return RootCheck.NO_ROOT, root
@@ -414,9 +412,7 @@ def _linearized(question: Question, x: Sequence[Any]) -> tuple[list[list[Any]], 
 
 
 def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], factor: float) -> bool:
-    return all(
-        abs(v - w) <= factor * (bar + EPSILON * abs(v)) for v, w, bar in zip(start, x, bars, strict=True)
-    )
+    return all(abs(v - w) <= factor * (bar + EPS * abs(v)) for v, w, bar in zip(start, x, bars, strict=True))
 
 
 def _reaches_zero(divisor: Expression, values: Mapping[str, Value], bars: Mapping[str, float]) -> bool:

@@ -20,7 +20,8 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.digits import SPARE, Unresolved
 from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import CANCELLED, DELICATE, EPSILON, SAMPLES, Preimages, Refused
+from solver.kernel.preimages import CANCELLED, DELICATE, SAMPLES, Preimages, Refused
+from solver.numerics.tolerances import EPS
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 
@@ -165,7 +166,7 @@ class StepSolver(Preimages):
                 miss = value(self.equation.left, at) - value(self.equation.right, at)
             except Undefined:
                 continue
-            if not abs(miss) <= 8 * EPSILON * gross(self.equation, at):
+            if not abs(miss) <= 8 * EPS * gross(self.equation, at):
                 return False
             tried += 1
         return tried >= 2
@@ -180,7 +181,7 @@ class StepSolver(Preimages):
         return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
 
     def _same(self, a: float, b: float) -> bool:
-        return abs(a - b) <= self._near(8 * EPSILON) * max(abs(a), abs(b))
+        return abs(a - b) <= self._near(8 * EPS) * max(abs(a), abs(b))
 
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):

@@ -23,12 +23,13 @@ from rulesheets.evaluate.number import enclose
 from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Call, Expression, Number, Power, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import BACKWARD, with_named_numbers
+from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
+from solver.numerics.tolerances import BACKWARD
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""

@@ -17,15 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
+from solver.numerics.tolerances import FLAT_TANGENT, ON_CURVE, TURNING
 
 Vector = NDArray[np.float64]
-
-FLAT = 1e-11
-"""Smallest singular value, over the largest, of a Jacobian whose null space is still a line."""
-
-
-LEVEL = 1e-9
-"""Part of a unit tangent along the parameter at which a start counts as a turning point."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +94,7 @@ def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> Cu
     tangent = np.ones(1)
     if len(matrix):
         _, singular, right = np.linalg.svd(matrix)
-        if singular[-1] <= FLAT * singular[0]:
+        if singular[-1] <= FLAT_TANGENT * singular[0]:
             return None
         tangent = np.asarray(right[-1], dtype=np.float64)
     if tangent @ along < 0:
@@ -114,12 +108,11 @@ def start(problem: Problem, z: Vector, way: int = 1) -> CurvePoint | None:
     along = np.zeros(len(z))
     along[-1] = way
     point = point_at(problem, z, along)
-    turning = point is not None and abs(point.tangent[-1]) <= LEVEL
+    turning = point is not None and abs(point.tangent[-1]) <= TURNING
     return point if point is None or not turning else replace(point, fold=True)
 
 
 CORRECTIONS = 8
-CONVERGED = 1e-12
 CONTRACTION = 0.3
 """Factor by which each correction has to shrink: a slower one may lead to another branch."""
 
@@ -142,7 +135,7 @@ def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | N
         move = _correction(problem, z, here.tangent, (z - ahead) / problem.scale)
         if move is None:
             return None
-        size, grain = float(np.linalg.norm(move)), CONVERGED * _size(problem, z)
+        size, grain = float(np.linalg.norm(move)), ON_CURVE * _size(problem, z)
         if size > max(CONTRACTION * before, 100 * grain):
             return None
         z = z + problem.scale * move

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from solver.numerics.linear_algebra import Factor, factorise
+from solver.numerics.tolerances import ENOUGH
 
 Number: TypeAlias = Any
 """A number that adds, multiplies, divides and compares, of whatever precision (mpmath, Fraction, float)."""
@@ -76,7 +77,6 @@ ELIMINATED = 40
 """Unknowns up to which elimination takes less time than refinement."""
 
 ROUNDS = 60
-ENOUGH = 1e-30
 
 
 def solve_exactly(rows: Sequence[Row], columns: Sequence[Sequence[Number]]) -> list[list[Number]]:

@@ -18,6 +18,7 @@ from typing import Any
 
 from solver.numerics.linear_algebra import factorise
 from solver.numerics.termination import Outcome
+from solver.numerics.tolerances import CONSISTENT
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +169,6 @@ def _quotient(numerator: int, denominator: int) -> float:
 
 SPARSE_BELOW = 0.1
 REFINEMENTS = 5
-CONSISTENT = 1e-11
 
 
 def solve_large(matrix: Any, rhs: Any) -> LinearOutcome:

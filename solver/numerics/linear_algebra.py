@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.numerics.tolerances import EPS
+from solver.numerics.tolerances import EPS, INDEPENDENT, MOVES
 
 LARGE = 16
 """Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
@@ -206,13 +206,6 @@ def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
     return tuple((direction / np.abs(direction).max()).tolist())
 
 
-RANK = 1e-11
-"""Share of the largest pivot (rows and columns equilibrated) below which a row adds nothing."""
-
-MOVES = 1e-8
-"""Share of a null vector above which an unknown takes part in it."""
-
-
 class Independence(NamedTuple):
     """``rows`` (r,) are independent rows, r the rank; ``free`` the columns that no row determines.
 
@@ -242,7 +235,7 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
 
     r, order = qr(a.T, mode="r", pivoting=True)
     pivots = np.abs(np.diagonal(r))
-    rank = int((pivots > RANK * pivots[0]).sum()) if pivots.size and pivots[0] else 0
+    rank = int((pivots > INDEPENDENT * pivots[0]).sum()) if pivots.size and pivots[0] else 0
     rows = tuple(sorted(int(i) for i in order[:rank]))
     if rank == a.shape[1]:
         return Independence(rows, (), ())

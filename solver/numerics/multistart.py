@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rulesheets.deadline import expect_time
 from solver.numerics.newton import STANDARD_LIMITS, Jacobian, NewtonLimits, NewtonResult, Residual, newton
 from solver.numerics.termination import Outcome
+from solver.numerics.tolerances import SAME_ROOT, SAME_SINGULAR_ROOT
 
 Array: TypeAlias = NDArray[np.float64]
 BatchFunction: TypeAlias = Callable[[Array], Array]
@@ -229,8 +230,6 @@ Range = tuple[float, float]
 
 DECADES = 3.0
 """An unbounded unknown is sought from 10⁻³ to 10³ times its scale, on both sides."""
-SAME = 1e-9
-SAME_SINGULAR = 1e-4
 SINGULAR_LIMIT = 4
 
 
@@ -286,7 +285,7 @@ def multistart(
 def same_root(one: NewtonResult, other: NewtonResult, scale: Sequence[float]) -> bool:
     """Whether two ends are one root: equal to 9 digits, or to 4 where a multiple root blurs them."""
     singular = Outcome.SINGULAR_JACOBIAN in (one.outcome, other.outcome)
-    tolerance = SAME_SINGULAR if singular else SAME
+    tolerance = SAME_SINGULAR_ROOT if singular else SAME_ROOT
     return all(
         abs(a - b) <= tolerance * max(abs(a), abs(b), 1e-6 * s)
         for a, b, s in zip(one.x, other.x, scale, strict=True)

@@ -20,6 +20,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from solver.numerics.linear_algebra import Factor, as_matrix, factorise, row_products, row_sizes
 from solver.numerics.termination import Outcome, Termination, scaled_norm, weights
+from solver.numerics.tolerances import ESCAPED, FAST, TIGHT
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
 Jacobian: TypeAlias = Callable[[list[float]], Any]
@@ -68,12 +69,6 @@ class System:
             return None
         return Point(x, values, matrix, weight, factorise(matrix, weight))
 
-
-FAST = 0.1
-"""Contraction factor below which full Newton steps are trusted. (A double root has 1/4 exactly.)"""
-
-ESCAPED = 1e-3
-"""Relative tolerance of the descent that leads away from where Newton's direction is of no use."""
 
 SLOW = 6
 """So many full steps without fast contraction tell a multiple root from a simple one."""
@@ -327,8 +322,6 @@ def _smaller(simplified: list[float], step: list[float], weight: list[float]) ->
 
 TRUST_REGIONS = ("lm", "hybr")
 METHODS = ("hybr", "lm", "least_squares")
-TIGHT = 1e-14
-"""The relative tolerance asked for: some tens of ε, which is the least that they accept."""
 
 
 @dataclass(frozen=True, slots=True)

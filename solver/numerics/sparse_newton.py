@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.numerics.multistart import Array
-from solver.numerics.tolerances import EPS, STAGNATION
+from solver.numerics.tolerances import CONVERGED, STAGNATION
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
@@ -24,8 +24,6 @@ SHORTEST = 2.0**-12
 REFINEMENTS = 2
 LEAST = 1e-9
 """Size of an unknown that the first step leaves alone, beside the largest."""
-CONVERGED = 64 * EPS
-"""Weighted length of a correction that only rounding is left of."""
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
 

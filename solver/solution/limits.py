@@ -17,8 +17,9 @@ from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Number, Quotient, children, operands, rebuilt
-from solver.accuracy.rule_check import BACKWARD, check_rule
+from solver.accuracy.rule_check import check_rule
 from solver.facts import Filled
+from solver.numerics.tolerances import BACKWARD
 from solver.path.cases import activity, outcomes
 from solver.solution.explore import explore
 from solver.solution.leaves import Exploration, Leaf, unmet

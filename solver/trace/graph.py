@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Any, ClassVar, Protocol, TypeAlias
 
+from solver.numerics.tolerances import EPS
+
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
@@ -26,7 +28,6 @@ class NotCompilable(Exception):
     """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
 
 
-UNIT = 2.0**-52
 SMALLEST = math.ulp(0.0)
 LIBRARY = 4.0
 """Units in the last place that a function of the library may be off by."""
@@ -249,7 +250,7 @@ def folded_error(
     """The error bound of ``result``, the value of a function of operands (value, error bound of it)."""
     values = [value for value, _ in operands]
     exact = name in _EXACT or _is_exact(name, result, values)
-    total = 0.0 if exact else max(abs(result) * UNIT, SMALLEST)  # what is below floats is rounded to one
+    total = 0.0 if exact else max(abs(result) * EPS, SMALLEST)  # what is below floats is rounded to one
     if name not in _ROUNDED:
         total *= LIBRARY
     for place, (value, off) in enumerate(operands):

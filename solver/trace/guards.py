@@ -15,12 +15,13 @@ from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, val
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
-from solver.accuracy.rule_check import BACKWARD, STEEP, heights, jumps
+from solver.accuracy.rule_check import heights, jumps
+from solver.numerics.tolerances import BACKWARD, EPS, STEEP
 from solver.path.cases import activity, comparisons
 from solver.path.planner import Planner
 from solver.trace.flow import Flow
 from solver.trace.graph import LEAVES, NotCompilable
-from solver.trace.rounding import HARMLESS, UNIT, Analysis, covered, steep, turned_by
+from solver.trace.rounding import HARMLESS, Analysis, covered, steep, turned_by
 
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
@@ -273,7 +274,7 @@ class Guards:
         else:
             for angle in map(partial(self._expression, state), turned_by(equation)):
                 flow.require(flow.add("lt", flow.add("abs", angle), flow.constant(FAR)))
-        share = flow.constant(BACKWARD - rounded * UNIT)
+        share = flow.constant(BACKWARD - rounded * EPS)
         met = flow.add("le", apart, flow.add("mul", share, size))
         if quick in (size, flow.constant(0.0)):
             flow.bound(size)

@@ -9,8 +9,8 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
-from solver.accuracy.rule_check import BACKWARD
 from solver.kernel.block import kernel_of
+from solver.numerics.tolerances import BACKWARD
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Coefficient, Let, Parabola
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage

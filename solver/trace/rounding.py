@@ -22,12 +22,12 @@ from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from solver.numerics.tolerances import EPS
 from solver.path.isolate import Isolation
 from solver.trace.flow import Flow
 from solver.trace.graph import LEAVES, LOGICAL, NotCompilable, operands, schedule
 from solver.trace.simplify import not_negative
 
-UNIT = 2.0**-52
 CANCELLED = 1e-12
 """Share of its terms that a difference, or of its angle that a sine, may be no more of than rounding."""
 RADIAN = 0.017453292519943295
@@ -174,7 +174,7 @@ class Analysis:
     def within(self, node: int, share: float) -> int:
         """The node that is true where a node is off by no more than that share of itself."""
         flow, bound = self.flow, self.bound(node)
-        left = share - bound.share * UNIT
+        left = share - bound.share * EPS
         if left < 0.0:
             return flow.false
         if bound.rest is None:
@@ -186,7 +186,7 @@ class Analysis:
         rest = flow.constant(0.0) if bound.rest is None else bound.rest
         if not bound.share:
             return rest
-        own = flow.add("mul", flow.constant(UNIT * bound.share), flow.add("abs", node))
+        own = flow.add("mul", flow.constant(EPS * bound.share), flow.add("abs", node))
         return flow.add("add", own, rest)
 
     def _bound(self, node: int) -> Bound:
