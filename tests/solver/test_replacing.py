@@ -17,7 +17,8 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
-from solver.cli import WRONG, main
+from solver.cli import main
+from solver.commands import WRONG
 from solver.files import replacing
 from solver.files.replacing import UNFINISHED, Replacement, write_file
 

@@ -17,7 +17,8 @@ import solver
 from rulesheets.diagnosis import RuleSheetError, render
 from rulesheets.inputs import guarded, unguarded
 from rulesheets.variables import read_variable_sheet
-from solver.cli import WRONG, main
+from solver.cli import main
+from solver.commands import WRONG
 from solver.derivation import why
 from solver.report.sheet import result_csv
 from solver.report.why import code_span, why_markdown

@@ -19,7 +19,8 @@ import solver
 from rulesheets import deadline
 from rulesheets.deadline import TimeIsUp, expect_time, expired, grace, time_limit
 from rulesheets.model import Model
-from solver.cli import WRONG, main
+from solver.cli import main
+from solver.commands import WRONG
 from solver.commands import solve as solve_command
 from solver.facts import Status
 from solver.result import Result

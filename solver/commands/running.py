@@ -1,0 +1,102 @@
+"""One command with its words: its options read, run, and what is wrong reported."""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Collection
+from importlib import import_module
+from typing import NoReturn
+
+from rulesheets.deadline import TimeIsUp, time_limit
+from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
+from rulesheets.syntax.source import escaped
+from solver.commands import UNSOLVED, WRONG
+from solver.report.table import screen_of, shown_on
+
+UNKEPT = frozenset({"format", "models", "codes", "cache", "lsp", "tutor", "completion"})
+"""Commands that neither find nor keep anything."""
+
+COLLECTION = 100_000, 50, 100
+"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
+
+
+def run(command: str, about: str, words: list[str]) -> int:
+    """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
+    gc.set_threshold(*COLLECTION)
+    module = import_module(f"solver.commands.{command}")
+    parser = _Parser(command, about)
+    module.add_arguments(parser)
+    if command not in UNKEPT:
+        parser.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
+    try:
+        arguments = parser.read(words)
+    except SystemExit as end:
+        return int(end.code or 0)
+    if getattr(arguments, "no_cache", False):
+        os.environ["BACKSOLVE_CACHE"] = ""
+    try:
+        with time_limit(getattr(arguments, "timeout", None)), shown_on(sys.stdout):
+            code: int = module.run(arguments)
+        return code
+    except TimeIsUp:
+        print("error[S553]: the time was up", file=sys.stderr)
+        return UNSOLVED
+    except RuleSheetError as wrong:
+        return _report(wrong, arguments)
+
+
+class _Parser(ArgumentParser):
+    """The arguments of one command. Mistakes raise SystemExit when they are told."""
+
+    def __init__(self, command: str, about: str) -> None:
+        said = f"{about[0].upper()}{about[1:]}."
+        super().__init__(prog=f"backsolve {command}", description=said, allow_abbrev=False)
+        self._command = command
+
+    def read(self, words: list[str]) -> Namespace:
+        options = {option for action in self._actions for option in action.option_strings}
+        for word in words[: words.index("--")] if "--" in words else words:
+            if word.startswith("--") and word.partition("=")[0] not in options:
+                raise SystemExit(_unknown_option(self._command, word.partition("=")[0], options))
+        return self.parse_intermixed_args(words)
+
+    def error(self, message: str) -> NoReturn:
+        raise SystemExit(_misused(self._command, message))
+
+
+def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
+    near = closest(word.lstrip("-"), sorted(option.lstrip("-") for option in options))
+    notes = (f"did you mean --{near}?",) if near and f"--{near}" in options else ()
+    return _misused(command, f"there is no option {word}", *notes)
+
+
+def _misused(command: str, message: str, *notes: str) -> int:
+    """Say what is wrong with the words of a command, and where its options are told."""
+    for line in (f"backsolve {command}: {message}", *(f"  {note}" for note in notes)):
+        print(escaped(line), file=sys.stderr)
+    print(f"  `backsolve {command} --help` lists the options", file=sys.stderr)
+    return WRONG
+
+
+def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
+    """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
+    color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
+    width = screen_of(sys.stderr).width
+    said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
+    print("\n\n".join(said), file=sys.stderr)
+    if getattr(arguments, "json", False):
+        from solver.report.sheet import error_json  # with it comes numpy, which help does without
+
+        print(error_json(wrong.diagnoses))
+    return WRONG
+
+
+def unknown_command(word: str, commands: Collection[str]) -> int:
+    print(f"backsolve: there is no command {escaped(word)}", file=sys.stderr)
+    for note in suggestion(word, commands):
+        print(f"  {note}", file=sys.stderr)
+    print(f"  the commands are {', '.join(commands)}", file=sys.stderr)
+    return WRONG
