@@ -177,3 +177,10 @@ def recycle(F, yI, Xs, p):
     A1 = F * (1 - yI) / (1 - (1 - p) * (1 - Xs))
     A2 = A1 * (1 - Xs)
     return {"A1": A1, "A2": A2, "I1": F * yI / p, "R": A1 * Xs, "PA": p * A2, "X": A1 * Xs / (F * (1 - yI))}
+
+
+@sheet(OWN, "C > C0, X > k, X > V, C > Q")
+def tank_reactor(V, Q, k, C0):
+    tau = V / Q
+    C = (sqrt(1 + 4 * k * tau * C0) - 1) / (2 * k * tau)
+    return {"tau": tau, "C": C, "X": 1 - C / C0}

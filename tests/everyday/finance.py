@@ -102,3 +102,10 @@ def lease_or_buy(V, A, n, res):
 def growth_stock(D, g, k, E):
     P = D * (1 + g / 100) / (k / 100 - g / 100)
     return {"P": P, "PE": P / E}
+
+
+@sheet(OWN, "K > m, K > S, K > r, real > infl, real > m", tolerance=1e-7)
+def retirement(S, m, r, years, infl):
+    i = r / 1200
+    K = S * (1 + i) ** (12 * years) + m * ((1 + i) ** (12 * years) - 1) / i
+    return {"i": i, "K": K, "real": K / (1 + infl / 100) ** years}

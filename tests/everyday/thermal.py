@@ -227,3 +227,12 @@ def antoine_boiling(A, B, C, P):
 def solar_collector(G, Ac, ta, UL, FR, Tin, Ta, m, cp):
     Qu = Ac * FR * (G * ta - UL * (Tin - Ta))
     return {"Qu": Qu, "eta": Qu / (Ac * G), "Tout": Tin + Qu / (m * cp)}
+
+
+@sheet(OWN, "q > UA, Tho > UA, Tco > Thi, e > UA, q > Tci")
+def counterflow_ntu(mh, ch, mc, cc, Thi, Tci, UA):
+    hot, cold = mh * ch, mc * cc
+    left = exp(-UA / hot * (1 - hot / cold))
+    e = (1 - left) / (1 - hot / cold * left)
+    q = e * hot * (Thi - Tci)
+    return {"Cr": hot / cold, "N": UA / hot, "e": e, "q": q, "Tho": Thi - q / hot, "Tco": Tci + q / cold}
