@@ -91,9 +91,20 @@ def test_csv_reads_back_as_the_same_floats(rows: list[tuple[float, object]]) -> 
             ]
 
 
-def test_csv_is_short() -> None:
-    table = columns({"x": [1.0, -0.0, 0.1, np.nan, 1e22, 100.5]}, [0, 0, 0, 3, 0, 0])
-    lines = ["1,solved", "0,solved", "0.1,solved", ",infeasible", "1e+22,solved", "100.5,solved"]
+@pytest.mark.parametrize("plain", [False, True])
+def test_csv_is_short_with_pyarrow_and_without(plain: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if plain:
+        monkeypatch.setattr("solver.files.columns._arrow_csv", lambda: None)
+    numbers = [1.0, -0.0, 0.1, np.nan, 1e22, 100.5]
+    table = columns({"x": numbers, "s": ["open", None, 2.5, 3.0, None, None]}, [0, 0, 0, 3, 0, 0])
+    lines = [
+        "1,'open,solved",
+        "0,,solved",
+        "0.1,2.5,solved",
+        ",3,infeasible",
+        "1e+22,,solved",
+        "100.5,,solved",
+    ]
     assert csv_rows(table).decode().splitlines() == lines
 
 
