@@ -101,7 +101,7 @@ class Tab:
         return str(text).replace("−", "-")
 
     def enter(self, name: str, text: str) -> None:
-        field = self.page.locator(f'tr[data-name="{name}"] input')
+        field = self.page.locator(f'tr[data-name="{name}"] td.number input')
         field.fill(text)
         field.press("Enter")
         self.settle()
@@ -119,7 +119,7 @@ class Tab:
         return str(self.page.locator("[data-verdict]").inner_text())
 
     def given(self, name: str) -> bool:
-        return self.page.locator(f'tr[data-name="{name}"] input').count() == 1
+        return self.page.locator(f'tr[data-name="{name}"] td.number input').count() == 1
 
     def swap(self, name: str, back: str) -> None:
         self.page.locator(f'tr[data-name="{name}"] .st').click()
@@ -220,7 +220,7 @@ def test_an_input_is_typed_and_taken_back(crank: Tab) -> None:
     assert (crank.value("thetaAO"), crank.value("xB")) == ("-30", "9.791823496")
     crank.enter("thetaAO", "pi/6")
     assert float(crank.value("thetaAO")) == math.pi / 6
-    crank.page.locator('tr[data-name="thetaAO"] input').fill("foo + 1")
+    crank.page.locator('tr[data-name="thetaAO"] td.number input').fill("foo + 1")
     crank.page.keyboard.press("Enter")
     crank.settle()
     assert crank.page.get_by_role("alert").count() == 1
@@ -620,5 +620,5 @@ def test_the_page_in_a_cell_of_a_notebook(browser: Any, tmp_path: Path) -> None:
 
 HELD = """([name, value]) => {
   const cell = document.getElementById('cell').shadowRoot;
-  return cell.querySelector(`tr[data-name="${name}"] input`)?.value === value;
+  return cell.querySelector(`tr[data-name="${name}"] td.number input`)?.value === value;
 }"""
