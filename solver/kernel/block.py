@@ -46,6 +46,9 @@ from solver.path.rational import smooth
 from solver.path.steps import SolveBlock
 from solver.ranking.sizes import Scalings
 
+FEW = 30
+"""Rules up to which each is looked at by itself, beyond it one of each shape."""
+
 
 class BlockKernel:
     """Residual, Jacobian and chains of a block, each compiled once for a path, when it is first used."""
@@ -95,13 +98,16 @@ class BlockKernel:
     def divisors(self) -> tuple[Expression, ...]:
         """What the equations divide by that depends on unknowns."""
         unknowns = frozenset(self.unknowns)
-        divided = [
-            place
-            for family in self.alike.families
-            if any(any(nodes.names(h)) for h in divisors(self.forms[family.places[0]]))
-            for place in family.places.tolist()
-        ]
-        found = (divisor for place in sorted(divided) for divisor in divisors(self.forms[place]))
+        forms = self.forms
+        if len(forms) > FEW:
+            divided = [
+                place
+                for family in self.alike.families
+                if any(any(nodes.names(h)) for h in divisors(forms[family.places[0]]))
+                for place in family.places.tolist()
+            ]
+            forms = [forms[place] for place in sorted(divided)]
+        found = (divisor for form in forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
@@ -113,6 +119,8 @@ class BlockKernel:
     def straight(self) -> list[bool]:
         """Which equations, as they are written, are linear in the unknowns."""
         unknowns = frozenset(self.unknowns)
+        if len(self.forms) <= FEW:
+            return [is_linear(form, unknowns) for form in self.forms]
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
         straight = np.zeros(len(self.forms), dtype=bool)
         for family in self.alike.families:
