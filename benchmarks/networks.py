@@ -394,7 +394,7 @@ def by_krylov(network: Network) -> tuple[bool, Any]:
 
 
 PEERS = {"casadi newton": by_casadi, "gekko": by_gekko, "scipy root(krylov)": by_krylov}
-LIMIT = 10.0
+LIMIT = 5.0
 """Seconds that a peer may take."""
 
 
