@@ -1,21 +1,25 @@
 """How many random choices of the slider crank's inputs lead back to the state that they were taken from.
 
-    python benchmarks/redistribution.py [--sheet NAME] [--pool posted|all] [--seeds FIRST:LAST] [--each]
+    python benchmarks/redistribution.py [--sheet NAME] [--pool posted|all] [--seeds FIRST:LAST]
+        [--each] [--prepared]
 
 For each sheet and each pool of numbers it draws well-posed choices of six (and the branch) at random values,
 solves, and prints how many returned the state, how many called their list of answers complete, how many said
-something false, and the seconds they took. ``--each`` prints every choice on a line of its own.
+something X
 """
 
 from __future__ import annotations
 
 import argparse
+import math
+import random
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
@@ -24,6 +28,8 @@ from tests.oracles.redistribution import SHEETS, Choice, Sheet, sheet, well_pose
 
 WIDTHS = {"choices": 8, "back": 6, "all": 5, "false": 6, "median": 8, "p95": 7, "worst": 7}
 HEAD = f"{'sheet':<32}{'pool':<8}" + "".join(f"{name:>{width}}" for name, width in WIDTHS.items())
+PATIENCE, NEARBY, SPREAD, QUICK = 20.0, 4, 1e-3, 200.0
+"""Of prepared calls: seconds for a full solve, calls next to the state, how near, microseconds held to."""
 REFUSALS = ("infeasible", "inconsistent")
 
 
@@ -78,19 +84,67 @@ def summary(name: str, pool: str, found: list[Trial]) -> str:
     )
 
 
+def prepared_call(of: Sheet, choice: Choice) -> float:
+    """Seconds of processor time of a prepared call next to the numbers of a choice; nan without an answer."""
+    names = [of.full[name] for name in choice.inputs]
+    numbers = [choice.state[name] for name in choice.inputs]
+    fixed = {name: value for name, value in of.inputs_of(choice).items() if name not in names}
+    want = [of.full[name] for name in of.posted if name not in choice.inputs]
+    plan: Any = solver.prepare(of.model, names, want, fixed, timeout=PATIENCE)
+    draw, times = random.Random(str(choice.inputs)), []
+    try:
+        plan(*numbers)
+        for _ in range(NEARBY):
+            near = [number * (1 + SPREAD * draw.uniform(-1, 1)) for number in numbers]
+            plan(*near)
+            times.append(min(clocked(plan, near) for _ in range(5)))
+    except solver.Unsolved:
+        pass
+    return sorted(times)[len(times) // 2] if times else math.nan
+
+
+def clocked(plan: Any, numbers: list[float]) -> float:
+    started = time.process_time()
+    plan(*numbers)
+    return time.process_time() - started
+
+
+def prepared(of: Sheet, pool: str, seeds: range, each: bool) -> str:
+    """The distribution of prepared calls over the choices, in microseconds."""
+    times = []
+    for seed in seeds:
+        choice = well_posed_choice(of, of.posted if pool == "posted" else of.numbers, seed)
+        if not choice.singular and (seconds := prepared_call(of, choice)) == seconds:
+            times.append(1e6 * seconds)
+            if each:
+                print(f"{seed:>5} {times[-1]:12.1f} µs  {','.join(choice.inputs)}", flush=True)
+    times.sort()
+    within = sum(t <= QUICK for t in times) / len(times)
+    middle, most = times[len(times) // 2], times[int(0.9 * (len(times) - 1))]
+    return (
+        f"{of.name:<32}{pool:<8}{len(times):>4} answered of {len(seeds)}; within {QUICK:g} µs {within:.0%}, "
+        f"median {middle:,.1f} µs, 90 % {most:,.1f} µs, worst {times[-1]:,.0f} µs"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--sheet", choices=SHEETS)
     parser.add_argument("--pool", choices=("posted", "all"))
     parser.add_argument("--seeds", default="0:40")
     parser.add_argument("--each", action="store_true")
+    parser.add_argument("--prepared", action="store_true")
     options = parser.parse_args()
     seeds = range(*map(int, options.seeds.split(":")))
     lines = []
     for name in [options.sheet] if options.sheet else SHEETS:
         for pool in [options.pool] if options.pool else ("posted", "all"):
-            lines.append(summary(name, pool, list(trials(sheet(name), pool, seeds, options.each))))
-    print(HEAD, *lines, sep="\n")
+            if options.prepared:
+                print(prepared(sheet(name), pool, seeds, options.each), flush=True)
+            else:
+                lines.append(summary(name, pool, list(trials(sheet(name), pool, seeds, options.each))))
+    if lines:
+        print(HEAD, *lines, sep="\n")
 
 
 if __name__ == "__main__":
