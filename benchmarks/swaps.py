@@ -158,9 +158,9 @@ def clocked(call: Callable[[], Any], ends: float) -> float:
 
 def timed_rows(plan: Any, points: Sequence[float], rows: int, swap: Swap) -> float:
     """Microseconds a row, between points with answers; of fewer rows where calls take long."""
-    count = rows if swap.call < CALL else max(int(3e5 / swap.call), 20)
+    count = rows if swap.call < 1e3 else max(int(3e5 / swap.call), 20)
     column = np.linspace(min(points), max(points), count)
-    plan.sweep(column[:: max(count // 200, 1)])
+    plan.sweep(column[:: max(count // 2000, 1)])
     best = math.inf
     for _ in range(2):
         started = time.process_time()
