@@ -8,6 +8,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from rulesheets.model import Value
+from rulesheets.syntax.nodes import Comparison
 
 
 class Status(Enum):
@@ -140,6 +141,14 @@ class Beside:
 
 
 @dataclass(frozen=True, slots=True)
+class Uncovered:
+    """A case that nothing contradicts, and in which the rules leave ``free`` undetermined."""
+
+    case: tuple[Comparison, ...]
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class DoubleRoot:
     """An answer where two coincide: to first order ``unknowns`` can move along ``direction``."""
 
@@ -232,6 +241,7 @@ Fact: TypeAlias = (
     | Unmet
     | Indeterminacy
     | Beside
+    | Uncovered
     | Filled
     | Fixed
     | Truncated

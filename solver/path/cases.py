@@ -85,6 +85,16 @@ _TRUE_FOR = {
 }
 """By operator: for which assumptions its rules take part. (``AT_LEAST`` has the rules of ``GREATER``.)"""
 
+OTHERWISE = {
+    LESS: (AT_LEAST,),
+    AT_MOST: (GREATER,),
+    EQUAL: (LESS, GREATER),
+    AT_LEAST: (LESS,),
+    GREATER: (AT_MOST,),
+    DIFFERENT: (EQUAL,),
+}
+"""What a comparison comes out as where it does not come out so."""
+
 MEANING = {LESS: "<", AT_MOST: "<=", EQUAL: "=", AT_LEAST: ">=", GREATER: ">", DIFFERENT: "<>"}
 _MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
 

@@ -27,9 +27,13 @@ from solver.facts import (
     Unmet,
 )
 from solver.path.cases import (
+    AT_LEAST,
+    AT_MOST,
     EQUAL,
     MEANING,
+    OTHERWISE,
     Pair,
+    Signed,
     activity,
     assumed_outcome,
     cases_of,
@@ -395,7 +399,26 @@ class Casework:
         return any(
             self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False
             for pair, sign in branch.signs.items()
-        ) or not possible(branch.signs.items(), branch.values)
+        ) or not possible((*branch.signs.items(), *self._ranges(branch)), branch.values)
+
+    def _ranges(self, branch: Branch) -> Iterator[Signed]:
+        """What the ranges of variables say of those that the assumed comparisons read."""
+        for name in {name for pair in branch.signs for side in pair for name in nodes.names(side)}:
+            variable = self.model.variables[name]
+            if variable.low > -math.inf:
+                yield (nodes.Name(name), nodes.Number(variable.low)), AT_LEAST
+            if variable.high < math.inf:
+                yield (nodes.Name(name), nodes.Number(variable.high)), AT_MOST
+
+    def told(self, branch: Branch) -> tuple[nodes.Comparison, ...]:
+        """The assumed comparisons of a branch, without those that follow from the others."""
+        left = dict(branch.signs)
+        for pair, sign in branch.signs.items():
+            others = {other: left[other] for other in left if other != pair}
+            against = ((*others.items(), (pair, wrong)) for wrong in OTHERWISE[sign])
+            if others and not any(possible(signs, branch.values) for signs in against):
+                left = others
+        return tuple(nodes.Comparison(MEANING[sign], *pair) for pair, sign in left.items())
 
     def unverified(self, branch: Branch) -> bool:
         return any(self._settle(nodes.Comparison("=", *pair), branch) is None for pair in branch.signs)

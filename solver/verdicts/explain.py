@@ -8,8 +8,9 @@ from typing import assert_never
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity, plural
 from rulesheets.evaluate.number import number_text
+from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import Name
+from rulesheets.syntax.nodes import And, Name
 from solver.facts import (
     AsksNothing,
     Beside,
@@ -29,6 +30,7 @@ from solver.facts import (
     RestsOnRounding,
     Status,
     Truncated,
+    Uncovered,
     Unfixed,
     Unmet,
 )
@@ -92,7 +94,8 @@ class _Explanation:
         if self.leaf is None:
             return
         said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
-        yield from map(self._said, dict.fromkeys(fact for fact in said if isinstance(fact, Filled | Beside)))
+        notes = (fact for fact in said if isinstance(fact, Filled | Beside | Uncovered))
+        yield from map(self._said, dict.fromkeys(notes))
         for fact in self.leaf.branch.facts:
             if isinstance(fact, Truncated):
                 yield self._said(fact)
@@ -200,6 +203,10 @@ class _Explanation:
                 rest = f" where {listed(kept)}" if kept else ""
                 message = f"beside these answers there is a curve of others: {listed(free)} can vary{rest}"
                 return self._note("S596", message, equations, free)
+            case Uncovered(case, free):
+                where = format_condition(case[0] if len(case) == 1 else And(case))
+                message = f"no rule determines {listed(free)} where {where}: there may be other answers"
+                return self._note("S597", message, (), free)
             case Fixed(name, value, given, unknown, equations):
                 message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
                 notes = (

@@ -22,12 +22,13 @@ from solver.facts import (
     RestsOnRounding,
     Status,
     Truncated,
+    Uncovered,
     Unfixed,
     Unmet,
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
-from solver.solution.leaves import Exploration, Leaf, leaf_errors, within_one_turn
+from solver.solution.leaves import Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 
 ROUNDED = 2.0**-51
 """Relative difference of two floats next to the same number."""
@@ -59,7 +60,8 @@ def judge(
 ) -> Verdict:
     """The status of a solve, by what its leaves reached."""
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
-    if loose:
+    covered = [leaf for leaf in found.leaves if leaf.solved and not leaf.on_edge]
+    if loose and not covered:
         return _unfinished(model, loose, inputs)
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
@@ -68,8 +70,9 @@ def judge(
     solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
     if solved:
         if not _unsettled(solved[0]):
-            beside = tuple(dict.fromkeys(_curves(model, found, inputs)))
-            return Verdict(Status.SOLVED, tuple(solved), beside, _unknown(model, solved[0]))
+            beside = (*_curves(model, found, inputs), *(_uncovered(model, found, inputs) if loose else ()))
+            facts = tuple(dict.fromkeys(beside))
+            return Verdict(Status.SOLVED, tuple(solved), facts, _unknown(model, solved[0]))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
         facts = (*_unsettled(solved[0]), *unfixed[0])
         return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
@@ -98,6 +101,14 @@ def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> It
             known = ((n, v) for n, v in values if isinstance(v, float) and n not in inputs)
             posted = tuple((n, v) for n, v in known if model.variables[n].posted)
             yield Beside(_about(facts[0]), leaf.missing, posted)
+
+
+def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[Uncovered]:
+    """The cases that nothing contradicts, and that leave wanted variables open: no rule is for them."""
+    casework = Casework(model, inputs)
+    for leaf in found.adrift:
+        if not (leaf.loose or leaf.on_edge or blocked(leaf)):
+            yield Uncovered(casework.told(leaf.branch), leaf.missing)
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:
