@@ -302,7 +302,7 @@ class Preimages:
         self.delicate = self.delicate or _underflows(stage.divisor, at)
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
-        if self._holds_anyway() or (dividend == 0.0 and not self.isolation.verify):
+        if self._holds_anyway() or (dividend == 0.0 and not self.isolation.common):
             raise Refused(AsksNothing(self.index, unknown))
         self.delicate = self.delicate or abs(dividend) <= DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"
@@ -343,6 +343,8 @@ class Preimages:
                 number = self.evaluate(base, self.values)
                 if number > 0.0:
                     return None
+                if number == 0.0 and target == 1.0:
+                    return 0.0
                 if number in (0.0, -1.0) or target == 0.0:  # many, or none
                     self.proven = False
                     raise Refused(NoRoot((self.index,), (self.isolation.unknown,), proven=False))

@@ -138,7 +138,8 @@ class Isolation:
 
     ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or
     the target may leave the image; n ≥ 2 n preimages. ``verify``: preimages may be
-    extraneous and must be tried in the equation.
+    extraneous and must be tried in the equation. ``common``: the equation was solved for a part that holds
+    the unknown several times, so that it may still depend on the unknown where the formula is 0/0.
     """
 
     unknown: str
@@ -148,6 +149,7 @@ class Isolation:
     branches: int = 1
     verify: bool = False
     quadratic: Quadratic | None = None
+    common: bool = False
 
     @property
     def identity(self) -> bool:
@@ -215,7 +217,7 @@ def _stages(node: Expression, unknown: str) -> list[Stage] | None:
     return stages
 
 
-def _through(stages: Sequence[Stage], other: Expression, unknown: str, verify: bool = False) -> Isolation:
+def _through(stages: Sequence[Stage], other: Expression, unknown: str, common: bool = False) -> Isolation:
     branches = 1
     for stage in stages:
         branches *= len(stage.forms)
@@ -226,7 +228,8 @@ def _through(stages: Sequence[Stage], other: Expression, unknown: str, verify: b
         tuple(stages),
         cost=branches if branches > 1 else int(doubtful),
         branches=branches,
-        verify=verify or any(stage.operation in _EXTRANEOUS for stage in stages),
+        verify=common or any(stage.operation in _EXTRANEOUS for stage in stages),
+        common=common,
     )
 
 
@@ -371,7 +374,7 @@ def _by_common_part(left: Expression, right: Expression, unknown: str) -> Isolat
     stages = _stages(inside, unknown)
     if stages is None or any(stage.period for stage in stages):
         return None
-    return _through(stages, other, unknown, verify=True)
+    return _through(stages, other, unknown, common=True)
 
 
 def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
@@ -441,7 +444,7 @@ def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | No
     start = divide(
         _product([p for p in below if p not in held]), _product([p for p in above if p not in held])
     )
-    return _through([_undo_exponent(base), *rest], start, unknown, verify=True)
+    return _through([_undo_exponent(base), *rest], start, unknown, common=True)
 
 
 def _bases(parts: Sequence[Expression], held: Sequence[Expression]) -> list[Expression]:

@@ -171,7 +171,8 @@ def _beside(
     judged: Sequence[str],
 ) -> tuple[Leaf, ...]:
     floats = explore(model, inputs, want, guesses, judged, brief=True)
-    if not any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.dead)):
+    ended = any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.dead))
+    if not ended and not floats.delicate:
         return ()
     found = explore_precisely(model, inputs, want, guesses, judged, floats) or floats
     return tuple(leaf for leaf in found.leaves if leaf.solved)
