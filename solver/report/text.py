@@ -387,7 +387,7 @@ def _open_block(result: Result) -> str:
     """Of which unknowns, by which rule, there may be more values than were found."""
     gap = next((gap for gap in result.gaps if gap.labels), None)
     if gap is None:
-        return ""
+        return next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
     span = gap.labels[0].span
     place = f"{escaped(os.path.basename(span.file))}:{span.line}"
     return f": {_few(gap.variables, NAMES)} by {place}, which could not be searched whole (--explain)"

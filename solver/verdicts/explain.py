@@ -205,7 +205,7 @@ class _Explanation:
                 return self._note("S596", message, equations, free)
             case Uncovered(case, free):
                 where = format_condition(case[0] if len(case) == 1 else And(case))
-                message = f"no rule determines {listed(free)} where {where}: there may be other answers"
+                message = f"no rule determines {listed(free)} where {where}"
                 return self._note("S597", message, (), free)
             case Fixed(name, value, given, unknown, equations):
                 message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"

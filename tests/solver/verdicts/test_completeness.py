@@ -84,7 +84,7 @@ def test_whole_list_has_no_note() -> None:
 
 
 def test_search_without_a_proof_says_what_it_lacks_where_it_is_asked_to_explain() -> None:
-    result = solved("x^3 + sin(x*y) = 1\ny - x*cos(y) = 0.3")
+    result = solved("x^3 + sin(x*y) = 1\ny - x*cos(x*y) = 0.3")
     assert not result.complete
     assert result.diagnoses == ()
     assert [gap.code for gap in result.gaps] == ["S594"]

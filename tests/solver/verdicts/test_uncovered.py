@@ -1,0 +1,40 @@
+"""Rules whose conditions leave a case out: answers in the other cases stand, and the gap is told."""
+
+import pytest
+
+import rulesheets
+import solver
+
+FALLING = """
+vt = sqrt(4*g*(rhop - rho)*Dp/(3*CD*rho))
+Re = Dp*vt*rho/mu
+if Re < 0.1 then CD = 24/Re
+if Re >= 0.1 and Re < 1000 then CD = 24/Re*(1 + 0.14*Re^0.7)
+if Re >= 1000 and Re < 350000 then CD = 0.44
+"""
+"""After M. B. Cutlip and others, Comput. Appl. Eng. Educ. 6 (1998) 169: 0.015782 m/s."""
+
+KNOWN = {"g": 9.80665, "rhop": 1800.0, "rho": 994.6, "mu": 8.931e-4, "Dp": 0.208e-3}
+
+
+def test_an_answer_stands_beside_a_case_without_a_rule() -> None:
+    result = solver.solve(rulesheets.loads(FALLING), KNOWN)
+    assert result.status is solver.Status.SOLVED
+    assert not result.complete
+    assert result["vt"] == pytest.approx(0.015782, abs=1e-6)
+    (note,) = result.diagnoses
+    assert note.code == "S597"
+    assert note.message.endswith("where Re >= 350000")
+
+
+def test_a_range_closes_a_case() -> None:
+    ranged = rulesheets.loads("variables\nRe in [0, 3e5]\nrules" + FALLING)
+    result = solver.solve(ranged, KNOWN)
+    assert result.status is solver.Status.SOLVED
+    assert result["vt"] == pytest.approx(0.015782, abs=1e-6)
+    assert result.diagnoses == ()
+
+
+def test_nothing_is_solved_where_no_case_has_an_answer() -> None:
+    result = solver.solve(rulesheets.loads("if x > 0 then y = 2*x\nif x > 0 then y = -x"))
+    assert result.status is not solver.Status.SOLVED
