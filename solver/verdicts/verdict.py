@@ -60,8 +60,8 @@ def judge(
 ) -> Verdict:
     """The status of a solve, by what its leaves reached."""
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
-    covered = [leaf for leaf in found.leaves if leaf.solved and not leaf.on_edge]
-    if loose and not covered:
+    uncovered = _uncovered(model, found, inputs) if loose else ()
+    if loose and not (uncovered and any(leaf.solved and not leaf.on_edge for leaf in found.leaves)):
         return _unfinished(model, loose, inputs)
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
@@ -70,9 +70,10 @@ def judge(
     solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
     if solved:
         if not _unsettled(solved[0]):
-            beside = (*_curves(model, found, inputs), *(_uncovered(model, found, inputs) if loose else ()))
-            facts = tuple(dict.fromkeys(beside))
-            return Verdict(Status.SOLVED, tuple(solved), facts, _unknown(model, solved[0]))
+            beside: list[Fact] = [*_curves(model, found, inputs), *uncovered]
+            return Verdict(
+                Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)), _unknown(model, solved[0])
+            )
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
         facts = (*_unsettled(solved[0]), *unfixed[0])
         return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
@@ -103,12 +104,15 @@ def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> It
             yield Beside(_about(facts[0]), leaf.missing, posted)
 
 
-def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[Uncovered]:
-    """The cases that nothing contradicts, and that leave wanted variables open: no rule is for them."""
-    casework = Casework(model, inputs)
-    for leaf in found.adrift:
-        if not (leaf.loose or leaf.on_edge or blocked(leaf)):
-            yield Uncovered(casework.told(leaf.branch), leaf.missing)
+def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[Uncovered, ...]:
+    """The cases that nothing contradicts, and in which no rule determines what is wanted; none where a rule
+    of such a case holds whatever that is: then there is a continuum of answers."""
+    leaves = [leaf for leaf in found.adrift if not (leaf.loose or leaf.on_edge or blocked(leaf))]
+    facts = (fact for leaf in leaves for fact in leaf.branch.void.values())
+    if any(isinstance(fact, AsksNothing | RankLoss) for fact in facts):
+        return ()
+    told = Casework(model, inputs).told
+    return tuple(Uncovered(told(leaf.branch), leaf.missing) for leaf in leaves)
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:

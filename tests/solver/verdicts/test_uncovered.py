@@ -38,3 +38,9 @@ def test_a_range_closes_a_case() -> None:
 def test_nothing_is_solved_where_no_case_has_an_answer() -> None:
     result = solver.solve(rulesheets.loads("if x > 0 then y = 2*x\nif x > 0 then y = -x"))
     assert result.status is not solver.Status.SOLVED
+
+
+def test_a_continuum_in_one_case_is_not_hidden_by_the_edge_of_another() -> None:
+    """Any income up to 11,000 is taxed by a tenth."""
+    rules = "if x <= 11000 then y = 0.1*x\nelse y = 1100 + 0.12*(x - 11000)\nz*x = y\nz = 0.1"
+    assert solver.solve(rulesheets.loads(rules)).status is not solver.Status.SOLVED
