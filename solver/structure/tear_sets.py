@@ -118,14 +118,15 @@ def _at_least(incidence: Incidence, reach: Reach) -> int:
 def _complete(unknowns: tuple[int, ...], reach: Reach, size: int, start: int) -> Iterator[tuple[int, ...]]:
     """Sets of ``size`` further tears from which everything follows, in lexicographic order.
 
-    An unknown that follows from the tears before it is passed over: a set with it is not smallest.
+    An unknown that follows from the tears before it is passed over: a set with it is not smallest. As many as
+    are missing have to be left: sets of fewer tears have been searched.
     """
     if reach.complete:
         yield ()
         return
     if min((missing for missing in reach.missing.values() if missing > 1), default=0) > size + 1:
         return  # too few tears for any further step
-    for i in range(start, len(unknowns) if size else 0):
+    for i in range(start, len(unknowns) - size + 1 if size else 0):
         expect_time()
         if unknowns[i] not in reach.known:
             learnt = reach.learn(unknowns[i])

@@ -144,3 +144,9 @@ def test_a_band_needs_no_more_tears_than_its_half_width() -> None:
     found = tear(band)
     assert_valid(band, found)
     assert len(found.tears) == 2
+
+
+def test_where_no_rule_gives_an_unknown_all_are_tears_and_that_is_seen_at_once() -> None:
+    n = 50
+    occurs = tuple(tuple(range(max(0, i - 1), min(n, i + 2))) for i in range(n))
+    assert tear(Incidence(occurs, ({},) * n, n)).tears == tuple(range(n))
