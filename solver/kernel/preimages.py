@@ -27,6 +27,10 @@ MOST = 1e300
 """Turns that a float can count."""
 
 
+PLACES = (0.0, 0.31, 0.69, 1.0)
+"""Shares of a finite range that holds too many whole turns: so many are looked for around each."""
+
+
 def whole_turns(
     preimages: Preimages, principal: float, period: float, rest: tuple[Stage, ...]
 ) -> list[float]:
@@ -97,8 +101,8 @@ class _WholeTurns:
             tried = set(range(_floor(first), 1 - _floor(-last)))
         else:
             self.preimages.complete = False
-            middles = (0, *(round(_bounded(count)) for count in (first, last)))
-            tried = {m + k for m in middles for k in range(-AROUND, AROUND + 1)}
+            middles = (round(_bounded((x - self.principal) / self.period)) for x in self._operands())
+            tried = {m + k for m in (0, *middles) for k in range(-AROUND, AROUND + 1)}
         inside = [k for k in tried if self._leads_inside(self._turn(k))]
         return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
 
@@ -135,6 +139,16 @@ class _WholeTurns:
         isolation, equation = self.preimages.isolation, self.preimages.equation
         depth = len(isolation.stages) - len(self.rest)
         return operand(equation.left, equation.right, self.unknown, depth)
+
+    def _operands(self) -> Iterator[float]:
+        """What is still to undo, at places all over the finite range of the unknown."""
+        part, low, high = self._operand, self.variable.low, self.variable.high
+        for share in PLACES:
+            known = {**self.preimages.values, self.unknown: low + share * (high - low)}
+            try:
+                yield self.preimages.evaluate(part, known)
+            except Undefined:
+                continue
 
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""

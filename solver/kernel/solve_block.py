@@ -175,8 +175,10 @@ def _searched(
             return outcome if assumed else search.curve_instead(outcome)
         if search.complete:
             break
-    if search.complete and search.candidates.fruitless and (found := contradiction(question)) is not None:
-        return BlockOutcome(complete=True, facts=(found,))
+    if search.complete and search.candidates.fruitless:
+        why = _refuted(question, search.candidates, given)
+        if why is not None:
+            return BlockOutcome(complete=True, facts=(why,))
     if not assumed and (curve := search.curve()) is not None:
         return curve
     if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():

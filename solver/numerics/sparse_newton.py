@@ -7,6 +7,7 @@ scaled. Steps out of the domain, where the residual is nan, are shortened.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -155,7 +156,9 @@ def _damped(
 
 
 def _length(step: Array, weight: Array) -> float:
-    return float(np.sqrt(np.mean((step / weight) ** 2)))
+    sizes = np.abs(step / weight)
+    largest = float(np.max(sizes, initial=0.0))
+    return largest * float(np.sqrt(np.mean((sizes / largest) ** 2))) if 0.0 < largest < math.inf else largest
 
 
 def sparse_least_squares(entries: Triplets, shape: tuple[int, int], rhs: Array) -> Array:
