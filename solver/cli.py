@@ -9,27 +9,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from solver.commands import WRONG
-
-COMMANDS = {
-    "solve": "solve a sheet and print its variable sheet",
-    "sweep": "solve a sheet for many values of an input",
-    "draw": "draw the figures of a sheet to scale",
-    "chart": "measure methods on a sheet: speed against accuracy",
-    "path": "show the order in which the rules are solved",
-    "why": "show the chain of rules behind one number",
-    "check": "read a sheet and say what is wrong with it",
-    "format": "print a sheet in its canonical form",
-    "open": "open a sheet as a page in the browser",
-    "export": "write a sheet as one file with sliders",
-    "watch": "solve a sheet whenever it is saved",
-    "tutor": "learn the first steps, in five minutes",
-    "lsp": "serve an editor: the language server",
-    "completion": "print what a shell completes commands by",
-    "models": "list the sheets that come with Backsolve",
-    "codes": "say what the code of a message means",
-    "cache": "show what is kept between runs, or clear it",
-}
+from solver.commands import COMMANDS, WRONG
 
 INTERRUPTED = 130
 BROKEN_PIPE = 141
@@ -81,12 +61,12 @@ def _dispatch(words: list[str]) -> int:
 
     if words[0] not in COMMANDS:
         return unknown_command(words[0], COMMANDS)
-    return run(words[0], COMMANDS[words[0]], words[1:])
+    return run(words[0], words[1:])
 
 
 def usage() -> str:
     width = max(map(len, COMMANDS))
-    lines = (f"  {name:<{width}}  {summary}" for name, summary in COMMANDS.items())
+    lines = (f"  {name:<{width}}  {summary}" for name, (_, summary) in COMMANDS.items())
     return USAGE.format(commands="\n".join(lines))
 
 

@@ -24,8 +24,7 @@ GUARDS = {
     "solver.commands.chart": "require_matplotlib",
     "solver.commands.draw": "require_matplotlib",
     "solver.commands.sweep": "require_matplotlib",
-    "solver.commands.open": "missing_extra",
-    "solver.commands.lsp": "missing_extra",
+    "solver.commands.serving": "missing_extra",
     "solver.interaction": "missing_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is

@@ -16,6 +16,7 @@ from rulesheets.syntax.source import escaped
 from solver.chart import FALSE, Mark, measure, measure_along
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
+from solver.commands.running import Command
 from solver.files.replacing import write_file
 from solver.report.table import table
 from solver.report.text import result_text
@@ -99,7 +100,7 @@ MOST = 2_000
 """Values of a chart over an input: each is solved by every method several times."""
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     along = parser.add_mutually_exclusive_group()
     along.add_argument("--over", metavar="NAME=START:STOP:STEP", help="a chart over the values of an input")
@@ -107,7 +108,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv")
 
 
-def run(arguments: Namespace) -> int:
+def _run(arguments: Namespace) -> int:
     """Measure, print, draw; 0 where there is something to measure, 1 where the sheet has no answer."""
     kind = _kind(arguments.output)
     request = read_request(arguments)
@@ -193,3 +194,6 @@ def _drawn(
 def _write(path: str, data: bytes) -> None:
     write_file(path, data)
     print(f"\n{escaped(path)}")
+
+
+COMMANDS = {"chart": Command(_arguments, _run)}

@@ -15,6 +15,7 @@ from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
+from solver.commands.running import Command
 from solver.facts import Status
 from solver.files.replacing import write_file
 from solver.pictures.diagram import variables
@@ -32,7 +33,7 @@ _NAMED = 3
 """States without an answer that are named, beyond which they are counted."""
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False)
     add = parser.add_argument
     over = "NAME=A,B,… or NAME=START:STOP:STEP"
@@ -47,7 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FILE", help="a file that ends in .png, .svg, .pdf, or for a film .gif")
 
 
-def run(arguments: Namespace) -> int:
+def _run(arguments: Namespace) -> int:
     """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
     from solver.pictures.drawing import chosen, require_matplotlib
 
@@ -182,3 +183,6 @@ def _named(name: str, value: Value, model: Model) -> str:
 def _some(names: Sequence[str]) -> str:
     rest = len(names) - _NAMED
     return "; ".join(names[:_NAMED]) + (f"; and {rest} more" if rest > 0 else "")
+
+
+COMMANDS = {"draw": Command(_arguments, _run)}

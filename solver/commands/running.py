@@ -6,30 +6,40 @@ import gc
 import os
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from importlib import import_module
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
 from rulesheets.syntax.source import escaped
-from solver.commands import UNSOLVED, WRONG
+from solver.commands import COMMANDS, UNSOLVED, WRONG
 from solver.report.table import screen_of, shown_on
-
-UNKEPT = frozenset({"format", "models", "codes", "cache", "lsp", "tutor", "completion"})
-"""Commands that neither find nor keep anything."""
 
 COLLECTION = 100_000, 50, 100
 """Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
 
 
-def run(command: str, about: str, words: list[str]) -> int:
+class Command(NamedTuple):
+    """What adds the options of a command, what runs it, and whether it looks up or keeps anything."""
+
+    add_arguments: Callable[[ArgumentParser], None]
+    run: Callable[[Namespace], int]
+    keeps: bool = True
+
+
+def command_named(name: str) -> Command:
+    """The command, from the table ``COMMANDS`` of its module."""
+    found: Command = import_module(f"solver.commands.{COMMANDS[name][0]}").COMMANDS[name]
+    return found
+
+
+def run(name: str, words: list[str]) -> int:
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
     gc.set_threshold(*COLLECTION)
-    module = import_module(f"solver.commands.{command}")
-    parser = _Parser(command, about)
-    module.add_arguments(parser)
-    if command not in UNKEPT:
+    command, parser = command_named(name), _Parser(name, COMMANDS[name][1])
+    command.add_arguments(parser)
+    if command.keeps:
         parser.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
     try:
         arguments = parser.read(words)
@@ -39,8 +49,7 @@ def run(command: str, about: str, words: list[str]) -> int:
         os.environ["BACKSOLVE_CACHE"] = ""
     try:
         with time_limit(getattr(arguments, "timeout", None)), shown_on(sys.stdout):
-            code: int = module.run(arguments)
-        return code
+            return command.run(arguments)
     except TimeIsUp:
         print("error[S553]: the time was up", file=sys.stderr)
         return UNSOLVED

@@ -1,21 +1,28 @@
-"""``backsolve solve``: the variable sheet, filled in, and what is derived from it."""
+"""``solve``: the variable sheet, filled in, and what is derived from it; ``watch``: again on every save."""
 
 from __future__ import annotations
 
 import os
 import sys
+import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from contextvars import Context
 from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rulesheets.diagnosis import render
+from rulesheets.deadline import TimeIsUp, time_limit
+from rulesheets.diagnosis import RuleSheetError, render
 from rulesheets.inputs import variable_named
+from rulesheets.loading import find_sheet, load
 from rulesheets.units.check import check_units
 from solver.commands.inputs import Option, add_display_options, add_input_options, read_request
+from solver.commands.running import Command
 from solver.files.replacing import write_file
 from solver.report.sheet import diagnosis_json, result_csv, result_json
+from solver.report.table import shown_on
 from solver.report.text import result_text
 from solver.result import Result
 from solver.solving import solve
@@ -28,7 +35,7 @@ MOST_WARNINGS = 3
 """Warnings of units after a table."""
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def _solve_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     add_display_options(parser)
     parser.add_argument("--all", action="store_true", help="show every answer, side by side")
@@ -45,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
 
 
-def run(arguments: Namespace) -> int:
+def _solve(arguments: Namespace) -> int:
     """Solve, print, write; the exit code is that of the status."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
@@ -194,3 +201,49 @@ def _drawn(result: Result, arguments: Namespace, bands: ToleranceBands) -> Sampl
     from solver.sweeps.sweep import monte_carlo
 
     return monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)
+
+
+LOOK = 0.2
+"""Seconds between two looks at the files."""
+
+
+def _watch(arguments: Namespace) -> int:
+    """Solve at once and after every change until interrupted."""
+    files = {find_sheet(arguments.sheet), *filter(None, [arguments.variables])}
+    with suppress(KeyboardInterrupt):
+        while True:
+            before = _saved(files)
+            if sys.stdout.isatty():
+                print("\x1b[2J\x1b[H", end="")
+            # a context of its own, so that the limit in time is that of one solve
+            files |= Context().run(_round, arguments)
+            print(time.strftime("\n%H:%M:%S; waiting for a change, Ctrl+C ends"), flush=True)
+            while _saved(files) == before | _saved(files - before.keys()):
+                time.sleep(LOOK)
+    return 0
+
+
+def _round(arguments: Namespace) -> set[str]:
+    """Solve once and print; the files that the sheet was read from."""
+    try:
+        with time_limit(arguments.timeout), shown_on(sys.stdout):
+            _solve(arguments)
+            return set(load(arguments.sheet, within=arguments.within).files)
+    except TimeIsUp:
+        print("error[S553]: the time was up", file=sys.stderr)
+    except RuleSheetError as wrong:
+        print("\n\n".join(map(render, wrong.diagnoses)), file=sys.stderr)
+    return set()
+
+
+def _saved(files: Iterable[str]) -> dict[str, float]:
+    """When each file was written; -1 for one that is not there at the moment."""
+    found = {}
+    for file in files:
+        found[file] = -1.0
+        with suppress(OSError):
+            found[file] = os.stat(file).st_mtime_ns
+    return found
+
+
+COMMANDS = {"solve": Command(_solve_arguments, _solve), "watch": Command(_solve_arguments, _watch)}

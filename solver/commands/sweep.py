@@ -19,6 +19,7 @@ from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import displays, shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
+from solver.commands.running import Command
 from solver.files.columns import Columns, csv_head, csv_rows, joined
 from solver.files.replacing import write_file
 from solver.files.tables import is_csv, write_table
@@ -195,7 +196,7 @@ def too_many() -> Diagnosis:
 INTERRUPTED = 130
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     add_display_options(parser)
     add = parser.add_argument
@@ -225,7 +226,7 @@ def _jobs(text: str) -> int:
     return int(text)
 
 
-def run(arguments: Namespace) -> int:
+def _run(arguments: Namespace) -> int:
     """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if interrupted."""
     if arguments.follow:
         return follow(arguments)
@@ -408,3 +409,6 @@ def _told(swept: Variable, branch: Branch) -> Iterator[str]:
         yield "it is closed"
     else:
         yield f"it begins where {branch.start}, and ends where {branch.end}"
+
+
+COMMANDS = {"sweep": Command(_arguments, _run)}

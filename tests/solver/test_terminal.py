@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from solver.cli import COMMANDS, main
-from solver.commands.tutor import LESSONS
+from solver.commands.about import LESSONS
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}

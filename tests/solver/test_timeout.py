@@ -234,6 +234,7 @@ def test_a_command_that_meets_the_limit_elsewhere_says_so(
     def run(arguments: object) -> int:
         raise TimeIsUp
 
-    monkeypatch.setattr(solve_command, "run", run)
+    command = solve_command.COMMANDS["solve"]._replace(run=run)
+    monkeypatch.setitem(solve_command.COMMANDS, "solve", command)
     assert main(("solve", "offset_slider_crank", "--timeout", "1")) == 1
     assert capsys.readouterr().err == "error[S553]: the time was up\n"

@@ -1,0 +1,328 @@
+"""Commands about Backsolve itself: its ``models``, ``codes``, ``cache``, ``completion``, and a ``tutor``."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from shlex import quote
+
+from rulesheets import store
+from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
+from rulesheets.loading import find_sheet, shipped_models
+from solver.commands import COMMANDS as TABLE
+from solver.commands.running import Command, command_named
+from solver.report.table import columns
+
+
+def _models_arguments(parser: ArgumentParser) -> None:
+    del parser  # this command takes no arguments
+
+
+def _models(arguments: Namespace) -> int:
+    """One line a model: its name, and the comment that its sheet opens with."""
+    names = shipped_models()
+    if names:
+        print(columns((name, title(find_sheet(name))) for name in names))
+    return 0
+
+
+def title(path: str) -> str:
+    """The comment on the first line of a sheet, empty where there is none."""
+    with open(path, encoding="utf-8") as file:
+        first = file.readline().strip()
+    return first.lstrip('";').strip() if first[:1] in ('"', ";") else ""
+
+
+def _codes_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "code", nargs="?", metavar="CODE", help="such as E105 or S530; without it, all of them are listed"
+    )
+
+
+def _codes(arguments: Namespace) -> int:
+    """One code with its cause and its cure, or a line for each."""
+    if arguments.code is None:
+        print(columns((code, entry.title) for code, entry in catalogue().items()))
+        return 0
+    code = arguments.code.strip("[]").upper()
+    if code not in catalogue():
+        notes = (*suggestion(code, catalogue()), "`backsolve codes` lists them")
+        raise RuleSheetError(error("E426", f"no message has the code {arguments.code}", notes=notes))
+    entry = catalogue()[code]
+    print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
+    return 0
+
+
+def _cache_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("--clear", action="store_true", help="remove every entry")
+
+
+def _cache(arguments: Namespace) -> int:
+    """Say where the entries are, how many, and their size; with ``--clear`` remove them first."""
+    folder = store.folder()
+    if folder is None:
+        print("nothing is kept: BACKSOLVE_CACHE is empty")
+        return 0
+    if arguments.clear:
+        return _clear(folder)
+    count, size = store.usage()
+    print(f"{folder}: {_entries(count)}, {_size(size)}")
+    if not store.trusted(folder):
+        print("it is not used: it belongs to somebody else, or others can write to it", file=sys.stderr)
+    return 0
+
+
+def _clear(folder: str) -> int:
+    try:
+        count = store.clear()
+    except OSError as failure:
+        print(f"error: {folder} cannot be cleared: {failure.strerror}", file=sys.stderr)
+        return 2
+    print(f"{folder}: {_entries(count)} removed")
+    return 0
+
+
+def _entries(count: int) -> str:
+    return "1 entry" if count == 1 else f"{count or 'no'} entries"
+
+
+def _size(size: int) -> str:
+    return f"{size / 2**20:.1f} MB" if size >= 2**20 else f"{size / 2**10:.1f} kB"
+
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def _completion_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("shell", choices=SHELLS, help="the shell to complete in")
+    parser.epilog = (
+        'bash: eval "$(backsolve completion bash)" in ~/.bashrc; zsh: the same, after compinit; '
+        "fish: backsolve completion fish > ~/.config/fish/completions/backsolve.fish"
+    )
+
+
+def _completion(arguments: Namespace) -> int:
+    """Print the script of a shell."""
+    write = {"bash": _bash, "zsh": _zsh, "fish": _fish}[arguments.shell]
+    print("\n".join(write([_completed(name) for name in sorted(TABLE)])))
+    return 0
+
+
+@dataclass(frozen=True)
+class _Completed:
+    """A command with its options, and the words that can stand without one, beside files."""
+
+    name: str
+    about: str
+    options: tuple[Action, ...]
+    words: tuple[str, ...]
+
+
+def _completed(name: str) -> _Completed:
+    """A command by what it adds to a parser."""
+    parser = ArgumentParser(add_help=False)
+    command_named(name).add_arguments(parser)
+    options = tuple(one for one in parser._actions if one.option_strings)
+    plain = [one for one in parser._actions if not one.option_strings]
+    words = [str(choice) for one in plain for choice in one.choices or ()]
+    if any(one.metavar == "SHEET" for one in plain):
+        words += shipped_models()
+    return _Completed(name, TABLE[name][1], options, tuple(words))
+
+
+def _bash(commands: list[_Completed]) -> Iterator[str]:
+    yield "_backsolve() {"
+    yield "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} words options"
+    yield '  _of() { COMPREPLY+=($(compgen -W "$1" -- "$word")); }'
+    yield "  COMPREPLY=()"
+    names = " ".join(command.name for command in commands)
+    yield f'  [ "$COMP_CWORD" -gt 1 ] || {{ _of "{names}"; return; }}'
+    yield '  case "${COMP_WORDS[1]} $before" in'
+    for command in commands:
+        for option in filter(lambda one: one.choices, command.options):
+            places = "|".join(f'"{command.name} {name}"' for name in option.option_strings)
+            yield f'    {places}) _of "{_choices(option)}"; return;;'
+    yield "  esac"
+    yield "  case ${COMP_WORDS[1]} in"
+    for command in commands:
+        options = " ".join(name for option in command.options for name in option.option_strings)
+        yield f'    {command.name}) options="{options}" words="{" ".join(command.words)}";;'
+    yield "  esac"
+    yield '  case $word in -*) _of "$options";; *) _of "$words"; COMPREPLY+=($(compgen -f -- "$word"));; esac'
+    yield "}"
+    yield "complete -o filenames -F _backsolve backsolve"
+
+
+def _zsh(commands: list[_Completed]) -> Iterator[str]:
+    yield "#compdef backsolve"
+    yield "_backsolve() {"
+    told = " ".join(quote(f"{command.name}:{command.about}") for command in commands)
+    yield f"  local -a commands=({told})"
+    yield "  if (( CURRENT == 2 )); then _describe command commands; return; fi"
+    yield "  local command=$words[2]; shift words; (( CURRENT-- ))"
+    yield "  case $command in"
+    for command in commands:
+        specs = [_zsh_option(name, option) for option in command.options for name in option.option_strings]
+        words = " ".join(command.words)
+        rest = f"*:word:{{ compadd {words}; _files }}" if words else "*:file:_files"
+        yield f"    {command.name}) _arguments {' '.join(map(quote, (*specs, rest)))};;"
+    yield "  esac"
+    yield "}"
+    yield "compdef _backsolve backsolve"
+
+
+def _zsh_option(name: str, option: Action) -> str:
+    about = (option.help or "").replace("[", "(").replace("]", ")").replace(":", r"\:")
+    value = f":value:({_choices(option)})" if option.choices else ":value:_files" * (option.nargs != 0)
+    return f"*{name}[{about}]{value}"
+
+
+def _fish(commands: list[_Completed]) -> Iterator[str]:
+    for command in commands:
+        yield f"complete -c backsolve -n __fish_use_subcommand -f -a {command.name} -d {quote(command.about)}"
+    for command in commands:
+        start = f"complete -c backsolve -n '__fish_seen_subcommand_from {command.name}'"
+        if command.words:
+            yield f"{start} -a {quote(' '.join(command.words))}"
+        for option in command.options:
+            names = " ".join(
+                f"-{'l' if name[:2] == '--' else 's'} {name.lstrip('-')}" for name in option.option_strings
+            )
+            values = f" -a {quote(_choices(option))}" if option.choices else ""
+            takes = " -r" * (option.nargs != 0)
+            yield f"{start} {names}{takes}{values} -d {quote(option.help or '')}"
+
+
+def _choices(option: Action) -> str:
+    return " ".join(map(str, option.choices or ()))
+
+
+BOX = """\
+" An open box, folded from a square sheet
+variables
+  a = 30  [cm]    " side of the sheet
+  h = 3   [cm]    " height of the box
+  V       [cm^3]  " volume
+
+rules
+  V = h*(a - 2*h)^2
+"""
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """A few sentences and the command that they lead to; ``adds`` is a line that joins the sheet first."""
+
+    says: str
+    command: str
+    adds: str = ""
+
+
+LESSONS = (
+    Lesson(
+        "A sheet is a text file of variables and rules. box.tk says what is known of an open box:\n\n"
+        + "".join(f"    {line}\n" for line in BOX.splitlines())
+        + "\na and h have values, so they are inputs. V has none, so it is solved for.",
+        "backsolve solve box.tk",
+    ),
+    Lesson(
+        "Inputs stand on the left, outputs on the right.\n"
+        "A rule is no assignment. Give a volume instead of the side of the sheet:",
+        "backsolve solve box.tk --clear a --set V=1200 --guess a=30",
+    ),
+    Lesson(
+        "The equation is quadratic in a, and the guess decided which answer comes first.\n"
+        "In h it is cubic. Ask for every height that gives 1500 cm^3:",
+        "backsolve solve box.tk --clear h --set V=1500 --all",
+    ),
+    Lesson(
+        "Nobody cuts 19 cm from both ends of 30 cm. The sheet now has one line more, 2*h < a.\n"
+        "An inequality determines nothing, but answers that break it are dropped:",
+        "backsolve solve box.tk --clear h --set V=1500 --all",
+        adds="  2*h < a\n",
+    ),
+    Lesson(
+        "If there is no answer, the message says why, and what would help:",
+        "backsolve solve box.tk --clear h --set V=2500",
+    ),
+    Lesson("Where does a number come from?", "backsolve why box.tk V"),
+    Lesson(
+        "And how does the volume change with the height?", "backsolve sweep box.tk --over h=1:10:1 --want V"
+    ),
+)
+
+FAREWELL = """\
+That is all there is to begin with. From here:
+
+    backsolve models                     sheets to try
+    backsolve open offset_slider_crank   a linkage to drag in the browser
+    backsolve COMMAND --help             the options of a command
+"""
+
+
+def _tutor_arguments(parser: ArgumentParser) -> None:
+    parser.epilog = "Nothing is written but a sheet in a temporary folder."
+
+
+def _tutor(arguments: Namespace) -> int:
+    """Go through the lessons; the reader types each command, or presses Enter to have it run."""
+    print("Five minutes with Backsolve. Type the command or press Enter to run it; q ends.\n")
+    with tempfile.TemporaryDirectory() as folder:
+        sheet = Path(folder) / "box.tk"
+        sheet.write_text(BOX, encoding="utf-8")
+        for number, lesson in enumerate(LESSONS, 1):
+            with sheet.open("a", encoding="utf-8") as file:
+                file.write(lesson.adds)
+            print(f"--- {number} of {len(LESSONS)} ---\n\n{lesson.says}\n\n    {lesson.command}\n")
+            if not _tried(lesson, folder):
+                return 0
+    print(FAREWELL, end="")
+    return 0
+
+
+def _tried(lesson: Lesson, folder: str) -> bool:
+    """Run what is typed until it is the command of the lesson; False for who wants to leave."""
+    while True:
+        try:
+            typed = input("$ ").strip()
+        except EOFError:
+            return False
+        if typed in ("q", "quit", "exit"):
+            return False
+        _run(typed or lesson.command, folder)
+        if not typed or typed.split() == lesson.command.split():
+            return True
+        print("Go on trying, or press Enter for the command above.\n")
+
+
+def _run(line: str, folder: str) -> None:
+    """Run a ``backsolve`` command in the folder, and nothing else."""
+    try:
+        program, *words = shlex.split(line)
+    except ValueError:
+        program, words = "", []
+    if program != "backsolve":
+        print("Here, every command begins with backsolve.\n")
+        return
+    paths = os.pathsep.join(filter(None, (str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH"))))
+    sys.stdout.flush()
+    subprocess.run(
+        [sys.executable, "-m", "solver", *words], cwd=folder, env={**os.environ, "PYTHONPATH": paths}
+    )
+    print()
+
+
+COMMANDS = {
+    "models": Command(_models_arguments, _models, keeps=False),
+    "codes": Command(_codes_arguments, _codes, keeps=False),
+    "cache": Command(_cache_arguments, _cache, keeps=False),
+    "completion": Command(_completion_arguments, _completion, keeps=False),
+    "tutor": Command(_tutor_arguments, _tutor, keeps=False),
+}

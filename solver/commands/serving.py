@@ -1,0 +1,107 @@
+"""Commands that bring a sheet to a browser or an editor: ``open``, ``export`` and ``lsp``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser, Namespace
+from importlib.util import find_spec
+from math import isfinite
+from pathlib import Path
+
+from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.loading import find_sheet, shipped_models
+from solver.commands.inputs import add_input_options, read_request
+from solver.commands.over import read_axes
+from solver.commands.running import Command
+from solver.files.replacing import missing_extra, write_file
+
+
+def _open_arguments(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("sheet", metavar="SHEET", nargs="?", help="a rule sheet, or the name of a shipped one")
+    add("--port", type=int, default=0, help="the port to serve on; any free one by default")
+    add("--host", default="127.0.0.1", help="the address to serve on; this machine alone by default")
+    add("--timeout", metavar="S", type=float, default=10.0, help="seconds that a solve may take; 10")
+    add("--no-browser", action="store_true", help="print the address, and open no browser")
+
+
+def _open(arguments: Namespace) -> int:
+    """Serve until interrupted; everything in the folder of the sheet can be opened."""
+    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
+        raise RuleSheetError(missing_extra("the page needs", "starlette", "page"))
+    if not (isfinite(arguments.timeout) and arguments.timeout > 0):
+        raise RuleSheetError(error("E420", f"--timeout {arguments.timeout:g} is no number of seconds"))
+    folder, first = _place(arguments.sheet)
+    from solver.page.server import serve
+
+    serve(
+        folder,
+        first,
+        host=arguments.host,
+        port=arguments.port,
+        timeout=arguments.timeout,
+        browse=not arguments.no_browser,
+    )
+    return 0
+
+
+def _place(sheet: str | None) -> tuple[Path, str]:
+    """The folder whose sheets can be opened, and the key of the one that is shown at first."""
+    if sheet is None:
+        return Path.cwd(), ""
+    if not os.path.exists(sheet) and sheet in shipped_models():
+        return Path.cwd(), f"shipped:{sheet}"
+    file = Path(find_sheet(sheet)).resolve()
+    return file.parent, file.name
+
+
+def _export_arguments(parser: ArgumentParser) -> None:
+    add_input_options(parser)
+    add = parser.add_argument
+    add(
+        "--over",
+        metavar="NAME=START:STOP:STEP",
+        action="append",
+        default=[],
+        help="a slider for an input, or NAME=A,B,…; up to three",
+    )
+    add("-o", "--output", metavar="FILE.html", help="the file to write; NAME.html by default")
+
+
+def _export(arguments: Namespace) -> int:
+    """Solve every state, write; the exit code is 0 if one of them has an answer."""
+    from solver.page.export import export
+
+    request = read_request(arguments)
+    axes = read_axes(arguments.over, request.model)
+    request.swept(axes)
+    values = {name: axis.cut(0, len(axis)).tolist() for name, axis in axes.items()}
+    exported = export(request.model, request.inputs, request.guesses, values, request.want)
+    path = arguments.output or f"{request.model.name}.html"
+    write_file(path, exported.page.encode())
+    print(f"{path}: {exported.solved} of {exported.states} states solved")
+    return 0 if exported.solved else 1
+
+
+def _lsp_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("--stdio", action="store_true", help="as editors ask for it; it is always so")
+    parser.add_argument("--timeout", metavar="S", type=float, default=10.0, help="seconds for a solve; 10")
+
+
+def _lsp(arguments: Namespace) -> int:
+    """Serve until the editor ends it."""
+    if find_spec("pygls") is None:
+        raise RuleSheetError(missing_extra("the language server needs", "pygls", "lsp"))
+    from solver.editor.server import server
+
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:  # the server closes what it writes to
+        server(arguments.timeout).start_io(stdout=out)
+    return 0
+
+
+COMMANDS = {
+    "open": Command(_open_arguments, _open),
+    "export": Command(_export_arguments, _export),
+    "lsp": Command(_lsp_arguments, _lsp, keeps=False),
+}
