@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import takewhile
 from typing import Any
 
 from rulesheets.evaluate import Undefined, extended
@@ -125,12 +126,10 @@ def answers_between(
     if not any(map(_has_quotient, model.equations)):
         return ()
     for name in _movable(model, inputs):
-        sides = [
-            _beside(model, {**inputs, name: moved}, want, guesses, judged)
-            for step in STEPS
-            for moved in _moved(inputs[name], step)
-        ]
-        if not all(sides):
+        moved = (number for step in STEPS for number in _moved(inputs[name], step))
+        beside = (_beside(model, {**inputs, name: number}, want, guesses, judged) for number in moved)
+        sides = list(takewhile(bool, beside))
+        if len(sides) < 2 * len(STEPS):
             continue
         found = (_between(leaf, sides, inputs) for leaf in sides[-1])
         leaves = tuple(filter(None, (_standing(model, leaf, inputs) for leaf in found if leaf is not None)))
