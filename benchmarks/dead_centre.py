@@ -139,7 +139,7 @@ def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) 
     places = {distance: distance for distance in DISTANCES}
     label = "relative distance of the slider from dead centre"
     title = "the crank driven by its slider"
-    stability_picture(marks, title, label, FALSE, places).savefig(path, dpi=130)
+    stability_picture(marks, title, label, places).savefig(path, dpi=130)
 
 
 def main() -> None:

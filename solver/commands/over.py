@@ -149,8 +149,8 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _FORM = re.compile(rf"\s*([^=]+?)\s*=\s*(.+?)\s*:\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*")
 
 
-def read_approach(text: str, model: Model) -> tuple[str, list[float], list[float]]:
-    """The input, its values, and their distances from the limit, the farthest first.
+def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
+    """The input, and its values with their distances from the limit, the farthest first.
 
     Distances are relative to the limit (absolute where that is 0), and counted towards 0; negative ones
     lie beyond. Raises RuleSheetError for what is none of this.
@@ -171,8 +171,7 @@ def read_approach(text: str, model: Model) -> tuple[str, list[float], list[float
         raise RuleSheetError(_unread(option))
     distances = [first * 10.0 ** (decades * k / max(count - 1, 1)) for k in range(count)]
     numbers = [limit * (1.0 - d) if limit else d for d in distances]
-    found = {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
-    return name, list(found), list(found.values())
+    return name, {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
 
 
 def _unread(option: Option) -> Diagnosis:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from solver.chart import FALSE, Mark
+from solver.pictures.plot import INK, tidy
+
 FLOOR, HIGHEST = 1e-17, 1e4
 """Errors are drawn between these: a float that is right to its last bit has up to 1e-16."""
 MANY = 40
 """Points of a line from which on they are not marked one by one."""
-OURS, INK, RED = "backsolve", "#333333", "#c0392b"
+OURS, RED = "backsolve", "#c0392b"
 
 STYLES = {
     "backsolve": ("#1b4f72", "o", 2.4),
@@ -32,35 +35,10 @@ RING: dict[str, Any] = {"markersize": 9, "mfc": "none", "mec": RED, "zorder": 5,
 CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#5f6a72", "zorder": 3, "marker": "x", "lw": 0}
 
 
-class Mark(Protocol):
-    """One method on one case, as it was measured; an ``error`` is nan where there is no answer."""
-
-    @property
-    def method(self) -> str: ...
-    @property
-    def family(self) -> str: ...
-    @property
-    def tolerance(self) -> float | None: ...
-    @property
-    def status(self) -> str: ...
-    @property
-    def error(self) -> float: ...
-    @property
-    def seconds(self) -> float: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def radius(self) -> float | None: ...
-
-
-def speed_picture(marks: Sequence[Mark], title: str, false: float) -> Figure:
-    """Time against error; methods with several tolerances joined by a line, the first and last told.
-
-    An answer that is off by more than ``false`` has a ring.
-    """
-    figure = Figure(figsize=(8.2, 4.4))
+def speed_picture(marks: Sequence[Mark], title: str) -> Figure:
+    """Time against error; methods with several tolerances joined by a line, the first and last told."""
+    figure = Figure(figsize=(8.2, 4.4), layout="constrained")
     axes = figure.subplots()
-    _plain(axes)
     for family in dict.fromkeys(mark.family for mark in marks):
         mine = [mark for mark in marks if mark.family == family and not math.isnan(mark.error)]
         times = [1e6 * mark.seconds for mark in mine]
@@ -74,14 +52,13 @@ def speed_picture(marks: Sequence[Mark], title: str, false: float) -> Figure:
     _error_axis(axes, marks)
     axes.set_xlabel("time of a solve, µs", fontsize=9)
     axes.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
-    handles = [*axes.get_legend_handles_labels()[0], *_key(marks, false)]
+    handles = [*axes.get_legend_handles_labels()[0], *_key(marks)]
     axes.legend(handles=handles, fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    figure.tight_layout()
     return figure
 
 
 def stability_picture(
-    marks: Sequence[Mark], title: str, label: str, false: float, places: dict[float, float] | None = None
+    marks: Sequence[Mark], title: str, label: str, places: dict[float, float] | None = None
 ) -> Figure:
     """Errors, times, and a line of statuses for each method, over the values of an input.
 
@@ -89,10 +66,8 @@ def stability_picture(
     """
     methods = tuple(dict.fromkeys(mark.method for mark in marks))
     heights = [2.5, 1.0, 0.17 * len(methods)]
-    figure = Figure(figsize=(7.8, 1.4 + 1.2 * sum(heights)))
+    figure = Figure(figsize=(7.8, 1.4 + 1.2 * sum(heights)), layout="constrained")
     errors, times, status = figure.subplots(3, 1, sharex=True, height_ratios=heights)
-    for axes in (errors, times, status):
-        _plain(axes)
     for row, method in enumerate(methods):
         mine = [mark for mark in marks if mark.method == method]
         x = [places[mark.at] if places else mark.at for mark in mine if mark.at is not None]
@@ -108,26 +83,15 @@ def stability_picture(
     _error_axis(errors, marks)
     times.set_yscale("log")
     times.set_ylabel("time, µs", fontsize=9)
+    tidy(times)
     status.set_ylim(len(methods) - 0.4, -0.6)
     status.set_yticks(range(len(methods)), methods)
-    status.tick_params(axis="y", length=0)
-    status.grid(False, axis="x")
+    tidy(status)
     status.set_xlabel(label, fontsize=9, parse_math=False)
-    entries = _key(marks, false)
-    errors.set_title(title, fontsize=10, loc="left", color=INK, pad=20 if entries else 6, parse_math=False)
-    if entries:
-        above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.01), "borderaxespad": 0.2}
-        errors.legend(handles=entries, ncols=len(entries), fontsize=8, frameon=False, **above)
-    figure.tight_layout()
-    figure.align_ylabels((errors, times))
+    errors.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
+    if entries := _key(marks):
+        errors.legend(handles=entries, fontsize=8, frameon=False, loc="best")
     return figure
-
-
-def _plain(axes: Axes) -> None:
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(labelsize=8)
-    axes.grid(True, color="#ececec", linewidth=0.7)
-    axes.set_axisbelow(True)
 
 
 def _look(family: str) -> tuple[str, str, float]:
@@ -145,11 +109,9 @@ def _errors(axes: Axes, x: Sequence[float], marks: Sequence[Mark], style: dict[s
     """A line, rings around false answers, bars from errors up to the radii that are proved."""
     shown = [mark.error if math.isnan(mark.error) else max(mark.error, FLOOR) for mark in marks]
     axes.plot(x, shown, label=label, **style)
-    points = list(zip(x, shown, marks, strict=True))
-    false = [(at, error) for at, error, mark in points if mark.status == "false"]
-    if false:
-        axes.plot(*zip(*false, strict=True), **RING)
-    for at, error, mark in points:
+    for at, error, mark in zip(x, shown, marks, strict=True):
+        if mark.status == "false":
+            axes.plot(at, error, **RING)
         if mark.radius is not None:
             axes.vlines(at, error, max(mark.radius, FLOOR), color=style["color"], linewidth=1.0)
 
@@ -172,6 +134,7 @@ def _statuses(axes: Axes, row: int, x: Sequence[float], marks: Sequence[Mark]) -
 
 def _error_axis(axes: Axes, marks: Sequence[Mark]) -> None:
     """From rounding to nonsense; what floats can't tell from right is shaded."""
+    tidy(axes)
     axes.set_yscale("log")
     worst = max((mark.error for mark in marks if not math.isnan(mark.error)), default=1.0)
     axes.set_ylim(FLOOR / 3, min(max(10 * worst, 1e-13), HIGHEST))
@@ -179,11 +142,11 @@ def _error_axis(axes: Axes, marks: Sequence[Mark]) -> None:
     axes.set_ylabel("worst relative error", fontsize=9)
 
 
-def _key(marks: Sequence[Mark], false: float) -> list[Any]:
+def _key(marks: Sequence[Mark]) -> list[Any]:
     """Legend entries for what of this there is: false answers, no answers."""
     entries = []
     if any(mark.status == "false" for mark in marks):
-        label = f"called an answer, off by more than {false:.0e}".replace("e-0", "e-")
+        label = f"called an answer, off by more than {FALSE:.0e}".replace("e-0", "e-")
         entries.append(Line2D([], [], label=label, **RING))
     if any(math.isnan(mark.error) for mark in marks):
         entries.append(Line2D([], [], label="no answer", **CROSS))

@@ -211,7 +211,8 @@ def _draw_curves(figure: Figure, curves: Curves, model: Model, turns: Mapping[st
         axes.set_ylabel(titled(names, model))
         if len(names) > 1:
             axes.legend(frameon=False, fontsize=8)
-        _tidy(axes)
+        tidy(axes)
+        axes.margins(x=0)
     if len(curves.labels) > 1:
         handles, _ = rows[0, 0].get_legend_handles_labels()
         figure.legend(handles, curves.labels, loc="outside upper center", ncols=4, frameon=False, fontsize=8)
@@ -240,11 +241,11 @@ def _lone(heights: Any) -> Any:
     return np.flatnonzero(there[1:-1] & ~there[:-2] & ~there[2:])
 
 
-def _tidy(axes: Axes) -> None:
+def tidy(axes: Axes) -> None:
     axes.grid(color=GRID, lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.margins(x=0)
+    axes.tick_params(labelsize=8)
 
 
 def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
