@@ -120,7 +120,7 @@ def _row(
     backward: Sequence[Function] = (),
     image: tuple[float, float] = (-inf, inf),
 ) -> Function:
-    def slopes(arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
+    def slopes(*arguments: Expression) -> tuple[Expression, ...]:
         return tuple(call(row.name, *arguments) for row in partials)
 
     def branches(target: Expression) -> tuple[Expression, ...]:

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.functions.floats import DEGREE, RADIAN, SPLITTER
+from rulesheets.functions import floats
 from rulesheets.functions.row import Forms, Function
 from rulesheets.functions.table import TABLE
 
@@ -101,16 +101,8 @@ def yn(order: Array, x: Array) -> Array:
 
 # --- degrees --------------------------------------------------------------------
 
-
-def _scaled(x: Array, factor: tuple[float, float]) -> tuple[Array, Array]:
-    """``x * (head + tail)`` as an unevaluated sum of two floats."""
-    head, tail = factor
-    spread = SPLITTER * x
-    x_head = spread - (spread - x)
-    product = x_head * head
-    rest = (x - x_head) * head + x * tail
-    high = product + rest
-    return high, rest - (high - product)
+_scaled: Callable[..., tuple[Any, Any]] = floats.scaled
+_in_degrees: Callable[..., Any] = floats.in_degrees
 
 
 def _reduced(degrees: Array) -> tuple[NDArray[np.int64], Array]:
@@ -122,7 +114,7 @@ def _reduced(degrees: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _sine_and_cosine(rest: Array) -> tuple[Array, Array]:
-    high, low = _scaled(rest, RADIAN)
+    high, low = _scaled(rest, *floats.RADIAN)
     sine, cosine = np.sin(high), np.cos(high)
     exact = np.abs(rest) == 30.0
     return np.where(exact, np.copysign(0.5, rest), sine + low * cosine), cosine - low * sine
@@ -145,18 +137,13 @@ def cosd(degrees: Array) -> Array:
 def tand(degrees: Array) -> Array:
     """Tangent, nan at the poles."""
     quarters, rest = _reduced(np.asarray(degrees, dtype=float))
-    high, low = _scaled(rest, RADIAN)
+    high, low = _scaled(rest, *floats.RADIAN)
     tangent = np.tan(high)
     tangent = tangent + low * (1.0 + tangent * tangent)
     tangent = np.where(np.abs(rest) == 45.0, np.copysign(1.0, rest), tangent)
     odd = (quarters & 1) == 1
     turned = -1.0 / np.where(odd & (rest != 0.0), tangent, np.nan)
     return np.where(odd, turned, tangent)
-
-
-def _in_degrees(radians: Array) -> Array:
-    high, low = _scaled(radians, DEGREE)
-    return high + low
 
 
 def asind(x: Array) -> Array:

@@ -101,16 +101,7 @@ def tand(mp: Any, x: Extended) -> Extended:
     return mp.sign(x % 180 - 90) * -1 if x % 90 == 45 else sind(mp, x) / cosd(mp, x)
 
 
-def in_degrees(name: str) -> Callable[[Any, Extended], Extended]:
-    """The angle in degrees that mpmath's function of this name gives in radians."""
-    return lambda mp, x: getattr(mp, name)(x) / mp.pi * 180
-
-
 # --- Bessel functions -----------------------------------------------------------
-
-
-def at_order(name: str, order: int) -> Callable[[Any, Extended], Extended]:
-    return lambda mp, x: getattr(mp, name)(order, x)
 
 
 def of_order(name: str) -> Callable[[Any, Extended, Extended], Extended]:

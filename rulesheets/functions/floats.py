@@ -94,11 +94,11 @@ j0, j1, y0, y1 = map(_of_scipy, ("j0", "j1", "y0", "y1"))
 i0, i1, k0, k1 = map(_of_scipy, ("i0", "i1", "k0", "k1"))
 
 
-SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
+_SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
 
 # pi/180 and 180/pi as sums: 26 leading bits (so that products with 27 bits are exact), then the rest.
 RADIAN = 0.01745329238474369, 1.3519960527851425e-10
-DEGREE = 57.29577922821045, 2.8487187165804814e-07
+_DEGREE = 57.29577922821045, 2.8487187165804814e-07
 
 
 _ASIND = {0.5: 30.0, -0.5: -30.0, 1.0: 90.0, -1.0: -90.0}
@@ -106,9 +106,9 @@ _ACOSD = {1.0: 0.0, 0.5: 60.0, 0.0: 90.0, -0.5: 120.0, -1.0: 180.0}
 _ATAND = {1.0: 45.0, -1.0: -45.0}
 
 
-def _scaled(x: float, head: float, tail: float) -> tuple[float, float]:
-    """``x * (head + tail)`` as an unevaluated sum of two floats."""
-    spread = SPLITTER * x
+def scaled(x: float, head: float, tail: float) -> tuple[float, float]:
+    """``x * (head + tail)`` as an unevaluated sum of two floats (or arrays of them)."""
+    spread = _SPLITTER * x
     x_head = spread - (spread - x)
     product = x_head * head
     rest = (x - x_head) * head + x * tail
@@ -120,13 +120,13 @@ def _sine(degrees: float) -> float:
     """Sine for angles up to 45 degrees either way."""
     if degrees == 30.0 or degrees == -30.0:
         return copysign(0.5, degrees)
-    high, low = _scaled(degrees, *RADIAN)
+    high, low = scaled(degrees, *RADIAN)
     return sin(high) + low * cos(high)
 
 
 def _cosine(degrees: float) -> float:
     """Cosine for angles up to 45 degrees either way."""
-    high, low = _scaled(degrees, *RADIAN)
+    high, low = scaled(degrees, *RADIAN)
     return cos(high) - low * sin(high)
 
 
@@ -134,7 +134,7 @@ def _tangent(degrees: float) -> float:
     """Tangent for angles up to 45 degrees either way."""
     if degrees == 45.0 or degrees == -45.0:
         return copysign(1.0, degrees)
-    high, low = _scaled(degrees, *RADIAN)
+    high, low = scaled(degrees, *RADIAN)
     tangent = tan(high)
     return tangent + low * (1.0 + tangent * tangent)
 
@@ -167,27 +167,27 @@ def tand(degrees: float) -> float:
     return -1.0 / tangent if quarters & 1 else tangent
 
 
-def _in_degrees(radians: float) -> float:
-    high, low = _scaled(radians, *DEGREE)
+def in_degrees(radians: float) -> float:
+    high, low = scaled(radians, *_DEGREE)
     return high + low
 
 
 def asind(x: float) -> float:
     """Arc sine in degrees, from -90 to 90."""
     exact = _ASIND.get(x)
-    return _in_degrees(asin(x)) if exact is None else exact
+    return in_degrees(asin(x)) if exact is None else exact
 
 
 def acosd(x: float) -> float:
     """Arc cosine in degrees, from 0 to 180."""
     exact = _ACOSD.get(x)
-    return _in_degrees(acos(x)) if exact is None else exact
+    return in_degrees(acos(x)) if exact is None else exact
 
 
 def atand(x: float) -> float:
     """Arc tangent in degrees, from -90 to 90."""
     exact = _ATAND.get(x)
-    return _in_degrees(atan(x)) if exact is None else exact
+    return in_degrees(atan(x)) if exact is None else exact
 
 
 def atan2d(y: float, x: float) -> float:
@@ -203,5 +203,5 @@ def atan2d(y: float, x: float) -> float:
         return copysign(90.0, y)
     if x == y or x == -y:
         return copysign(45.0 if x > 0.0 else 135.0, y)
-    degrees = _in_degrees(math.atan2(y, x))
+    degrees = in_degrees(math.atan2(y, x))
     return 180.0 if degrees == -180.0 else degrees

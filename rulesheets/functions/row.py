@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from rulesheets.syntax.nodes import Expression
 
 Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
-Slopes: TypeAlias = Callable[[tuple[Expression, ...]], tuple[Expression | None, ...]]
+Slopes: TypeAlias = Callable[..., Expression | tuple[Expression | None, ...]]
 Facet: TypeAlias = str | Callable[..., Any] | None
 
 
@@ -60,8 +60,9 @@ class Function:
     - ``ball``: ``arb`` of python-flint and balls. Missing: nothing is proven in many digits.
     - ``sympy``: sympy and its expressions. Missing: an undefined function of this name.
 
-    ``slopes(arguments)`` are the partial derivatives as trees, None for one without a formula. At a jump or a
-    kink they are those of one side. ``inverse`` is there for functions of one argument that formulas undo.
+    ``slopes(*arguments)`` are the partial derivatives as trees (one need not be a tuple), None for one
+    without a formula. At a jump or a kink they are those of one side. ``inverse`` is there for functions
+    of one argument that formulas undo.
 
     Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps`` by how many
     units in the last place ``value`` may be off; ``smooth`` is False for a function with kinks or jumps;
@@ -134,7 +135,8 @@ class Function:
 
     def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
         """The partial derivatives by every argument, None where there is no formula."""
-        return (None,) * len(arguments) if self.slopes is None else self.slopes(arguments)
+        found = (None,) * len(arguments) if self.slopes is None else self.slopes(*arguments)
+        return found if isinstance(found, tuple) else (found,)
 
 
 class Forms(Mapping[str, Callable[..., Any]]):

@@ -11,22 +11,21 @@ from typing import Any
 from rulesheets.functions import digits, floats, slopes
 from rulesheets.functions.intervals import forms, magnitudes
 from rulesheets.functions.intervals.forms import (
+    LINE,
     POSITIVE,
     SPECIAL_ULPS,
     UNIT,
     Direction,
     Even,
     Monotone,
-    SecondKind,
     Slow,
     Valley,
     Wave,
     each_end,
 )
 from rulesheets.functions.row import Branches, Function, Inverse
-from rulesheets.syntax.nodes import Expression, Number, add, call, negative, power, subtract
-
-_HALF, _TURN = 180.0, 360.0
+from rulesheets.functions.slopes import flat, of
+from rulesheets.syntax.nodes import ONE, Expression, Number, call
 
 
 def _by(name: str) -> Branches:
@@ -34,19 +33,15 @@ def _by(name: str) -> Branches:
 
 
 def _both_signs(name: str) -> Branches:
-    return lambda t: (call(name, t), negative(call(name, t)))
+    return lambda t: (call(name, t), -call(name, t))
 
 
 def _supplement(name: str, half_turn: Expression) -> Branches:
-    return lambda t: (call(name, t), subtract(half_turn, call(name, t)))
+    return lambda t: (call(name, t), half_turn - call(name, t))
 
 
 def _opposite(name: str, half_turn: Expression) -> Branches:
-    return lambda t: (call(name, t), add(call(name, t), half_turn))
-
-
-_PI, _HALF_TURN = call("pi"), Number(_HALF)
-_power_of_ten = Inverse(lambda t: (power(Number(10.0), t),))
+    return lambda t: (call(name, t), call(name, t) + half_turn)
 
 
 def _row(*, name: str, **facets: Any) -> Function:
@@ -55,17 +50,6 @@ def _row(*, name: str, **facets: Any) -> Function:
 
 
 _special = partial(_row, ulps=16.0)
-_bessel = partial(_row, ulps=64.0)
-
-
-def _circular(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of an angle in degrees, in sympy."""
-    return lambda s, x: function(s)(s.pi * x / 180)
-
-
-def _in_degrees(name: str) -> Callable[..., Any]:
-    """An angle in degrees, in sympy."""
-    return lambda s, *x: getattr(s, name)(*x) * 180 / s.pi
 
 
 def _truncated(s: Any, x: Any) -> Any:
@@ -88,7 +72,7 @@ _CONSTANTS = (
         arguments="",
         array=None,
         value=lambda: math.pi,
-        slopes=slopes.flat,
+        slopes=flat,
         interval=forms.constant(math.pi),
         digits=lambda mp: +mp.pi,
         sympy=lambda s: s.pi,
@@ -100,7 +84,7 @@ _CONSTANTS = (
         arguments="",
         array=None,
         value=lambda: math.e,
-        slopes=slopes.flat,
+        slopes=flat,
         interval=forms.constant(math.e),
         digits=lambda mp: +mp.e,
         ball="const_e",
@@ -114,8 +98,8 @@ _PARTS = (
         meaning="absolute value",
         example="abs(-3) = 3",
         value=abs,
-        slopes=slopes.of("sgn"),
-        inverse=Inverse(lambda t: (t, negative(t)), low=0.0),
+        slopes=of("sgn"),
+        inverse=Inverse(lambda t: (t, -t), low=0.0),
         interval=magnitudes,
         digits="fabs",
         ball=lambda arb, x: abs(x),
@@ -130,7 +114,7 @@ _PARTS = (
         example="sgn(-0.2) = -1",
         value=floats.sgn,
         array="sign",
-        slopes=slopes.flat,
+        slopes=flat,
         interval=each_end(floats.sgn),
         digits="sign",
         sympy="sign",
@@ -145,7 +129,7 @@ _PARTS = (
         example="int(-2.7) = -2",
         value=floats.int_,
         array="trunc",
-        slopes=slopes.flat,
+        slopes=flat,
         interval=each_end(floats.int_),
         digits=digits.truncated,
         ball=digits.ball_truncated,
@@ -159,7 +143,7 @@ _PARTS = (
         meaning="fractional part, x - int(x)",
         example="frac(2.25) = 0.25",
         value=floats.frac,
-        slopes=slopes.one(lambda _: Number(1.0)),
+        slopes=lambda x: ONE,
         interval=forms.frac,
         digits=digits.frac,
         ball=lambda arb, x: x - digits.ball_truncated(arb, x),
@@ -174,7 +158,7 @@ _PARTS = (
         example="round(2.5) = 3",
         value=floats.round_,
         array="round_",
-        slopes=slopes.flat,
+        slopes=flat,
         interval=each_end(floats.round_),
         digits=digits.rounded,
         ball=digits.ball_rounded,
@@ -190,7 +174,7 @@ _PARTS = (
         arguments="x, y",
         value=floats.mod,
         array="fmod",
-        slopes=slopes.mod,
+        slopes=lambda x, y: (ONE, -call("int", x / y)),
         interval=forms.mod,
         digits=digits.mod,
         ball=digits.ball_mod,
@@ -207,7 +191,7 @@ _PARTS = (
         example="step(2, 1) = 1",
         arguments="x, a",
         value=floats.step,
-        slopes=slopes.flat,
+        slopes=flat,
         interval=forms.step,
         digits=lambda mp, x, a: mp.mpf(x >= a),
         ball=digits.ball_step,
@@ -257,8 +241,8 @@ _EXPONENTIAL = (
         meaning="square root",
         example="sqrt(16) = 4",
         value=math.sqrt,
-        slopes=slopes.one(slopes.sqrt),
-        inverse=Inverse(lambda t: (power(t, Number(2.0)),), low=0.0),
+        slopes=lambda x: 0.5 / call("sqrt", x),
+        inverse=Inverse(lambda t: (t**2.0,), low=0.0),
         interval=Monotone(math.sqrt, POSITIVE, POSITIVE, ulps=1.0),
         domain=POSITIVE,
     ),
@@ -267,7 +251,7 @@ _EXPONENTIAL = (
         meaning="exponential function",
         example="exp(0) = 1",
         value=math.exp,
-        slopes=slopes.of("exp"),
+        slopes=of("exp"),
         inverse=Inverse(_by("ln"), low=0.0, low_open=True),
         interval=Monotone(math.exp, image=POSITIVE),
         digits=digits.exp,
@@ -279,7 +263,7 @@ _EXPONENTIAL = (
         example="ln(e()^2) = 2",
         value=math.log,
         array="log",
-        slopes=slopes.one(slopes.over(1.0)),
+        slopes=lambda x: 1.0 / x,
         inverse=Inverse(_by("exp")),
         interval=Monotone(math.log, POSITIVE),
         ball="log",
@@ -293,8 +277,8 @@ _EXPONENTIAL = (
             example=example,
             value=math.log10,
             array="log10",
-            slopes=slopes.one(slopes.over(slopes.LOG10_E)),
-            inverse=_power_of_ten,
+            slopes=lambda x: slopes.LOG10_E / x,
+            inverse=Inverse(lambda t: (Number(10.0) ** t,)),
             interval=Monotone(math.log10, POSITIVE),
             digits="log10",
             ball=lambda arb, x: x.log() / arb.const_log10(),
@@ -305,186 +289,128 @@ _EXPONENTIAL = (
     ),
 )
 
-_RADIANS = (
-    _row(
-        name="sin",
-        meaning="sine of x radians",
-        example="sin(pi/6) = 0.5",
-        value=math.sin,
-        slopes=slopes.of("cos"),
-        inverse=Inverse(_supplement("asin", _PI), -1.0, 1.0, period=tau),
-        interval=Wave(math.sin, tau, 0.25),
-        turn=tau,
-    ),
-    _row(
-        name="cos",
-        meaning="cosine of x radians",
-        example="cos(pi/3) = 0.5",
-        value=math.cos,
-        slopes=slopes.minus("sin"),
-        inverse=Inverse(_both_signs("acos"), -1.0, 1.0, period=tau),
-        interval=Wave(math.cos, tau, 0.0),
-        turn=tau,
-    ),
-    _row(
-        name="tan",
-        meaning="tangent of x radians",
-        example="tan(pi/4) = 1",
-        value=math.tan,
-        slopes=slopes.one(slopes.secant_squared("tan")),
-        inverse=Inverse(_opposite("atan", _PI), period=tau),
-        interval=forms.tan,
-        turn=tau,
-        half_turn=True,
-    ),
-    _row(
-        name="asin",
-        meaning="inverse sine, in radians from -pi/2 to pi/2",
-        example="asin(1) = pi/2",
-        value=math.asin,
-        array="arcsin",
-        slopes=slopes.one(slopes.arc_sine),
-        inverse=Inverse(_by("sin"), -pi / 2, pi / 2),
-        interval=Monotone(math.asin, UNIT),
-        domain=UNIT,
-        angle=tau,
-    ),
-    _row(
-        name="acos",
-        meaning="inverse cosine, in radians from 0 to pi",
-        example="acos(-1) = pi",
-        value=math.acos,
-        array="arccos",
-        slopes=slopes.one(lambda x: negative(slopes.arc_sine(x))),
-        inverse=Inverse(_by("cos"), 0.0, pi),
-        interval=Monotone(math.acos, UNIT, POSITIVE, falling=True),
-        domain=UNIT,
-        angle=tau,
-    ),
-    _row(
-        name="atan",
-        meaning="inverse tangent, in radians from -pi/2 to pi/2",
-        example="atan(1) = pi/4",
-        value=math.atan,
-        array="arctan",
-        slopes=slopes.one(slopes.arc_tangent),
-        inverse=Inverse(_by("tan"), -pi / 2, pi / 2, True, True),
-        interval=Monotone(math.atan),
-        angle=tau,
-    ),
-    _row(
-        name="atan2",
-        meaning="angle of the point (x, y) in radians, to pi",
-        example="atan2(1, -1) = 3*pi/4",
-        arguments="y, x",
-        value=floats.atan2,
-        slopes=slopes.radians,
-        interval=Direction(math.nextafter(pi, inf), 1.0),
-        digits=digits.atan2,
-        angle=tau,
-        steady=digits.on_one_side,
-        alike=True,
-    ),
-)
 
-_DEGREES = (
-    _row(
-        name="sind",
-        meaning="sine of x degrees",
-        example="sind(30) = 0.5",
-        value=floats.sind,
-        slopes=slopes.per_degree(lambda x: call("cosd", x)),
-        inverse=Inverse(_supplement("asind", _HALF_TURN), -1.0, 1.0, period=_TURN),
-        interval=Wave(floats.sind, _TURN, 0.25),
-        digits=digits.sind,
-        ball=lambda arb, x: (x / 180).sin_pi(),
-        sympy=_circular(lambda s: s.sin),
-        turn=_TURN,
-    ),
-    _row(
-        name="cosd",
-        meaning="cosine of x degrees",
-        example="cosd(90) = 0",
-        value=floats.cosd,
-        slopes=slopes.per_degree(lambda x: negative(call("sind", x))),
-        inverse=Inverse(_both_signs("acosd"), -1.0, 1.0, period=_TURN),
-        interval=Wave(floats.cosd, _TURN, 0.0),
-        digits=digits.cosd,
-        ball=lambda arb, x: (x / 180).cos_pi(),
-        sympy=_circular(lambda s: s.cos),
-        turn=_TURN,
-    ),
-    _row(
-        name="tand",
-        meaning="tangent of x degrees",
-        example="tand(45) = 1",
-        value=floats.tand,
-        slopes=slopes.per_degree(slopes.secant_squared("tand")),
-        inverse=Inverse(_opposite("atand", _HALF_TURN), period=_TURN),
-        interval=forms.tand,
-        digits=digits.tand,
-        ball=lambda arb, x: (x / 180).tan_pi(),
-        sympy=_circular(lambda s: s.tan),
-        turn=_TURN,
-        half_turn=True,
-    ),
-    _row(
-        name="asind",
-        meaning="inverse sine, in degrees from -90 to 90",
-        example="asind(0.5) = 30",
-        value=floats.asind,
-        slopes=slopes.to_degrees(slopes.arc_sine),
-        inverse=Inverse(_by("sind"), -90.0, 90.0),
-        interval=Monotone(floats.asind, UNIT, (-90.0, 90.0)),
-        digits=digits.in_degrees("asin"),
-        ball=lambda arb, x: x.asin() / arb.pi() * 180,
-        sympy=_in_degrees("asin"),
-        domain=UNIT,
-        angle=_TURN,
-    ),
-    _row(
-        name="acosd",
-        meaning="inverse cosine, in degrees from 0 to 180",
-        example="acosd(0.5) = 60",
-        value=floats.acosd,
-        slopes=slopes.to_degrees(lambda x: negative(slopes.arc_sine(x))),
-        inverse=Inverse(_by("cosd"), 0.0, _HALF),
-        interval=Monotone(floats.acosd, UNIT, (0.0, _HALF), falling=True),
-        digits=digits.in_degrees("acos"),
-        ball=lambda arb, x: x.acos() / arb.pi() * 180,
-        sympy=_in_degrees("acos"),
-        domain=UNIT,
-        angle=_TURN,
-    ),
-    _row(
-        name="atand",
-        meaning="inverse tangent, in degrees from -90 to 90",
-        example="atand(1) = 45",
-        value=floats.atand,
-        slopes=slopes.to_degrees(slopes.arc_tangent),
-        inverse=Inverse(_by("tand"), -90.0, 90.0, True, True),
-        interval=Monotone(floats.atand, image=(-90.0, 90.0)),
-        digits=digits.in_degrees("atan"),
-        ball=lambda arb, x: x.atan() / arb.pi() * 180,
-        sympy=_in_degrees("atan"),
-        angle=_TURN,
-    ),
-    _row(
-        name="atan2d",
-        meaning="angle of the point (x, y) in degrees, to 180",
-        example="atan2d(1, -1) = 135",
-        arguments="y, x",
-        value=floats.atan2d,
-        slopes=slopes.degrees,
-        interval=Direction(_HALF, _HALF / pi),
-        digits=digits.atan2d,
-        ball=digits.ball_direction,
-        sympy=_in_degrees("atan2"),
-        angle=_TURN,
-        steady=digits.on_one_side,
-        alike=True,
-    ),
-)
+def _named(name: str) -> dict[str, Any]:
+    """The forms that the libraries have themselves, numpy under its own names."""
+    return {"array": {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(name, name)}
+
+
+def _of_degrees(name: str) -> dict[str, Any]:
+    """The forms of a function of an angle in degrees, and of those in radians in the libraries."""
+    return {
+        "digits": getattr(digits, f"{name}d"),
+        "ball": lambda arb, x: getattr(x / 180, f"{name}_pi")(),
+        "sympy": lambda s, x: getattr(s, name)(s.pi * x / 180),
+    }
+
+
+def _in_degrees(name: str) -> dict[str, Any]:
+    """The forms of a function whose result is an angle in degrees."""
+    return {
+        "digits": lambda mp, x: getattr(mp, name)(x) / mp.pi * 180,
+        "ball": lambda arb, x: getattr(x, name)() / arb.pi() * 180,
+        "sympy": lambda s, *x: getattr(s, name)(*x) * 180 / s.pi,
+    }
+
+
+def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
+    """The functions of angles in a unit, whose names have this ``end``; ``half`` a turn as it is written."""
+    degrees = end == "d"
+    takes, gives = (_of_degrees, _in_degrees) if degrees else (_named, _named)
+    radian = slopes.DEGREE if degrees else ONE
+    per_unit = slopes.RADIAN if degrees else ONE
+    sin, cos, tan, asin, acos, atan = (
+        getattr(floats, name + end) for name in ("sin", "cos", "tan", "asin", "acos", "atan")
+    )
+    direction = {"digits": digits.atan2d, "ball": digits.ball_direction} if degrees else {}
+    return (
+        _row(
+            name=f"sin{end}",
+            meaning=f"sine of x {unit}",
+            example="sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5",
+            value=sin,
+            slopes=lambda x: per_unit * call(f"cos{end}", x),
+            inverse=Inverse(_supplement(f"asin{end}", half), -1.0, 1.0, period=turn),
+            interval=Wave(sin, turn, 0.25),
+            turn=turn,
+            **takes("sin"),
+        ),
+        _row(
+            name=f"cos{end}",
+            meaning=f"cosine of x {unit}",
+            example="cosd(90) = 0" if degrees else "cos(pi/3) = 0.5",
+            value=cos,
+            slopes=lambda x: per_unit * -call(f"sin{end}", x),
+            inverse=Inverse(_both_signs(f"acos{end}"), -1.0, 1.0, period=turn),
+            interval=Wave(cos, turn, 0.0),
+            turn=turn,
+            **takes("cos"),
+        ),
+        _row(
+            name=f"tan{end}",
+            meaning=f"tangent of x {unit}",
+            example="tand(45) = 1" if degrees else "tan(pi/4) = 1",
+            value=tan,
+            slopes=lambda x: per_unit * (1.0 + call(f"tan{end}", x) ** 2.0),
+            inverse=Inverse(_opposite(f"atan{end}", half), period=turn),
+            interval=forms.tand if degrees else forms.tan,
+            turn=turn,
+            half_turn=True,
+            **takes("tan"),
+        ),
+        _row(
+            name=f"asin{end}",
+            meaning=f"inverse sine, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+            example="asind(0.5) = 30" if degrees else "asin(1) = pi/2",
+            value=asin,
+            slopes=lambda x: radian * slopes.arc_sine(x),
+            inverse=Inverse(_by(f"sin{end}"), -turn / 4, turn / 4),
+            interval=Monotone(asin, UNIT, (-90.0, 90.0) if degrees else LINE),
+            domain=UNIT,
+            angle=turn,
+            **gives("asin"),
+        ),
+        _row(
+            name=f"acos{end}",
+            meaning=f"inverse cosine, in {unit} from 0 to {'180' if degrees else 'pi'}",
+            example="acosd(0.5) = 60" if degrees else "acos(-1) = pi",
+            value=acos,
+            slopes=lambda x: radian * -slopes.arc_sine(x),
+            inverse=Inverse(_by(f"cos{end}"), 0.0, turn / 2),
+            interval=Monotone(acos, UNIT, (0.0, 180.0) if degrees else POSITIVE, falling=True),
+            domain=UNIT,
+            angle=turn,
+            **gives("acos"),
+        ),
+        _row(
+            name=f"atan{end}",
+            meaning=f"inverse tangent, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+            example="atand(1) = 45" if degrees else "atan(1) = pi/4",
+            value=atan,
+            slopes=lambda x: radian * (1.0 / (1.0 + x**2.0)),
+            inverse=Inverse(_by(f"tan{end}"), -turn / 4, turn / 4, True, True),
+            interval=Monotone(atan, image=(-90.0, 90.0) if degrees else LINE),
+            angle=turn,
+            **gives("atan"),
+        ),
+        _row(
+            name=f"atan2{end}",
+            meaning=f"angle of the point (x, y) in {unit}, to {'180' if degrees else 'pi'}",
+            example="atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
+            arguments="y, x",
+            value=floats.atan2d if degrees else floats.atan2,
+            slopes=slopes.direction(radian),
+            interval=Direction(180.0, 180.0 / pi) if degrees else Direction(math.nextafter(pi, inf), 1.0),
+            angle=turn,
+            steady=digits.on_one_side,
+            alike=True,
+            **gives("atan2") | {"digits": digits.atan2} | direction,
+        ),
+    )
+
+
+_RADIANS = _angular("", "radians", call("pi"), tau)
+_DEGREES = _angular("d", "degrees", Number(180.0), 360.0)
 
 _HYPERBOLIC = (
     _row(
@@ -492,7 +418,7 @@ _HYPERBOLIC = (
         meaning="hyperbolic sine",
         example="sinh(ln(2)) = 0.75",
         value=math.sinh,
-        slopes=slopes.of("cosh"),
+        slopes=of("cosh"),
         inverse=Inverse(_by("asinh")),
         interval=Monotone(math.sinh),
         digits=digits.sinh,
@@ -502,7 +428,7 @@ _HYPERBOLIC = (
         meaning="hyperbolic cosine",
         example="cosh(ln(2)) = 1.25",
         value=math.cosh,
-        slopes=slopes.of("sinh"),
+        slopes=of("sinh"),
         inverse=Inverse(_both_signs("acosh"), low=1.0),
         interval=Even(Monotone(math.cosh, POSITIVE, (1.0, inf))),
         digits=digits.cosh,
@@ -512,7 +438,7 @@ _HYPERBOLIC = (
         meaning="hyperbolic tangent",
         example="tanh(ln(2)) = 0.6",
         value=math.tanh,
-        slopes=slopes.one(lambda x: subtract(Number(1.0), slopes.square(call("tanh", x)))),
+        slopes=lambda x: 1.0 - call("tanh", x) ** 2.0,
         inverse=Inverse(_by("atanh"), -1.0, 1.0, True, True),
         interval=Monotone(math.tanh, image=UNIT),
     ),
@@ -522,7 +448,7 @@ _HYPERBOLIC = (
         example="asinh(0.75) = ln(2)",
         value=math.asinh,
         array="arcsinh",
-        slopes=slopes.one(slopes.area_sine),
+        slopes=lambda x: 1.0 / call("sqrt", x**2.0 + 1.0),
         inverse=Inverse(_by("sinh")),
         interval=Monotone(math.asinh),
     ),
@@ -532,7 +458,7 @@ _HYPERBOLIC = (
         example="acosh(1.25) = ln(2)",
         value=math.acosh,
         array="arccosh",
-        slopes=slopes.one(slopes.area_cosine),
+        slopes=lambda x: 1.0 / call("sqrt", (x - 1.0) * (x + 1.0)),
         inverse=Inverse(_by("cosh"), 0.0, inf),
         interval=Monotone(math.acosh, (1.0, inf), POSITIVE),
         domain=(1.0, inf),
@@ -543,7 +469,7 @@ _HYPERBOLIC = (
         example="atanh(0.6) = ln(2)",
         value=math.atanh,
         array="arctanh",
-        slopes=slopes.one(slopes.area_tangent),
+        slopes=lambda x: 1.0 / ((1.0 - x) * (1.0 + x)),
         inverse=Inverse(_by("tanh")),
         interval=Monotone(math.atanh, UNIT),
         domain=UNIT,
@@ -557,7 +483,7 @@ _SPECIAL = (
         example="gamma(5) = 24",
         value=math.gamma,
         array="special.gamma",
-        slopes=slopes.one(slopes.gamma),
+        slopes=lambda x: call("gamma", x) * call("digamma", x),
         interval=Valley(math.gamma, forms.GAMMA_LEAST),
         nonzero=True,
     ),
@@ -567,7 +493,7 @@ _SPECIAL = (
         example="lgamma(5) = ln(24)",
         value=math.lgamma,
         array="special.gammaln",
-        slopes=slopes.of("digamma"),
+        slopes=of("digamma"),
         interval=Valley(math.lgamma, forms.LGAMMA_LEAST),
         digits=digits.lgamma,
         ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
@@ -581,15 +507,15 @@ _SPECIAL = (
         array="special.digamma",
         interval=forms.digamma,
     ),
-    _bessel(
+    _row(
         name="beta",
         meaning="gamma(a)*gamma(b)/gamma(a + b)",
         example="beta(2, 3) = 1/12",
         arguments="a, b",
         value=floats.beta,
+        ulps=64.0,
         array="special.beta",
         slopes=slopes.beta,
-        interval=forms.beta,
         ball=lambda arb, a, b: a.gamma() * b.gamma() / (a + b).gamma(),
         nonzero=True,
     ),
@@ -599,7 +525,7 @@ _SPECIAL = (
         example="erf(0.5) = 0.5204998778130465",
         value=math.erf,
         array="special.erf",
-        slopes=slopes.one(slopes.error_function(1.0)),
+        slopes=lambda x: slopes.BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
         image=UNIT,
     ),
@@ -609,136 +535,105 @@ _SPECIAL = (
         example="erfc(0.5) + erf(0.5) = 1",
         value=math.erfc,
         array="special.erfc",
-        slopes=slopes.one(slopes.error_function(-1.0)),
+        slopes=lambda x: -slopes.BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
         nonzero=True,
         image=(0.0, 2.0),
     ),
 )
 
+
+_KINDS = {
+    "j": "Bessel function of the first kind",
+    "y": "Bessel function of the second kind",
+    "i": "modified Bessel function of the first kind",
+    "k": "modified Bessel function of the second kind",
+}
+
+
+def _bessel(kind: str, order: int, **facets: Any) -> Function:
+    """The row of a Bessel function of fixed order."""
+    return _row(
+        **{"name": f"{kind}{order}"} | facets,
+        meaning=f"{_KINDS[kind]}, order {order}",
+        value=getattr(floats, f"{kind}{order}"),
+        array=f"special.{kind}{order}",
+        digits=lambda mp, x: getattr(mp, f"bessel{kind}")(order, x),
+        ball=lambda arb, x: getattr(x, f"bessel_{kind}")(order),
+        sympy=lambda s, x: getattr(s, f"bessel{kind}")(order, x),
+        ulps=64.0,
+    )
+
+
+def _bessel_n(kind: str, **facets: Any) -> Function:
+    return _row(
+        name=f"{kind}n",
+        meaning=f"{_KINDS[kind]}, order n",
+        arguments="n, x",
+        value=getattr(floats, f"{kind}n"),
+        slopes=slopes.any_order(f"{kind}n"),
+        digits=digits.of_order(f"bessel{kind}"),
+        ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
+        sympy=f"bessel{kind}",
+        ulps=64.0,
+        **facets,
+    )
+
+
 _BESSEL = (
     _bessel(
-        name="j0",
-        meaning="Bessel function of the first kind, order 0",
+        *("j", 0),
         example="j0(0) = 1",
-        value=floats.j0,
-        array="special.j0",
-        slopes=slopes.minus("j1"),
+        slopes=lambda x: -call("j1", x),
         interval=Slow(floats.j0, 0.5819, (-0.4028, 1.0)),
-        digits=digits.at_order("besselj", 0),
-        ball=lambda arb, x: x.bessel_j(0),
-        sympy=lambda s, x: s.besselj(0, x),
     ),
     _bessel(
-        name="j1",
-        meaning="Bessel function of the first kind, order 1",
+        *("j", 1),
         example="j1(1) = 0.4400505857449335",
-        value=floats.j1,
-        array="special.j1",
-        slopes=slopes.one(slopes.bessel_first("j1")),
+        slopes=slopes.first_order("j"),
         interval=Slow(floats.j1, 0.5, (-0.5819, 0.5819)),
-        digits=digits.at_order("besselj", 1),
-        ball=lambda arb, x: x.bessel_j(1),
-        sympy=lambda s, x: s.besselj(1, x),
     ),
+    _bessel_n("j", example="jn(2, 1) = 2*j1(1) - j0(1)"),
     _bessel(
-        name="jn",
-        meaning="Bessel function of the first kind, order n",
-        example="jn(2, 1) = 2*j1(1) - j0(1)",
-        arguments="n, x",
-        value=floats.jn,
-        slopes=slopes.bessel_order("jn"),
-        interval=forms.jn,
-        digits=digits.of_order("besselj"),
-        ball=lambda arb, n, x: x.bessel_j(n),
-        sympy="besselj",
-    ),
-    _bessel(
-        name="y0",
-        meaning="Bessel function of the second kind, order 0",
+        *("y", 0),
         example="y0(1) = 0.08825696421567696",
-        value=floats.y0,
-        array="special.y0",
-        slopes=slopes.minus("y1"),
-        interval=SecondKind(floats.y0, 2.19, -0.3404, 0.5209),
-        digits=digits.at_order("bessely", 0),
-        ball=lambda arb, x: x.bessel_y(0),
-        sympy=lambda s, x: s.bessely(0, x),
+        slopes=lambda x: -call("y1", x),
         domain=POSITIVE,
     ),
     _bessel(
-        name="y1",
-        meaning="Bessel function of the second kind, order 1",
+        *("y", 1),
         example="y1(1) = -0.7812128213002887",
-        value=floats.y1,
-        array="special.y1",
-        slopes=slopes.one(slopes.bessel_first("y1")),
-        interval=SecondKind(floats.y1, 3.68, -0.3033, 0.4168),
-        digits=digits.at_order("bessely", 1),
-        ball=lambda arb, x: x.bessel_y(1),
-        sympy=lambda s, x: s.bessely(1, x),
+        slopes=slopes.first_order("y"),
         domain=POSITIVE,
     ),
+    _bessel_n("y", example="yn(2, 1) = 2*y1(1) - y0(1)"),
     _bessel(
-        name="yn",
-        meaning="Bessel function of the second kind, order n",
-        example="yn(2, 1) = 2*y1(1) - y0(1)",
-        arguments="n, x",
-        value=floats.yn,
-        slopes=slopes.bessel_order("yn"),
-        digits=digits.of_order("bessely"),
-        ball=lambda arb, n, x: x.bessel_y(n),
-        sympy="bessely",
-    ),
-    _bessel(
-        name="i0",
-        meaning="modified Bessel function of the first kind, order 0",
+        *("i", 0),
         example="i0(0) = 1",
-        value=floats.i0,
-        array="special.i0",
-        slopes=slopes.of("bessel_i1"),
-        interval=forms.i0,
-        digits=digits.at_order("besseli", 0),
-        ball=lambda arb, x: x.bessel_i(0),
-        sympy=lambda s, x: s.besseli(0, x),
-    ),
-    _row(
-        name="bessel_i1",
-        meaning="modified Bessel function, 1st kind, order 1",
-        example="bessel_i1(1) = 0.565159103992485",
-        value=floats.i1,
-        array="special.i1",
-        slopes=slopes.one(slopes.bessel_i1),
-        interval=forms.i1,
-        digits=digits.at_order("besseli", 1),
-        ball=lambda arb, x: x.bessel_i(1),
-        sympy=lambda s, x: s.besseli(1, x),
+        slopes=of("bessel_i1"),
+        interval=Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS)),
     ),
     _bessel(
-        name="k0",
-        meaning="modified Bessel function of the second kind, order 0",
+        *("i", 1),
+        name="bessel_i1",
+        example="bessel_i1(1) = 0.565159103992485",
+        slopes=lambda x: call("i0", x) - call("bessel_i1", x) / x,
+        interval=Monotone(floats.i1, ulps=SPECIAL_ULPS),
+    ),
+    _bessel(
+        *("k", 0),
         example="k0(1) = 0.4210244382407083",
-        value=floats.k0,
-        array="special.k0",
-        slopes=slopes.minus("bessel_k1"),
+        slopes=lambda x: -call("bessel_k1", x),
         interval=Monotone(floats.k0, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
-        digits=digits.at_order("besselk", 0),
-        ball=lambda arb, x: x.bessel_k(0),
-        sympy=lambda s, x: s.besselk(0, x),
         domain=POSITIVE,
         nonzero=True,
     ),
-    _row(
+    _bessel(
+        *("k", 1),
         name="bessel_k1",
-        meaning="modified Bessel function, 2nd kind, order 1",
         example="bessel_k1(2) = 0.1398658818165224",
-        value=floats.k1,
-        array="special.k1",
-        slopes=slopes.one(slopes.bessel_k1),
+        slopes=lambda x: -(call("k0", x) + call("bessel_k1", x) / x),
         interval=Monotone(floats.k1, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
-        digits=digits.at_order("besselk", 1),
-        ball=lambda arb, x: x.bessel_k(1),
-        sympy=lambda s, x: s.besselk(1, x),
         domain=POSITIVE,
         nonzero=True,
     ),

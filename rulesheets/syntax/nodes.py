@@ -16,8 +16,44 @@ from rulesheets.syntax.source import Span
 # --- arithmetic -----------------------------------------------------------------
 
 
+class Operators:
+    """``+ - * / **`` of expressions and numbers; terms 0 and factors 1 fold away."""
+
+    __slots__ = ()
+
+    def __neg__(self: Any) -> Expression:
+        return negative(self)
+
+    def __add__(self: Any, other: Operand) -> Expression:
+        return add(self, _tree(other))
+
+    def __radd__(self: Any, other: float) -> Expression:
+        return add(Number(other), self)
+
+    def __sub__(self: Any, other: Operand) -> Expression:
+        return subtract(self, _tree(other))
+
+    def __rsub__(self: Any, other: float) -> Expression:
+        return subtract(Number(other), self)
+
+    def __mul__(self: Any, other: Operand) -> Expression:
+        return multiply(self, _tree(other))
+
+    def __rmul__(self: Any, other: float) -> Expression:
+        return multiply(Number(other), self)
+
+    def __truediv__(self: Any, other: Operand) -> Expression:
+        return divide(self, _tree(other))
+
+    def __rtruediv__(self: Any, other: float) -> Expression:
+        return divide(Number(other), self)
+
+    def __pow__(self: Any, other: Operand) -> Expression:
+        return power(self, _tree(other))
+
+
 @dataclass(frozen=True, slots=True)
-class Number:
+class Number(Operators):
     """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, which no solve sees."""
 
     value: float
@@ -26,7 +62,7 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
+class Symbol(Operators):
     """A symbolic value such as ``'open``; ``name`` is ``open``."""
 
     name: str
@@ -34,7 +70,7 @@ class Symbol:
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Name(Operators):
     """A variable. In a model the name is the full, dotted one."""
 
     name: str
@@ -42,13 +78,13 @@ class Name:
 
 
 @dataclass(frozen=True, slots=True)
-class Negative:
+class Negative(Operators):
     operand: Expression
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Sum:
+class Sum(Operators):
     """``a + b - c`` is ``Sum((a, b, Negative(c)))``: two terms or more, added left to right.
 
     N-ary, so that a sum of a thousand terms is not a thousand levels deep.
@@ -59,28 +95,28 @@ class Sum:
 
 
 @dataclass(frozen=True, slots=True)
-class Product:
+class Product(Operators):
     left: Expression
     right: Expression
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Quotient:
+class Quotient(Operators):
     left: Expression
     right: Expression
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Power:
+class Power(Operators):
     base: Expression
     exponent: Expression
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(Operators):
     """A function in an expression; the name is in lower case. ``pi`` is ``Call("pi", ())``."""
 
     function: str
@@ -89,6 +125,7 @@ class Call:
 
 
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
+Operand: TypeAlias = Expression | float
 
 # --- conditions -----------------------------------------------------------------
 
@@ -419,6 +456,10 @@ def units_of(node: Expression | Condition) -> Iterator[str]:
 def bare(node: Expression) -> bool:
     """Whether an expression is a plain number: it adopts the unit of what it is added to or equals."""
     return next(names(node), None) is None and next(units_of(node), None) is None
+
+
+def _tree(operand: Operand) -> Expression:
+    return Number(operand) if isinstance(operand, float) else operand
 
 
 ZERO = Number(0.0)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from math import atan2 as radians_of
-from math import ceil, floor, fmod, inf, isfinite, isinf, isnan, lgamma, nan, nextafter, pi
+from math import ceil, floor, fmod, inf, isfinite, isinf, isnan, nan, nextafter, pi
 from math import tan as tangent
 
 from rulesheets.functions import floats
@@ -38,13 +38,9 @@ _SLACK = 8.0 * EPSILON
 """What a count of turns can be off by, relative to the count or one."""
 _LARGEST_ANGLE = 1e15
 """Up to here 180 times a whole number plus 90 is exact."""
-LAST_PLACES = 256 * 5e-324
-"""Directions are computed in radians: what the last place of the smallest of them is in degrees, and more."""
 _GAMMA_VALLEY = 1.4616321449683623
 GAMMA_LEAST, LGAMMA_LEAST = 0.8856031944108886, -0.12148629053584964
 """Gamma and its logarithm have their least values for positive arguments at the valley."""
-_LEAST_OVERFLOW = 1e306
-"""Where i0 and i1 overflow, which compute exp(x) first, they are no less than this."""
 
 
 def unknown(*ends: float) -> Interval:
@@ -181,7 +177,7 @@ class Direction:
         ]
         if not corners:
             return EMPTY
-        return down(min(corners), ULPS) - LAST_PLACES, up(max(corners), ULPS) + LAST_PLACES
+        return down(min(corners), ULPS), up(max(corners), ULPS)
 
 
 def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
@@ -281,28 +277,6 @@ def digamma(low: float, high: float) -> Interval:
     return (_below(floats.digamma, low), _above(floats.digamma, high)) if low > 0.0 else LINE
 
 
-def beta(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """Falling in either argument where both are positive; elsewhere the whole line."""
-    if isnan(a_low) or isnan(b_low):
-        return EMPTY
-    if not (a_low > 0.0 and b_low > 0.0):
-        return LINE
-    return max(_beta(a_high, b_high, -1.0), 0.0), _beta(a_low, b_low, 1.0)
-
-
-def _beta(a: float, b: float, side: float) -> float:
-    """A bound of beta on one side; it cancels logarithms of gamma, which tell by how much it is off."""
-    if not (isfinite(a) and isfinite(b)):
-        return inf if side > 0.0 else 0.0
-    try:
-        logarithms = abs(lgamma(a)) + abs(lgamma(b)) + abs(lgamma(a + b))
-        value = floats.beta(a, b)
-    except (OverflowError, ValueError):
-        return inf if side > 0.0 else 0.0
-    error = SPECIAL_ULPS * EPSILON * (1.0 + logarithms)
-    return nextafter(value, side * inf) * max(1.0 + side * error, 0.0)
-
-
 @dataclass(frozen=True)
 class Slow:
     """Range from the middle and a bound on the slope, within the known extremes."""
@@ -323,47 +297,3 @@ class Slow:
         except (OverflowError, ValueError):
             return self.image
         return max(at_middle - reach, self.image[0]), min(at_middle + reach, self.image[1])
-
-
-def jn(n_low: float, n_high: float, x_low: float, x_high: float) -> Interval:
-    """At most 1 in size and in slope; orders between the two ends are bounded by that alone."""
-    if isnan(n_low) or isnan(x_low):
-        return EMPTY
-    if n_low != n_high or not n_low.is_integer():
-        return -1.0, 1.0
-    return Slow(lambda x: floats.jn(n_low, x), 1.0, (-1.0, 1.0))(x_low, x_high)
-
-
-@dataclass(frozen=True)
-class SecondKind:
-    """Range of y0 or y1: rising at first, then between the first extremes."""
-
-    value: Callable[[float], float]
-    rising_until: float
-    least: float
-    greatest: float
-
-    def __call__(self, low: float, high: float) -> Interval:
-        low, high = clipped(low, high, POSITIVE)
-        if isnan(low) or high == 0.0:
-            return EMPTY
-        if high <= self.rising_until:
-            return _below(self.value, low), _above(self.value, high)
-        below = min(_below(self.value, low), self.least) if low <= self.rising_until else self.least
-        return below, self.greatest
-
-
-_rising_i0 = Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS))
-_rising_i1 = Monotone(floats.i1, ulps=SPECIAL_ULPS)
-
-
-def i0(low: float, high: float) -> Interval:
-    """Even, rising with the size of its argument."""
-    below, above = _rising_i0(low, high)
-    return least(below, _LEAST_OVERFLOW), above
-
-
-def i1(low: float, high: float) -> Interval:
-    """Odd and rising."""
-    below, above = _rising_i1(low, high)
-    return least(below, _LEAST_OVERFLOW), greatest(above, -_LEAST_OVERFLOW)
