@@ -79,6 +79,11 @@ def error(code: str, message: str | None = None, *labels: Label, notes: tuple[st
     return Diagnosis(code, Severity.ERROR, message, labels, notes)
 
 
+def said(code: str, message: str | None, place: Span | None, *notes: str, label: str = "") -> Diagnosis:
+    """An error at one place, where that is known."""
+    return error(code, message, *labels((place, label)), notes=notes)
+
+
 # --- printing -------------------------------------------------------------------
 
 _COLORS = {Severity.ERROR: "1;31", Severity.WARNING: "1;33", Severity.NOTE: "1;36"}

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from rulesheets.build import build
-from rulesheets.checks import messages
+from rulesheets.checks.names import duplicate_function
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, suggestion
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
@@ -169,7 +169,7 @@ class _Gathering:
         for function in file.sheet.functions:
             earlier = self.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
-                self.complaints.append(messages.duplicate_function(function, earlier))
+                self.complaints.append(duplicate_function(function, earlier))
         for use in file.sheet.uses:
             if use.python:
                 for path in use.paths:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from rulesheets.checks import messages
 from rulesheets.checks.names import (
     Scope,
     check_builtin,
     check_calls,
-    check_declared,
     check_givens,
     check_head,
     check_names,
@@ -20,8 +18,9 @@ from rulesheets.checks.names import (
     check_size,
     check_symbols,
     check_tuples,
+    name_in,
 )
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels, meant, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels, meant, said, suggestion
 from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
@@ -49,7 +48,6 @@ def _complaints(program: Program) -> Iterator[Diagnosis]:
 
 
 def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
-    yield from check_declared(scope)
     yield from check_names(scope)
     yield from check_nesting(scope)
     yield from check_tuples(scope)
@@ -84,7 +82,9 @@ def _check_figure(
         named, reckoned = parts(mark)
         for name in named:
             if name.name not in points:
-                yield _unknown_point(name, figure, points)
+                notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
+                message = f"the figure {figure.name} has no point {name.name}"
+                yield said("E231", message, name.span, *notes)
         for expression in reckoned:
             yield from _check_expression(expression, variables, functions)
 
@@ -94,18 +94,16 @@ def _check_expression(
 ) -> Iterator[Diagnosis]:
     for node in walk(expression):
         if isinstance(node, Name) and node.name not in variables:
-            yield _unknown_variable(node, variables)
+            notes = meant(node.name, variables) or ("a figure names variables of the rules",)
+            yield said("E230", f"there is no variable {node.name}", node.span, *notes)
         elif isinstance(node, Call) and node.function in functions:
-            yield _own_function(node)
+            message = f"a figure cannot call {node.function}, which is a function of rules"
+            yield said("E201", message, name_in(node), "call it in a rule, and name its results here")
         elif isinstance(node, Call):
             yield from check_builtin(node, (), variables)
         elif isinstance(node, Symbol):
-            yield error(
-                "E233",
-                f"the symbol '{node.name} is no coordinate",
-                *labels((node.span, "")),
-                notes=("a figure is drawn from numbers",),
-            )
+            message = f"the symbol '{node.name} is no coordinate"
+            yield said("E233", message, node.span, "a figure is drawn from numbers")
 
 
 def _head(figure: Figure) -> Span | None:
@@ -120,23 +118,3 @@ def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diag
         *labels((again, "again"), (first, "first here")),
         notes=("give one of the two another name",),
     )
-
-
-def _own_function(call: Call) -> Diagnosis:
-    return error(
-        "E201",
-        f"a figure cannot call {call.function}, which is a function of rules",
-        *labels((messages.name_in(call), "")),
-        notes=("call it in a rule, and name its results here",),
-    )
-
-
-def _unknown_variable(name: Name, variables: Collection[str]) -> Diagnosis:
-    notes = meant(name.name, variables) or ("a figure names variables of the rules",)
-    return error("E230", f"there is no variable {name.name}", *labels((name.span, "")), notes=notes)
-
-
-def _unknown_point(name: Name, figure: Figure, points: Collection[str]) -> Diagnosis:
-    notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
-    message = f"the figure {figure.name} has no point {name.name}"
-    return error("E231", message, *labels((name.span, "")), notes=notes)

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
 
-from rulesheets.checks import messages
-from rulesheets.diagnosis import Diagnosis, plural
+from rulesheets.diagnosis import (
+    PROPERTIES,
+    WRITE_IN_PYTHON,
+    Diagnosis,
+    error,
+    labels,
+    plural,
+    said,
+    suggestion,
+)
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.syntax.nodes import (
     Call,
@@ -27,35 +36,10 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
 from rulesheets.syntax.source import Span
 
-LONG = 300
-"""Characters; a shorter expression cannot nest deeper than that."""
-
-
-@dataclass(frozen=True)
-class Contents:
-    """What the rules of a scope contain, each list in source order.
-
-    ``calls`` are those that have their results beside them (``call f(a; x)``, ``x = f(a)``),
-    ``inner_calls`` those inside an expression, built-in functions among them.
-    ``names`` maps each variable to its first place. ``misplaced`` are symbols inside
-    arithmetic, ``unlike`` the tuple rules whose sides differ in length, ``long`` the
-    expressions whose text is long enough to be suspected of being too deep.
-    """
-
-    names: dict[str, Span | None] = field(default_factory=dict)
-    equalities: list[Equality] = field(default_factory=list)
-    calls: list[CallRule] = field(default_factory=list)
-    inner_calls: list[Call] = field(default_factory=list)
-    givens: list[Given] = field(default_factory=list)
-    comparisons: list[Comparison] = field(default_factory=list)
-    misplaced: list[Symbol] = field(default_factory=list)
-    unlike: list[Equality] = field(default_factory=list)
-    long: list[Expression | Condition] = field(default_factory=list)
-
 
 @dataclass(frozen=True)
 class Scope:
-    """``function`` is None for the sheet itself."""
+    """The sheet itself, or one function of it."""
 
     program: Program
     function: Function | None = None
@@ -72,77 +56,94 @@ class Scope:
         return (*self.function.arguments, *self.function.results, *self.function.parameters)
 
     @cached_property
-    def names(self) -> dict[str, None]:
-        """All variables that the scope sees, the declared ones first."""
-        return dict.fromkeys((*self.declared, *self.contents.names))
-
-    @cached_property
-    def contents(self) -> Contents:
-        found = Contents()
+    def parts(self) -> list[RuleBody]:
+        """What the rules consist of, in source order: scalar equalities, calls, conditions …"""
+        found: list[RuleBody] = []
         for rule in rules_of(self.function or self.program.sheet):
             for body in bodies(rule.body):
-                if isinstance(body, Equality):
-                    self._survey_equality(body, found)
-                else:
-                    _survey(body, found)
+                equality = isinstance(body, Equality)
+                found += components(body, self.program.functions) if equality else [body]  # type: ignore[arg-type]
         return found
 
-    def _survey_equality(self, rule: Equality, found: Contents) -> None:
-        for part in components(rule, self.program.functions):
-            if isinstance(part, Equality):
-                found.equalities.append(part)
-                if len(part.left) != len(part.right):
-                    found.unlike.append(part)
-            _survey(part, found)
+    @cached_property
+    def nodes(self) -> list[Expression | Condition]:
+        """Everything that the rules are made of, in source order."""
+        return [node for part in self.parts for operand in operands(part) for node in walk(operand)]
+
+    @cached_property
+    def places(self) -> dict[str, Span | None]:
+        """The variables in the rules, each with its first place."""
+        found: dict[str, Span | None] = {}
+        for node in self.nodes:
+            if isinstance(node, Name):
+                found.setdefault(node.name, node.span)
+        return found
+
+    @cached_property
+    def names(self) -> dict[str, None]:
+        """All variables that the scope sees, the declared ones first."""
+        return dict.fromkeys((*self.declared, *self.places))
+
+    @cached_property
+    def calls(self) -> list[Call | CallRule]:
+        """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions."""
+        rules = [part for part in self.parts if isinstance(part, CallRule)]
+        return [*rules, *(node for node in self.nodes if isinstance(node, Call))]
 
     def callees(self) -> Iterator[tuple[Call | CallRule, Function]]:
         """Every call of a rule function that exists, with that function."""
-        calls: tuple[Call | CallRule, ...] = (*self.contents.calls, *self.contents.inner_calls)
-        for call in calls:
+        for call in self.calls:
             function = self.program.functions.get(call.function.lower())
             if function is not None:
                 yield call, function
 
 
-def _survey(body: RuleBody, found: Contents) -> None:
-    if isinstance(body, CallRule):
-        found.calls.append(body)
-    for operand in operands(body):
-        if operand.span is not None and operand.span.end - operand.span.start > LONG:
-            found.long.append(operand)
-        _survey_operand(operand, found)
+# --- places ---------------------------------------------------------------------
 
 
-def _survey_operand(operand: Expression | Condition, found: Contents) -> None:
-    stack = [operand]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Name):
-            found.names.setdefault(node.name, node.span)
-            continue
-        parts = children(node)
-        _survey_node(node, parts, found)
-        stack.extend(reversed(parts))
+def head_of(function: Function) -> Span | None:
+    """The first line of a function: what it is called and what it takes."""
+    span = function.span
+    if span is None:
+        return None
+    head = span.text.partition("\n")[0].split('"')[0].rstrip()
+    return Span(span.source, span.start, span.start + len(head))
 
 
-def _survey_node(
-    node: Expression | Condition, parts: tuple[Expression | Condition, ...], found: Contents
-) -> None:
-    if isinstance(node, Comparison):
-        found.comparisons.append(node)
-        return
-    if isinstance(node, Call):
-        found.inner_calls.append(node)
-    elif isinstance(node, Given):
-        found.givens.append(node)
-    for part in parts:
-        if isinstance(part, Symbol):
-            found.misplaced.append(part)
+def name_in(call: Call | CallRule) -> Span | None:
+    """The place of the function's name in a call."""
+    span = call.span
+    if span is None:
+        return None
+    start = span.text.lower().find(call.function.lower(), 4 if isinstance(call, CallRule) else 0)
+    if start < 0:
+        return span
+    return Span(span.source, span.start + start, span.start + start + len(call.function))
+
+
+def _row_name(row: Span | None, name: str) -> Span | None:
+    """The place of the name at the start of its row."""
+    return Span(row.source, row.start, row.start + len(name)) if row else None
+
+
+def _usage(function: Function) -> str:
+    """``position(thetaAO; xA, xB)`` as the head says it."""
+    return f"{function.name}({', '.join(function.arguments)}; {', '.join(function.results)})"
+
+
+# --- calls ----------------------------------------------------------------------
+
+_ELSEWHERE = {
+    "convert": "write the factor as a number; values are converted where they are given: x = 3[in]",
+    "converttemp": "temperatures are converted where they are given: --set T=20degC",
+    "integral": "integrals are not there yet",
+    **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
+}
+"""What stands in place of functions that people know from EES."""
 
 
 def check_calls(scope: Scope) -> Iterator[Diagnosis]:
-    calls: tuple[Call | CallRule, ...] = (*scope.contents.calls, *scope.contents.inner_calls)
-    for call in calls:
+    for call in scope.calls:
         function = scope.program.functions.get(call.function.lower())
         if function is not None:
             yield from _check_rule_function(call, function, scope)
@@ -151,115 +152,138 @@ def check_calls(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def _check_rule_function(call: Call | CallRule, function: Function, scope: Scope) -> Iterator[Diagnosis]:
+    name, head = function.name, head_of(function)
     if len(call.arguments) != len(function.arguments):
-        yield messages.argument_count(call, plural(len(function.arguments), "argument"), function)
-    results = len(call.results) if isinstance(call, CallRule) else 1
-    if results != len(function.results):
-        yield messages.result_count(call, function, results)
+        expected = plural(len(function.arguments), "argument")
+        yield _argument_count(call, name, expected, _usage(function), head)
+    given = len(call.results) if isinstance(call, CallRule) else 1
+    if given != len(function.results):
+        expected = plural(len(function.results), "result")
+        message = f"{name} gives {expected}, not {given or 'none'}"
+        note = f"it is called as {_usage(function)}"
+        if isinstance(call, Call):
+            message = f"{name} has {expected}, so it has no single value in an expression"
+            note = f"call it on a line of its own: call {_usage(function)}"
+        places = labels((call.span, f"{plural(given, 'result')} asked for"), (head, "defined here"))
+        yield error("E204", message, *places, notes=(note,))
     for parameter in function.parameters:
         if parameter not in scope.names:
-            yield messages.unknown_parameter(call, function, parameter, scope.title, scope.names)
+            yield _unknown_parameter(call, function, parameter, scope)
+
+
+def _argument_count(
+    call: Call | CallRule, name: str, expected: str, usage: str, head: Span | None
+) -> Diagnosis:
+    count = len(call.arguments)
+    places = labels((call.span, f"{plural(count, 'argument')} given"), (head, "defined here"))
+    message = f"{name} takes {expected}, not {count or 'none'}"
+    return error("E203", message, *places, notes=(f"it is called as {usage}",))
+
+
+def _unknown_parameter(call: Call | CallRule, function: Function, parameter: str, scope: Scope) -> Diagnosis:
+    cure = f"add {parameter} to the parameters of {scope.title}"
+    if scope.function is None:
+        cure = f"name {parameter} in the variables section or in a rule of this sheet"
+    message = f"{function.name} has the parameter {parameter}, but {scope.title} has no variable {parameter}"
+    head = head_of(function), f"{parameter} is its parameter"
+    notes = (*suggestion(parameter, scope.names), cure)
+    return error("E205", message, *labels((call.span, "called here"), head), notes=notes)
 
 
 def check_builtin(
     call: Call | CallRule, own: Iterable[str] = (), variables: Iterable[str] = ()
 ) -> Iterator[Diagnosis]:
     """A call of no function of one's own; ``own`` and ``variables`` are what may be meant instead."""
-    name = call.function.lower()
+    name, place = call.function.lower(), name_in(call)
     if name in PLANNED:
-        yield messages.planned_function(call)
+        message = f"{call.function} works on lists, which are not there yet"
+        yield said("E202", message, place, "write the terms out, as in `a + b + c`", label="not there yet")
     elif name not in TABLE:
-        yield messages.unknown_function(call, (*own, *TABLE), variables)
+        written = place.text if place is not None and place != call.span else call.function
+        notes = suggestion(call.function, (*own, *TABLE)) or (
+            "a function of your own is defined with `function`, or comes from a file named by `use`",
+        )
+        if name in _ELSEWHERE:
+            notes = (_ELSEWHERE[name],)
+        if written in variables:
+            notes = (f"for a product with the variable {written} write {written}*(…)",)
+        yield said("E201", f"there is no function {written}", place, *notes, label="not known")
     else:
-        if not TABLE[name].accepts(len(call.arguments)):
-            yield messages.argument_count(call, _arity(*TABLE[name].arity), None)
+        row = TABLE[name]
+        if not row.accepts(len(call.arguments)):
+            least, most = row.arity
+            expected = f"{'' if most is not None else 'at least '}{plural(least, 'argument')}"
+            yield _argument_count(call, call.function, expected, f"{call.function}({row.arguments})", None)
         if isinstance(call, CallRule) and len(call.results) != 1:
-            yield messages.builtin_results(call)
-
-
-def _arity(least: int, most: int | None) -> str:
-    if most == least:
-        return plural(least, "argument")
-    return f"at least {plural(least, 'argument')}" if most is None else f"{least} to {most} arguments"
+            message = f"{call.function} gives one result, not {len(call.results) or 'none'}"
+            yield said("E204", message, call.span, f"write it in a rule: y = {call.function}(…)")
 
 
 def check_recursion(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
-    """One diagnosis for each ring of calls; ``scopes`` are those of the functions.
-
-    The functions of a ring that was told are left out of the search for the next one.
-    """
+    """A diagnosis for a ring of calls, if there is one; ``scopes`` are those of the functions."""
     calls: dict[str, dict[str, Call | CallRule]] = {name: {} for name in scopes}
     for name, scope in scopes.items():
         for call, function in scope.callees():
             calls[name].setdefault(function.name.lower(), call)
-    order = list(scopes)
-    while True:
-        try:
-            TopologicalSorter(calls).prepare()
-            return
-        except CycleError as found:
-            ring = found.args[1][:0:-1]  # each is called by the one before it
+    try:
+        TopologicalSorter(calls).prepare()
+    except CycleError as found:
+        ring = found.args[1][:0:-1]  # each is called by the one before it
+        order = list(scopes)
         first = min(range(len(ring)), key=lambda k: order.index(ring[k]))
-        ring = [*ring[first:], *ring[:first]]
-        pairs = zip(ring, [*ring[1:], ring[0]], strict=True)
-        yield messages.recursion(
-            [_function(scopes[name]) for name in ring], [calls[name][target] for name, target in pairs]
-        )
-        calls = {
-            name: {target: call for target, call in targets.items() if target not in ring}
-            for name, targets in calls.items()
-            if name not in ring
-        }
+        ring = [*ring[first:], *ring[: first + 1]]
+        names = [scopes[name].title for name in ring]
+        steps = zip(pairwise(ring), pairwise(names), strict=True)
+        places = [(calls[a][b].span, f"{caller} calls {target}") for (a, b), (caller, target) in steps]
+        message = f"{names[0]} calls itself" + (" through others" if len(names) > 2 else "")
+        note = f"the calls go round: {' → '.join(names)}; rules of a function cannot lead back to it"
+        yield error("E208", message, *labels(*places), notes=(note,))
 
 
-def _function(scope: Scope) -> Function:
-    assert scope.function is not None
-    return scope.function
-
+# --- size -----------------------------------------------------------------------
 
 MAX_EQUATIONS = 200_000
 MAX_DEPTH = 100
 MAX_NESTING = 300
 """Levels of an expression; what works on expressions recurses, one level by one."""
-
-
-@dataclass(frozen=True)
-class Size:
-    """Equations of a scope with those of its calls, and how deep the calls nest in it."""
-
-    equations: int
-    depth: int
+LONG = 300
+"""Characters; a shorter expression cannot nest deeper than that."""
 
 
 def check_size(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     """At most one diagnosis; the calls of the functions must not go round."""
     callees = {
-        name: [function.name.lower() for _, function in functions[name].callees()] for name in functions
+        name: [function.name.lower() for _, function in scope.callees()] for name, scope in functions.items()
     }
-    sizes: dict[str, Size] = {}
+    sizes: dict[str, tuple[int, int]] = {}
     for name in TopologicalSorter(callees).static_order():
         sizes[name] = _size(functions[name], sizes)
-    size = _size(sheet, sizes)
+    equations, depth = _size(sheet, sizes)
     place = next((call.span for call, _ in sheet.callees()), None)
-    if size.depth > MAX_DEPTH:
-        yield messages.too_large(place, f"calls nest {size.depth} deep; {MAX_DEPTH} is the limit")
-    elif size.equations > MAX_EQUATIONS:
-        yield messages.too_large(place, f"the model has more than {MAX_EQUATIONS:,} equations")
+    if depth > MAX_DEPTH:
+        reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
+    elif equations > MAX_EQUATIONS:
+        reason = f"the model has more than {MAX_EQUATIONS:,} equations"
+    else:
+        return
+    yield said("E216", reason, place, "call fewer functions in functions", label="called here")
 
 
-def _size(scope: Scope, sizes: Mapping[str, Size]) -> Size:
+def _size(scope: Scope, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+    """Equations of a scope with those of its calls, and how deep the calls nest in it."""
     called = [sizes[function.name.lower()] for _, function in scope.callees()]
-    return Size(
-        equations=len(scope.contents.equalities) + sum(size.equations for size in called),
-        depth=max((size.depth + 1 for size in called), default=0),
-    )
+    own = sum(isinstance(part, Equality) for part in scope.parts)
+    return own + sum(equations for equations, _ in called), max((d + 1 for _, d in called), default=0)
 
 
 def check_nesting(scope: Scope) -> Iterator[Diagnosis]:
     """Expressions too deep to work on, such as a product of a thousand factors."""
-    for operand in scope.contents.long:
-        if _nesting(operand) > MAX_NESTING:
-            yield messages.too_deep(operand.span, MAX_NESTING)
+    for operand in (operand for part in scope.parts for operand in operands(part)):
+        span = operand.span
+        if span is not None and span.end - span.start > LONG and _nesting(operand) > MAX_NESTING:
+            message = f"this expression nests more than {MAX_NESTING} levels deep"
+            label = "every factor of a long product is a level"
+            yield said("E217", message, span, "split it over several rules", label=label)
 
 
 def _nesting(node: Expression | Condition) -> int:
@@ -271,54 +295,47 @@ def _nesting(node: Expression | Condition) -> int:
     return depth
 
 
+# --- names ----------------------------------------------------------------------
+
 FREE = frozenset(PLANNED) | {"e", "gamma", "beta", "step", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"}
 """Functions whose names are free for variables, because sheets about angles, places and
 currents need them: a function is always followed by a parenthesis, so nothing is ambiguous."""
 
 
-def is_reserved(name: str) -> bool:
-    """Whether no variable may have this name, as it is that of a built-in function."""
+def check_names(scope: Scope) -> Iterator[Diagnosis]:
+    """Names of functions that stand for variables, in the section or the head and then in rules."""
+    if scope.function is None:
+        declared = [(row.name, _row_name(row.span, row.name)) for row in scope.program.rows]
+    else:
+        declared = [(name, head_of(scope.function)) for name in scope.declared]
+    own = {function.name: function for function in scope.program.functions.values()}
+    for name, place in declared:
+        if _reserved(name):
+            yield _name_of_function(name, place, None)
+    for name, span in scope.places.items():
+        if name not in scope.declared and (_reserved(name) or name in own):
+            yield _name_of_function(name, span, own.get(name))
+
+
+def _reserved(name: str) -> bool:
     return name.lower() in TABLE and name.lower() not in FREE
 
 
-def check_names(scope: Scope) -> Iterator[Diagnosis]:
-    declared = set(scope.declared)
-    own = {function.name: function for function in scope.program.functions.values()}
-    for name, place in scope.contents.names.items():
-        if name in declared:
-            continue
-        if is_reserved(name) or name in own:
-            yield messages.name_of_function(name, place, own.get(name))
-
-
-def check_declared(scope: Scope) -> Iterator[Diagnosis]:
-    """Reserved names in the variables section or in the head of a function."""
-    for name, place in _declarations(scope):
-        if is_reserved(name):
-            yield messages.name_of_function(name, place, None)
-
-
-def _declarations(scope: Scope) -> Iterator[tuple[str, Span | None]]:
-    if scope.function is None:
-        yield from ((row.name, row_name(row.span, row.name)) for row in scope.program.rows)
-    else:
-        head = messages.head_of(scope.function)
-        yield from ((name, head) for name in scope.declared)
-
-
-def row_name(row: Span | None, name: str) -> Span | None:
-    """The place of the name at the start of its row."""
-    return Span(row.source, row.start, row.start + len(name)) if row else None
+def _name_of_function(name: str, place: Span | None, function: Function | None) -> Diagnosis:
+    use = f"{function.name}({', '.join(function.arguments)})" if function else f"{name}(x)"
+    note = f"call it as {use}, or give the variable another name"
+    return said("E210", f"{name} is a function, not a variable", place, note, label="the name of a function")
 
 
 def check_rows(program: Program) -> Iterator[Diagnosis]:
     first: dict[str, Span | None] = {}
     for row in program.rows:
-        place = row_name(row.span, row.name)
+        place = _row_name(row.span, row.name)
         if row.name in first:
-            yield messages.duplicate_row(row.name, place, first[row.name])
-        else:
-            first[row.name] = place
+            places = labels((place, "again"), (first[row.name], "first here"))
+            message = f"{row.name} stands twice in the variables section"
+            yield error("E215", message, *places, notes=("keep one of the two rows",))
+        first.setdefault(row.name, place)
 
 
 def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
@@ -328,37 +345,46 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
         yield from check_constant(end)
         for node in walk(end):
             if isinstance(node, Name) and node.name not in scope.names:
-                yield messages.unknown_end(node.name, node.span, scope.names)
+                message = f"the end of a range names {node.name}, which is no variable of this sheet"
+                notes = suggestion(node.name, scope.names) or (f"no rule and no other row names {node.name}",)
+                yield said("E218", message, node.span, *notes)
 
 
 def check_givens(scope: Scope) -> Iterator[Diagnosis]:
-    for node in scope.contents.givens:
-        if node.name not in scope.names:
-            yield messages.unknown_given(node.name, node.span, scope.names)
+    for node in scope.nodes:
+        if isinstance(node, Given) and node.name not in scope.names:
+            message = f"given('{node.name}) asks for a variable that is not there"
+            notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
+            yield said("E214", message, node.span, *notes)
 
 
 def check_symbols(scope: Scope) -> Iterator[Diagnosis]:
+    """Symbols in arithmetic (not those that a call passes on), and those that are compared by order."""
     own = scope.program.functions
-    passed = {
-        id(argument)
-        for call in scope.contents.inner_calls
-        if call.function.lower() in own
-        for argument in call.arguments
-    }
-    for symbol in scope.contents.misplaced:
-        if id(symbol) not in passed:
-            yield messages.symbol_in_arithmetic(symbol.name, symbol.span)
-    for comparison in scope.contents.comparisons:
-        yield from _check_order(comparison)
+    for node in scope.nodes:
+        if isinstance(node, Call) and node.function.lower() in own:
+            continue
+        if not isinstance(node, Comparison):
+            yield from _symbols_in(node)
+        elif node.operator not in ("=", "<>"):
+            symbol = next((side for side in (node.left, node.right) if isinstance(side, Symbol)), None)
+            if symbol is not None:
+                message = f"the symbol '{symbol.name} is neither greater nor smaller than anything"
+                note = "symbols are compared by = and <> only"
+                yield said("E212", message, node.span, note, label=f"compared by {node.operator}")
 
 
-def _check_order(comparison: Comparison) -> Iterator[Diagnosis]:
-    if comparison.operator in ("=", "<>"):
-        return
-    for side in (comparison.left, comparison.right):
-        if isinstance(side, Symbol):
-            yield messages.symbol_by_order(comparison.operator, side.name, comparison.span)
-            return
+def _symbols_in(node: Expression | Condition) -> Iterator[Diagnosis]:
+    for part in children(node):
+        if isinstance(part, Symbol):
+            yield said(
+                "E211",
+                f"the symbol '{part.name} is no number, so there is no arithmetic with it",
+                part.span,
+                f"a symbol can be given to a variable (x = '{part.name}) or be compared by = and <>",
+                f"if the variable {part.name} is meant, leave out the apostrophe",
+                label="a symbol",
+            )
 
 
 def check_constant(expression: Expression) -> Iterator[Diagnosis]:
@@ -366,20 +392,23 @@ def check_constant(expression: Expression) -> Iterator[Diagnosis]:
     for node in walk(expression):
         if isinstance(node, Call):
             yield from check_builtin(node)
-        for part in children(node):
-            if isinstance(part, Symbol):
-                yield messages.symbol_in_arithmetic(part.name, part.span)
+        yield from _symbols_in(node)
 
 
 def check_tuples(scope: Scope) -> Iterator[Diagnosis]:
-    rule: Equality
-    for rule in scope.contents.unlike:
-        yield messages.unlike_tuples(len(rule.left), len(rule.right), rule.span)
+    for rule in scope.parts:
+        if isinstance(rule, Equality) and len(rule.left) != len(rule.right):
+            left, right = len(rule.left), len(rule.right)
+            message = f"the two sides differ in length: {left} on the left, {right} on the right"
+            note = "write as many expressions on either side, as in (a, b) = (c, d)"
+            yield said("E213", message, rule.span, note, label="one equation for each pair")
 
 
 def check_head(function: Function) -> Iterator[Diagnosis]:
+    place = head_of(function)
     if function.name.lower() in TABLE or function.name.lower() in PLANNED:
-        yield messages.shadows_builtin(function)
+        message = f"{function.name} is a built-in function and cannot be defined anew"
+        yield said("E207", message, place, f"give it a name of its own, such as my_{function.name}")
     roles: dict[str, list[str]] = {}
     for role, names in (
         ("an argument", function.arguments),
@@ -390,10 +419,17 @@ def check_head(function: Function) -> Iterator[Diagnosis]:
             roles.setdefault(name, []).append(role)
     for name, held in roles.items():
         if len(held) > 1:
-            yield messages.repeated_in_head(function, name, _join(held))
+            distinct = list(dict.fromkeys(held))
+            role = " and ".join(distinct) if len(distinct) > 1 else f"twice {held[0]}"
+            note = "a name is either an argument, a result or a parameter, and is listed once"
+            label = f"{name} has one role too many"
+            yield said("E209", f"{name} is {role} of {function.name}", place, note, label=label)
 
 
-def _join(held: list[str]) -> str:
-    """``an argument and a result``, or ``twice an argument``."""
-    distinct = list(dict.fromkeys(held))
-    return " and ".join(distinct) if len(distinct) > 1 else f"twice {distinct[0]}"
+def duplicate_function(function: Function, first: Function) -> Diagnosis:
+    return error(
+        "E206",
+        f"the function {function.name} is defined twice",
+        *labels((head_of(function), "defined again"), (head_of(first), "first defined here")),
+        notes=("give one of the two another name (capitals do not count in function names)",),
+    )
