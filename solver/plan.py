@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -18,14 +19,14 @@ from solver.facts import OutOfTime, Status
 from solver.files.columns import column_of, free_name
 from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
-from solver.ranking.branches import kept, points_of
+from solver.ranking.branches import Answers, kept
 from solver.result import CODES, Column, Table
 from solver.solution.leaves import Exploration
 from solver.trace.guards import Pattern
 from solver.trace.program import Program
 from solver.trace.python import with_resort
 from solver.trace.records import Records
-from solver.trace.rows import Answers, AnswerSweeper, written
+from solver.trace.rows import AnswerSweeper, listed
 from solver.verdicts.conclusion import conclude
 from solver.verdicts.explain import explain
 from solver.verdicts.verdict import Verdict
@@ -94,6 +95,9 @@ def _is_number(given: Any) -> bool:
     except (TypeError, ValueError, OverflowError):
         return False
     return True
+
+
+Array: TypeAlias = NDArray[Any]
 
 
 class Unsolved(Exception):
@@ -205,10 +209,16 @@ class Plan:
         """
         return sweep_answers(self, columns, jit)
 
+    @cached_property
+    def turns(self) -> Array:
+        """The whole turns of wanted angles (v,), infinite for all else."""
+        turn = planner(self.model).graph.turn
+        return np.array([turn(name) or np.inf for name in self.want])
+
     def sweeper(self, jit: bool) -> AnswerSweeper:
         """What solves rows by the records that there are."""
         if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
-            self._sweeper = AnswerSweeper(self.records, jit)
+            self._sweeper = AnswerSweeper(self.records, jit, self.turns)
         return self._sweeper
 
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
@@ -325,70 +335,38 @@ def prepare(
     return Plan(model, names, wanted, fixed, effective.guesses, timeout)
 
 
-Array: TypeAlias = NDArray[Any]
-
-
-def sweep_answers(plan: Plan, columns: Sequence[Column], jit: bool) -> tuple[NDArray[np.int8], Answers]:
+def sweep_answers(
+    plan: Plan, columns: Sequence[Column], jit: bool, steady: bool = False
+) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
-    The columns (n,) stand in the order of the plan's inputs; without any there is one row. Raises ValueError
-    for columns of different lengths.
+    The columns (n,) stand in the order of the plan's inputs; without any there is one row. In a ``steady``
+    sweep answers are in order as far as ``Answers.runs`` says. Raises ValueError for columns of different
+    lengths.
     """
     arrays = _columns(plan.inputs, columns)
     if not arrays or any(array.dtype != float for array in arrays):
         return _one_by_one(plan, arrays)
-    return _numbers(plan, arrays, jit)
+    return _numbers(plan, arrays, jit, steady)
 
 
 def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
     """The primary answer of every row: the one that continues a branch, else the one that the rule says."""
     arrays = _columns(plan.inputs, columns)
-    status, answers = sweep_answers(plan, arrays, jit)
+    status, answers = sweep_answers(plan, arrays, jit, steady=True)
     inputs = dict(zip(plan.inputs, arrays, strict=True))
-    return one_answer(
-        inputs, plan.want, status, answers, first_answers(plan.model, plan.want, arrays, answers)
-    )
+    return one_answer(inputs, plan.want, status, answers, kept(arrays, answers, plan.turns, len(status)))
 
 
 def one_answer(
     inputs: Mapping[str, Array], want: Sequence[str], status: Array, answers: Answers, first: Array
 ) -> Table:
-    """A row for each row of inputs, with the answers at the places ``first`` (n,), -1 for none."""
-    found = {name: _picked(values, first) for name, values in zip(want, answers.values, strict=True)}
-    columns = {**inputs, **{name: values for name, values in found.items() if name not in inputs}}
+    """A row for each row of inputs, with the answers ``first`` (n,) of each that has some."""
+    values = answers.chosen(first) or [np.full(len(status), np.nan) for _ in want]
+    columns = {**dict(zip(want, values, strict=True)), **inputs}
+    columns = {name: columns[name] for name in (*inputs, *want)}
     columns[free_name("answers", columns)] = answers.counts
     return Table(columns, status, answers=answers.counts)
-
-
-def first_answers(
-    model: Model,
-    want: Sequence[str],
-    columns: Sequence[Array],
-    answers: Answers,
-    place: tuple[int, int, int] | None = None,
-) -> Array:
-    """The places (n,) of the primary answers of all rows among all answers, -1 where there is none.
-
-    ``place``: rows come in lines of so many, the first one is this row of the sweep, and the first answers of
-    so many rows are known to be the primary ones.
-    """
-    counts = answers.counts
-    places = np.where(counts > 0, np.cumsum(counts) - counts, -1)
-    if columns and (counts > 1).any():
-        points = points_of(answers.values, int(counts.sum()))
-        turn = planner(model).graph.turn
-        turns = np.array([turn(name) or np.inf for name in want])
-        places += kept(columns, counts, points, turns, *(place or (len(counts), 0, 0)))
-    return places
-
-
-def _picked(values: Array, places: Array) -> Array:
-    if not (places < 0).any():
-        return values if len(values) == len(places) else values[places]
-    nothing = None if values.dtype == object else np.nan
-    column = np.full(len(places), nothing, dtype=values.dtype)
-    column[places >= 0] = values[places[places >= 0]]
-    return column
 
 
 def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
@@ -401,7 +379,7 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
     return arrays
 
 
-def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.int8], Answers]:
+def _numbers(plan: Plan, columns: list[Array], jit: bool, steady: bool) -> tuple[NDArray[np.int8], Answers]:
     """Rows of numbers: by records first. Raises Interrupted with the same for an interrupt at a row."""
     status = np.zeros(len(columns[0]), dtype=np.int8)
 
@@ -415,7 +393,7 @@ def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.in
         status[rows] = CODES[outcome]
 
     try:
-        found = plan.sweeper(jit).run(columns, len(plan.want), outcome, keep)
+        found = plan.sweeper(jit).run(columns, outcome, keep, steady)
     except Interrupted as reached:
         raise Interrupted(reached.rows, (status, reached.kept)) from None
     return status, found
@@ -424,8 +402,7 @@ def _numbers(plan: Plan, columns: list[Array], jit: bool) -> tuple[NDArray[np.in
 def _one_by_one(plan: Plan, columns: list[Array]) -> tuple[NDArray[np.int8], Answers]:
     found = [plan.outcome(numbers) for numbers in _rows(columns)]
     status = np.array([CODES[status] for status, _ in found], dtype=np.int8)
-    counts = np.array([len(rows) for _, rows in found], dtype=np.int64)
-    return status, Answers(counts, written([row for _, rows in found for row in rows], len(plan.want)))
+    return status, listed([rows for _, rows in found])
 
 
 def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:

@@ -241,7 +241,7 @@ def _run(arguments: Namespace) -> int:
     sinks = _sinks(arguments, work, swept)
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     outcome = _streamed(
-        chain(before, followed(work, pieces, swept.line)),
+        chain(before, followed(work, pieces)),
         sinks,
         swept.total,
         printing=not (arguments.output or arguments.plot),
@@ -265,6 +265,7 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     return work_of(
         plan,
         swept.lessons,
+        swept.line,
         every=arguments.all,
         tabled=tabled,
         texted=texted,

@@ -2,12 +2,14 @@
 
 The rule of ``ranking.py`` decides in the first row of a stretch in which the inputs move steadily. From there
 an answer is kept that lies clearly nearest to the straight line through its last two rows; where
-none does, the rule decides again.
+none does, the rule decides again. Where the ranges of the answers lie far apart, that needs no look at
+single rows: bounds of the same distances decide for hundreds of rows at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,90 +20,244 @@ Points = NDArray[np.float64]
 
 STEADY = 2.0
 """Ratio of the steps of an input up to which rows are taken for a sweep."""
-SAME, DIFFERENT = 1e-9, 1e-6
-"""Shares of the largest distance between answers that are next to nothing, and that are something."""
 CLEAR = 0.5
 """Share of the distance of the next answer, below which an answer continues a branch."""
+SPAN = 256
+"""Rows that are decided at once."""
+ROOM = 2**16
+"""Rows that are compared at once."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """The answers of n rows: how many each has, ``counts`` (n,), and ``planes`` of the first answers, of the
+    second ones, and so on, each with a column (n,) for each wanted variable. What stands in a plane beyond
+    the count of a row means nothing.
+
+    In rows ``start + 2`` to ``end`` of ``runs`` each answer clearly continues the one of its plane in the row
+    before, and only the planes of row ``start + 1`` need be in the order of the rule.
+    """
+
+    counts: Array
+    planes: list[list[Array]]
+    runs: tuple[tuple[int, int], ...] = ()
+
+    def cut(self, start: int, end: int) -> Answers:
+        """Those of some rows."""
+        planes = [[column[start:end] for column in plane] for plane in self.planes]
+        pairs = ((max(first - start, 0), min(last, end) - start) for first, last in self.runs)
+        return Answers(self.counts[start:end], planes, tuple(p for p in pairs if p[1] - p[0] > 2))
+
+    def of(self, rows: Array) -> Answers:
+        """Those of the rows of a mask (n,), which all runs lie in."""
+        planes = [[column[rows] for column in plane] for plane in self.planes]
+        before = np.cumsum(~rows)
+        runs = ((int(first - before[first]), int(last - before[first])) for first, last in self.runs)
+        return Answers(self.counts[rows], planes, tuple(runs))
+
+    def chosen(self, first: Array) -> list[Array]:
+        """A column for each wanted variable: the answers ``first`` (n,), else nan or None."""
+        others = [(k, np.flatnonzero(first == k)) for k in range(1, len(self.planes)) if first.any()]
+        none = np.flatnonzero(self.counts == 0)
+        columns = []
+        for values in zip(*self.planes, strict=True):
+            column = values[0]
+            if len(none) or others:
+                column = column.copy()
+                column[none] = None if column.dtype == object else np.nan
+            for k, rows in others:
+                column[rows] = values[k][rows]
+            columns.append(column)
+        return columns
+
+    def listed(self) -> list[Array]:
+        """A column for each wanted variable, all answers row after row; nan or None for a row without one."""
+        there = np.arange(len(self.planes)) < np.maximum(self.counts, 1)[:, None]
+        columns = []
+        for first, *others in zip(*self.planes, strict=True):
+            if not self.counts.all():
+                first = first.copy()
+                first[self.counts == 0] = None if first.dtype == object else np.nan
+            columns.append(np.stack([first, *others], axis=1)[there])
+        return columns
+
+    def points(self, rows: Array, count: int) -> Points:
+        """The numbers (v, count, rows) of so many answers of these rows; a symbol counts by its letters."""
+        columns = zip(*self.planes[:count], strict=True)
+        return np.array([[numbers_of(values[rows]) for values in column] for column in columns])
+
+
+def together(parts: Sequence[tuple[Array, Answers]], count: int) -> Answers:
+    """The answers of all rows, from those of some rows each. A first part of all rows is taken over; it has
+    none where other parts have some.
+    """
+    if parts and len(parts[0][0]) == count:
+        (_, every), *parts = parts
+    else:
+        every = Answers(np.zeros(count, dtype=np.int64), [])
+    counts, planes, runs = every.counts, every.planes, list(every.runs)
+    for rows, found in parts:
+        counts[rows] = found.counts
+        runs += [(int(rows[first]), int(rows[last - 1]) + 1) for first, last in found.runs]
+        planes += [[np.zeros(count) for _ in plane] for plane in found.planes[len(planes) :]]
+        for plane, columns in zip(planes, found.planes, strict=False):
+            for place, column in enumerate(columns):
+                if column.dtype != plane[place].dtype:
+                    plane[place] = plane[place].astype(object)
+                plane[place][rows] = column
+    return Answers(counts, planes, tuple(sorted(runs)))
 
 
 def kept(
-    inputs: Sequence[Array],
-    counts: Array,
-    points: Points,
-    turns: Points,
-    line: int,
-    at: int,
-    fixed: int,
+    inputs: Sequence[Array], answers: Answers, turns: Points, line: int, at: int = 0, fixed: int = 0
 ) -> Array:
     """Of each row (n,) the number of the answer that comes first, 0 where it is the one that the rule says.
 
-    ``points`` (v, answers) are those of all rows one after another, as many as ``counts`` (n,) says, in the
-    order of the rule. ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends where ``line``
-    rows are full; the first row is row ``at`` of the sweep. In so many first rows it is ``fixed`` that the
-    first answer stays so.
+    ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends where ``line`` rows are full; the
+    first row is row ``at`` of the sweep. The first answers of so many first rows are ``fixed``.
     """
+    counts = answers.counts
     chosen = np.zeros(len(counts), dtype=np.intp)
-    several = np.flatnonzero(counts > 1)
-    if not len(several):
+    asked = counts > 1
+    asked[: max(fixed, 1)] = False
+    for start, end in answers.runs:
+        asked[start + 2 : end] = False
+    rows = np.flatnonzero(asked)
+    if not len(rows) or not len(turns):
         return chosen
-    steps = _steps(inputs, len(counts), line, at)
-    along = _along(steps, counts)
-    rows = several[along[several] & (several >= max(fixed, 1))]
-    if _first_goes_on(points, counts, turns, rows, along):
+    rows = rows[_along(inputs, counts, rows, line, at)]
+    onward = np.zeros((len(answers.planes), len(rows)), dtype=np.intp)
+    steady = _along(inputs, counts, rows - 1, line, at)
+    sizes = np.array([np.where(steady, counts[rows - 2], 0), counts[rows - 1], counts[rows]])
+    for here in _alike(sizes):
+        back, before, now = sizes[:, here[0]].tolist()
+        source = heading = answers.points(rows[here] - 1, before)
+        if back:
+            earlier = answers.points(rows[here] - 2, back)
+            nearest, _ = continued(source, earlier, turns)
+            step = source - np.take_along_axis(earlier, nearest[None], axis=1)
+            heading = source + wound(step, turns[:, None, None])
+        nearest, clear = continued(heading, answers.points(rows[here], now), turns)
+        onward[:before, here] = np.where(clear, nearest, 0)
+    if not onward[0].any():
         return chosen
-    answers = _Answers(points, counts, turns)
-    before = rows[along[rows - 1]] - 1
-    back, _ = answers.nearest(points, before, before - 1)
-    heading = points.copy()
-    known = np.flatnonzero(back >= 0)
-    heading[:, known] += wound(points[:, known] - points[:, back[known]], turns[:, None])
-    onward, clear = answers.nearest(heading, rows - 1, rows)
-    starts = answers.starts.tolist()
-    for row in rows.tolist():
-        here = starts[row - 1] + int(chosen[row - 1])
-        if clear[here]:
-            chosen[row] = onward[here] - starts[row]
+    ends = {start + 1: end for start, end in answers.runs}
+    for row, places_onward in zip(rows.tolist(), onward.T.tolist(), strict=True):
+        chosen[row] = place = places_onward[chosen[row - 1]]
+        if place and row in ends:
+            chosen[row + 1 : ends[row]] = place
     return chosen
 
 
-def _first_goes_on(
-    points: Points, counts: Array, turns: Points, rows: Array, along: NDArray[np.bool_]
-) -> bool:
-    """Whether the first answer of the rule goes on throughout: by each variable it is nearest to where the
-    row before was heading. Asked of rows with one number of answers.
+def _alike(sizes: Array) -> Iterator[Array]:
+    """The places of equal columns of counts, not too many at once."""
+    base = 1 + int(sizes.max(initial=0))
+    codes = (sizes[0] * base + sizes[1]) * base + sizes[2]
+    for code in np.unique(codes).tolist():
+        here = np.flatnonzero(codes == code)
+        yield from np.array_split(here, 1 + len(here) // ROOM)
+
+
+def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: int) -> NDArray[np.bool_]:
+    """Whether the step into each of these rows is one of a sweep, as even as the one before or after it."""
+
+    def step(into: Array) -> Points:
+        there = (into > 0) & (into < len(counts)) & ((into + at) % line != 0)
+        into = np.where(there, into, 0)
+        steps = [numbers_of(column[into]) - numbers_of(column[into - 1]) for column in inputs]
+        return np.where(there, steps, np.nan)
+
+    def even(one: Points, other: Points) -> NDArray[np.bool_]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            near = (one * other > 0.0) & (abs(other) <= STEADY * abs(one)) & (abs(one) <= STEADY * abs(other))
+        alike: NDArray[np.bool_] = (((one == 0.0) & (other == 0.0)) | near).all(axis=0) & near.any(axis=0)
+        return alike
+
+    here = step(rows)
+    along = even(step(rows - 1), here) | even(here, step(rows + 1))
+    return np.asarray(along & (rows > 0) & (counts[rows - 1] > 0))
+
+
+def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, NDArray[np.bool_]]:
+    """Of places (v, k, r) in each row r the nearest of the points (v, j, r): (k, r), and whether it is so
+    clearly.
     """
-    each = int(counts[0])
-    if (counts != each).any() or not len(rows):
-        return False
-    nearer = np.zeros(len(rows), dtype=bool)
-    for values, turn in zip(points.reshape(len(points), -1, each), turns, strict=True):
-        first = values[:, 0]
-        step = np.where(along[rows - 1], _apart(first[rows - 1], first[rows - 2], turn), 0.0)
-        heading = first[rows - 1] + step
-        own = abs(_apart(heading, first[rows], turn))
-        for other in values[:, 1:].T:
-            onward = abs(_apart(heading, other[rows], turn)) - own
-            back = abs(_apart(first[rows - 1], other[rows - 2], turn)) - abs(step)
-            least, size = np.minimum(onward, back), max(float(onward.max()), float(own.max()))
-            if least.min() < -SAME * size:
-                return False
-            nearer |= least > DIFFERENT * size
-    return bool(nearer.all())
+    apart = distances(heading, points, turns)
+    nearest = apart.argmin(axis=1)
+    least = np.take_along_axis(apart, nearest[:, None], axis=1)[:, 0]
+    np.put_along_axis(apart, nearest[:, None], np.inf, axis=1)
+    return nearest, least <= CLEAR * apart.min(axis=1)
 
 
-def _apart(one: Points, other: Points, turn: float) -> Points:
-    return one - other if turn == np.inf else wound(one - other, turn)
+def distances(heading: Points, points: Points, turns: Points) -> Points:
+    """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their spread."""
+    total = np.zeros((heading.shape[1], *points.shape[1:]))
+    for here, there, turn in zip(heading, points, turns, strict=True):
+        off = abs(wound(here[:, None] - there[None], turn))
+        around = off.max(axis=(0, 1))
+        total += np.divide(off, around, out=np.zeros_like(off), where=around > 0)
+    return total
 
 
-def points_of(columns: Sequence[Array], rows: int) -> Points:
-    """The numbers of each variable (v, n); a symbol, near to nothing but itself, counts by its letters."""
-    points = np.zeros((len(columns), rows))
-    for place, column in enumerate(columns):
-        if column.dtype == object:
-            points[place] = [_coded(value) for value in column.tolist()]
-        else:
-            points[place] = np.nan_to_num(column)
-    return points
+def steady_runs(
+    inputs: Sequence[Array], rows: Array, planes: Sequence[Sequence[Array]], whole: Array, turns: Points
+) -> list[tuple[int, int]]:
+    """The runs of ``Answers`` among rows (n,) of a sweep, those of spans whose inputs move steadily and whose
+    answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances`` would be.
+    """
+    starts = np.arange(0, len(rows) - SPAN + 1, SPAN)
+    if len(planes) < 2 or len(starts) < 2:
+        return []
+    far = np.logical_and.reduceat(whole, starts)
+    first, last = np.maximum(starts - 2, 0), np.append(starts[1:], len(rows)) - 1
+    far &= rows[last] - rows[first] == last - first  # without gaps
+    with np.errstate(all="ignore"):
+        moving = np.zeros(len(starts), dtype=bool)
+        for column in inputs:
+            low, high = _reach(np.diff(column, prepend=2.0 * column[0] - column[1]), starts)
+            even = ((low > 0.0) & (high <= STEADY * low)) | ((high < 0.0) & (low >= STEADY * high))
+            moving |= even
+            far &= even | ((low == 0.0) & (high == 0.0))
+        far &= moving
+        if far.any():
+            far &= _far_apart(planes, starts, turns)
+    edges = np.append(starts, len(rows))[np.flatnonzero(np.diff(far, prepend=False, append=False))]
+    return [(max(start - 2, 0), end) for start, end in edges.reshape(-1, 2).tolist()]
+
+
+def _far_apart(planes: Sequence[Sequence[Array]], starts: Array, turns: Points) -> NDArray[np.bool_]:
+    """Whether in each span every answer goes on nearest to itself, clearly, whatever its steps are."""
+    own: Points = np.zeros((len(planes), 1, len(starts)))
+    other: Points = np.zeros((len(planes), len(planes), len(starts)))
+    for columns, turn in zip(zip(*planes, strict=True), turns, strict=True):
+        low, high = (np.array(ends) for ends in zip(*(_reach(c, starts) for c in columns), strict=True))
+        middle, width = (high + low) / 2.0, (high - low)[:, None]
+        apart = abs(wound(middle[:, None] - middle[None], turn))
+        reach = (3.0 * width + width.swapaxes(0, 1)) / 2.0  # of an answer and where another was heading
+        least = np.maximum(apart - reach, 0.0)
+        most, around = (apart + reach).max(axis=(0, 1)), least.max(axis=(0, 1))
+        own += np.where(most > 0.0, np.minimum(2.0 * width / around, 1.0), 0.0)
+        other += np.where(most > 0.0, least / most, 0.0)
+    clear: NDArray[np.bool_] = own <= CLEAR * other
+    clear[np.arange(len(planes)), np.arange(len(planes))] = True
+    return np.asarray(clear.all(axis=(0, 1)))
+
+
+def _reach(column: Array, starts: Array) -> tuple[Array, Array]:
+    """The least and the largest number of each span and the two rows before it."""
+    ends = []
+    for extreme in (np.minimum, np.maximum):
+        found = extreme.reduceat(column, starts)
+        found[1:] = extreme(found[1:], extreme(column[starts[1:] - 1], column[starts[1:] - 2]))
+        ends.append(found)
+    return ends[0], ends[1]
+
+
+def numbers_of(column: Array) -> Points:
+    """The numbers of a column; a symbol, near to nothing but itself, counts by its letters."""
+    if column.dtype == object:
+        return np.array([_coded(value) for value in column.tolist()], dtype=float)
+    return np.nan_to_num(column)
 
 
 def _coded(value: float | str | None) -> float:
@@ -109,67 +265,6 @@ def _coded(value: float | str | None) -> float:
     if isinstance(value, str):
         return float(int.from_bytes(value.encode()[:4], "big"))
     return value or 0.0
-
-
-def _steps(inputs: Sequence[Array], rows: int, line: int, at: int) -> Points:
-    """How far each input moves into each row (k, n); nan where no step leads there."""
-    steps = np.full((len(inputs), rows), np.nan)
-    for place, column in enumerate(points_of(inputs, rows)):
-        steps[place, 1:] = np.diff(column)
-    steps[:, (np.arange(rows) + at) % line == 0] = np.nan
-    return steps
-
-
-def _along(steps: Points, counts: Array) -> NDArray[np.bool_]:
-    """Whether the step into each row is one of a sweep, as even as the one before it or after it."""
-    one, other = steps[:, :-1], steps[:, 1:]
-    with np.errstate(over="ignore", invalid="ignore"):
-        near = (one * other > 0.0) & (abs(other) <= STEADY * abs(one)) & (abs(one) <= STEADY * abs(other))
-        even = (((one == 0.0) & (other == 0.0)) | near).all(axis=0) & near.any(axis=0)
-    along = np.zeros(len(counts), dtype=bool)
-    along[1:] |= even
-    along[:-1] |= even
-    along[1:] &= counts[:-1] > 0
-    along[0] = False
-    return along
-
-
-class _Answers:
-    """The answers of rows: ``points`` (v, answers), and where those of each row start."""
-
-    def __init__(self, points: Points, counts: Array, turns: Points) -> None:
-        self.points, self.counts, self.turns = points, counts, turns
-        self.starts = np.cumsum(counts) - counts
-
-    def nearest(self, heading: Points, sources: Array, targets: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Of each answer (answers,) of the ``sources`` the nearest one of the row in ``targets``, from where
-        it is ``heading``; -1 elsewhere. And whether it is clearly the nearest.
-        """
-        near = np.full(self.points.shape[1], -1, dtype=np.intp)
-        clear = np.zeros(self.points.shape[1], dtype=bool)
-        sizes = self.counts[sources], self.counts[targets]
-        base = int(self.counts.max()) + 1
-        for code in np.flatnonzero(np.bincount(sizes[0] * base + sizes[1])).tolist():
-            few, many = divmod(code, base)
-            here = (sizes[0] == few) & (sizes[1] == many)
-            mine = self.starts[sources[here]] + np.arange(few)[:, None]
-            theirs = self.starts[targets[here]] + np.arange(many)[:, None]
-            apart = self._distances(heading[:, mine], self.points[:, theirs])
-            first = apart.argmin(axis=1)
-            near[mine] = np.take_along_axis(theirs, first, axis=0)
-            least = np.take_along_axis(apart, first[:, None], axis=1)[:, 0]
-            np.put_along_axis(apart, first[:, None], np.inf, axis=1)
-            clear[mine] = least <= CLEAR * apart.min(axis=1) if many > 1 else True
-        return near, clear
-
-    def _distances(self, heading: Points, points: Points) -> Points:
-        """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their spread."""
-        total = np.zeros((heading.shape[1], *points.shape[1:]))
-        for place, (here, there) in enumerate(zip(heading, points, strict=True)):
-            off = abs(wound(here[:, None] - there[None], self.turns[place]))
-            around = off.max(axis=(0, 1))
-            total += np.divide(off, around, out=np.zeros_like(off), where=around > 0)
-        return total
 
 
 def wound(apart: Points, turns: Any) -> Points:

@@ -10,20 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.files.columns import Array, Columns, stacked
-from solver.plan import first_answers
-from solver.ranking.branches import points_of, wound
+from solver.ranking.branches import Answers, kept, numbers_of, together, wound
 from solver.sweeps.work import Rows, Solved, Work
-from solver.trace.rows import Answers
 
 
 class Branches:
     """Replaces the answers that the rule put first by those that continue the branch of the row before.
 
-    A row begins anew where ``line`` rows are full: where an outer input of a grid changes.
+    A row begins anew where the rows of a line are full: where an outer input of a grid changes.
     """
 
-    def __init__(self, work: Work, line: int) -> None:
-        self.work, self.line = work, line
+    def __init__(self, work: Work, turns: Points) -> None:
+        self.work, self.turns = work, turns
         self._done = 0
         self._before: Rows | None = None
 
@@ -31,36 +29,30 @@ class Branches:
         assert piece.rows is not None
         last = piece.rows.last()
         if piece.several:
-            before = self._before
-            rows = piece.rows if before is None else _together(before, piece.rows)
+            rows = piece.rows if self._before is None else _together(self._before, piece.rows)
             extra = len(rows.codes) - len(piece.rows.codes)
-            at = self._done - extra
-            answers = rows.answers
-            work = self.work
-            first = first_answers(work.model, work.want, rows.inputs, answers, (self.line, at, extra))
-            own = first[extra:] - int(answers.counts[:extra].sum())
-            solved = work.solved(piece.rows, np.where(piece.rows.answers.counts > 0, own, -1))
-            piece = replace(solved, several=piece.several)
-            last = _in_front(rows, first).last()
+            first = kept(rows.inputs, rows.answers, self.turns, self.work.line, self._done - extra, extra)
+            if first.any():
+                piece = replace(self.work.solved(piece.rows, first[extra:]), several=piece.several)
+            last = replace(rows.last(), answers=_in_front(rows.last().answers, first[-2:]))
         self._before, self._done = last, self._done + sum(piece.counts)
         return piece
 
 
 def _together(one: Rows, other: Rows) -> Rows:
     inputs = tuple(stacked(pair) for pair in zip(one.inputs, other.inputs, strict=True))
-    values = [stacked(pair) for pair in zip(one.answers.values, other.answers.values, strict=True)]
-    counts = np.concatenate([one.answers.counts, other.answers.counts])
-    return Rows(inputs, np.concatenate([one.codes, other.codes]), Answers(counts, values))
+    codes, few = np.concatenate([one.codes, other.codes]), len(one.codes)
+    parts = [(np.arange(few), one.answers), (np.arange(few, len(codes)), other.answers)]
+    return Rows(inputs, codes, together(parts, len(codes)))
 
 
-def _in_front(rows: Rows, first: Array) -> Rows:
-    """The rows with their primary answers before their others."""
-    counts = rows.answers.counts
-    places = np.arange(counts.sum())
-    later = np.ones(len(places), dtype=bool)
-    later[first[first >= 0]] = False
-    order = np.lexsort((later, np.repeat(np.arange(len(counts)), counts)))
-    return replace(rows, answers=Answers(counts, [values[order] for values in rows.answers.values]))
+def _in_front(answers: Answers, first: Array) -> Answers:
+    """The primary answers before the others."""
+    planes = [[column.copy() for column in plane] for plane in answers.planes]
+    for row, place in enumerate(first.tolist()):
+        for values in zip(*planes, strict=True):
+            values[0][row], values[place][row] = values[place][row], values[0][row]
+    return Answers(answers.counts, planes)
 
 
 Points: TypeAlias = NDArray[np.float64]
@@ -98,7 +90,7 @@ class Follower:
     def __call__(self, table: Columns) -> Columns:
         """The next piece of the table, renumbered."""
         ranks = table.values[self._column]
-        points = points_of([table.values[name] for name in self._wanted], len(table))
+        points = np.array([numbers_of(table.values[name]) for name in self._wanted])
         starts = np.append(np.flatnonzero(ranks < 2), len(ranks))
         counts = np.where(ranks[starts[:-1]] == 0, 0, np.diff(starts))
         plain = self._plain_rows(points, starts, counts)
@@ -119,6 +111,10 @@ class Follower:
             self._row += end - row
             row = end
         return replace(table, values={**table.values, self._column: numbers})
+
+    def numbered(self, piece: Solved) -> Solved:
+        assert piece.table is not None
+        return replace(piece, table=self(piece.table))
 
     def _one(self, found: Points, numbers: Numbers) -> None:
         """Number the answers of one row by the row before."""

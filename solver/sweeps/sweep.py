@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from importlib.util import find_spec
 from math import inf
 from time import time
@@ -26,7 +25,7 @@ from solver.plan import Plan, prepare
 from solver.result import SPREADS, Column, Result, Samples, Table
 from solver.sweeps.branches import Branches, Follower
 from solver.sweeps.grid import Chunk, Grid, Zipped, grid_chunks, grid_lessons, listed, one_length
-from solver.sweeps.work import Solved, Work
+from solver.sweeps.work import ENDLESS, Solved, Work
 from solver.sweeps.workers import solved_pieces
 
 
@@ -80,10 +79,10 @@ def sweep(
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
     rows = Grid(axes) if grid else Zipped(axes)
-    work = work_of(plan, grid_lessons(rows), every=all, jit=jit, timeout=timeout)
+    work = work_of(plan, grid_lessons(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
-    pieces = list(followed(work, solved, rows.shape[-1]))
+    pieces = list(followed(work, solved))
     table = joined([piece.table for piece in pieces if piece.table is not None])
     answers = np.concatenate([piece.answers for piece in pieces])
     return Table(table.values, table.status, model.files, answers)
@@ -116,6 +115,7 @@ def _in_its_unit(model: Model, name: str, column: Any) -> Any:
 def work_of(
     plan: Plan,
     lessons: Chunk = (),
+    line: int = ENDLESS,
     *,
     every: bool = False,
     tabled: bool = True,
@@ -141,29 +141,24 @@ def work_of(
         tabled,
         texted,
         jit,
+        line,
         until,
     )
 
 
-def followed(work: Work, pieces: Iterator[Solved], line: int) -> Iterator[Solved]:
+def followed(work: Work, pieces: Iterator[Solved]) -> Iterator[Solved]:
     """The pieces with branches kept: in the numbers of answers where all are asked for, else in the first."""
-    follow = _numbering(work, line) if work.every else Branches(work, line)
+    turn = planner(work.model).graph.turn
+    follow: Callable[[Solved], Solved]
+    if work.every:
+        answer, *wanted = work.names[len(work.inputs) :]
+        follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, work.line).numbered
+    else:
+        follow = Branches(work, np.array([turn(name) or inf for name in work.want]))
     try:
         yield from map(follow, pieces)
     except Interrupted as reached:
         raise Interrupted(reached.rows, tuple(map(follow, reached.kept))) from None
-
-
-def _numbering(work: Work, line: int) -> Callable[[Solved], Solved]:
-    turn = planner(work.model).graph.turn
-    answer, *wanted = work.names[len(work.inputs) :]
-    follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, line)
-
-    def numbered(piece: Solved) -> Solved:
-        assert piece.table is not None
-        return replace(piece, table=follow(piece.table))
-
-    return numbered
 
 
 def monte_carlo(

@@ -18,9 +18,10 @@ from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted
-from solver.plan import Plan, one_answer
+from solver.plan import Plan, one_answer, sweep_answers
+from solver.ranking.branches import Answers, together
 from solver.result import CODES, Table
-from solver.trace.rows import Answers, together, written
+from solver.trace.rows import listed
 
 
 def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np.int8]:
@@ -108,7 +109,7 @@ def solved_answers(
     ``refused`` (n,) has the status code of a row that is not asked, or 0. Raises Interrupted with the same
     for an interrupt while a row is solved.
     """
-    codes, jit, want = refused.copy(), plans.work.jit, plans.work.want
+    codes, work = refused.copy(), plans.work
     asked = np.flatnonzero(refused == 0)
     parts: list[tuple[Array, Answers]] = []
     left = refused == 0
@@ -116,7 +117,9 @@ def solved_answers(
         places = asked[rows]
         done = len(places)
         try:
-            status, answers = plan.sweep_all(*numbers, jit=jit) if numbers else _alike(plan, done)
+            status, answers = (
+                sweep_answers(plan, numbers, work.jit, work.steady) if numbers else _alike(plan, done)
+            )
         except Interrupted as reached:
             done, (status, answers) = reached.rows, reached.kept
         codes[places] = status
@@ -124,7 +127,7 @@ def solved_answers(
         parts.append((places, answers))
         if done < len(places):
             break
-    found = codes, together(parts, len(codes), len(want))
+    found = codes, together(parts, len(codes))
     if left.any():
         raise Interrupted(int(np.argmax(left)), found)
     return found
@@ -144,24 +147,16 @@ def every_answer(
     ranks = np.arange(1, each.sum() + 1) - np.repeat(starts, each)
     ranks[starts[~some]] = 0
     table[number] = ranks.astype(np.int32)
-    for name, values in zip(want, answers.values, strict=True):
-        table.setdefault(name, values if some.all() else _spread(values, ranks > 0))
+    values = answers.listed() or [np.full(len(codes), np.nan) for _ in want]
+    for name, column in zip(want, values, strict=True):
+        table.setdefault(name, column)
     return Table(table, np.repeat(codes, each), answers=np.repeat(answers.counts, each))
 
 
 def _alike(plan: Plan, count: int) -> tuple[Array, Answers]:
     """So many rows that have no numbers to tell them apart."""
     status, answers = plan.outcome(())
-    columns = [np.tile(column, count) for column in written(answers, len(plan.want))]
-    return np.full(count, CODES[status], dtype=np.int8), Answers(np.full(count, len(answers)), columns)
-
-
-def _spread(values: Array, there: NDArray[np.bool_]) -> Array:
-    """A column with gaps where there is no answer."""
-    symbols = values.dtype == object
-    column: Array = np.full(len(there), None if symbols else np.nan, dtype=object if symbols else float)
-    column[there] = values
-    return column
+    return np.full(count, CODES[status], dtype=np.int8), listed([answers] * count)
 
 
 @dataclass(frozen=True)
@@ -174,11 +169,9 @@ class Rows:
 
     def last(self) -> Rows:
         """The last two rows, which a branch goes on from."""
-        counts = self.answers.counts
-        few = int(counts[-2:].sum())
-        values = [column[len(column) - few :] for column in self.answers.values]
+        rows = len(self.codes)
         inputs = tuple(column[-2:] for column in self.inputs)
-        return Rows(inputs, self.codes[-2:], Answers(counts[-2:], values))
+        return Rows(inputs, self.codes[-2:], self.answers.cut(max(rows - 2, 0), rows))
 
 
 @dataclass(frozen=True)
@@ -198,14 +191,19 @@ class Solved:
     answers: Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
+ENDLESS = 2**62
+"""Rows of a line without an end."""
+
+
 @dataclass(frozen=True)
 class Work:
     """What has to be known to solve any piece of a sweep.
 
     ``lessons`` are rows (a column an input) of which records are made beforehand. ``every``
     asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
-    lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code. ``until``
-    is the end of its time by the clock of the system: rows that are solved later fail.
+    lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code. The primary
+    answer keeps its branch within ``line`` rows. ``until`` is the end of the time by the clock of the system:
+    rows that are solved later fail.
     """
 
     model: Model
@@ -218,11 +216,17 @@ class Work:
     tabled: bool = True
     texted: bool = False
     jit: bool = False
+    line: int = ENDLESS
     until: float | None = None
 
     def limit(self) -> AbstractContextManager[None]:
         """What is left of the time."""
         return time_limit(None if self.until is None else max(self.until - time(), 1e-9))
+
+    @property
+    def steady(self) -> bool:
+        """Whether only a branch of answers has to be kept, and not every row to be sorted."""
+        return not self.every and self.line > 1
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -238,7 +242,7 @@ class Work:
         return Columns({name: table[name] for name in self.names}, table.status, _WORDS, solved)
 
     def solved(self, rows: Rows, first: Array) -> Solved:
-        """Rows with their primary answers, which stand at the places ``first`` among all."""
+        """Rows with their primary answers, the ``first`` (n,) of each that has some."""
         inputs = dict(zip(self.inputs, rows.inputs, strict=True))
         parts = self.columns(one_answer(inputs, self.want, rows.codes, rows.answers, first))
         text = csv_rows(parts) if self.texted else None
@@ -278,7 +282,7 @@ class Solver:
         except Interrupted as reached:
             count, (codes, answers) = reached.rows, reached.kept
             inputs = [column[:count] for column in columns]
-            kept = (self._solved(inputs, codes[:count], answers.first(count)),)
+            kept = (self._solved(inputs, codes[:count], answers.cut(0, count)),)
             raise Interrupted(count, kept) from None
         return self._solved(columns, *found)
 
@@ -290,9 +294,8 @@ class Solver:
             table = every_answer(inputs, self.work.want, codes, answers, number)
             parts = self.work.columns(table)
             return Solved(_counts(codes), parts, answers=table.answers)
-        starts = np.cumsum(answers.counts) - answers.counts
         rows = Rows(tuple(columns), codes, answers)
-        solved = self.work.solved(rows, np.where(answers.counts > 0, starts, -1))
+        solved = self.work.solved(rows, np.zeros(len(codes), dtype=np.intp))
         return replace(solved, rows=rows if several else rows.last(), several=several)
 
 

@@ -172,14 +172,13 @@ class AllAnswers:
     """``symbols`` (one a wanted name) are the words that a column of symbols has the numbers of, or None.
 
     ``there`` tells of each place that its values stand at none before it. All of it counts where the node
-    ``holds`` is true; where ``usual`` is, the order is known.
+    ``holds`` is true.
     """
 
     places: tuple[Place, ...]
     there: tuple[int, ...]
     symbols: tuple[tuple[str, ...] | None, ...]
     holds: int
-    usual: int
 
 
 def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
@@ -188,7 +187,7 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
     Raises NotCompilable where symbols stand beside numbers.
     """
     flow, order = program.flow, program.order
-    holds = usual = flow.true
+    holds = flow.true
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
     for ending in program.endings:
         holds = flow.add("and", holds, counts(flow, ending, quick))
@@ -198,12 +197,7 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
             holds = flow.add("and", holds, told)
         pairs = zip(places, order.keys, strict=True)
         places = _sorted(flow, [Place(place.results, key) for place, key in pairs])
-    elif order.keys:
-        usual = flow.constant(bool(order.usual))
-        for node, low, high in order.usual:
-            usual = flow.add("and", usual, flow.add("le", flow.constant(low), node))
-            usual = flow.add("and", usual, flow.add("le", node, flow.constant(high)))
-    return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds, usual)
+    return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds)
 
 
 def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:

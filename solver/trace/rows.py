@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rulesheets.model import Value
 from solver.facts import Status
 from solver.interruption import Interrupted
+from solver.ranking.branches import Answers, continued, steady_runs, together
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, copied
@@ -103,89 +104,129 @@ Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
 """Solves a row: its status, and the wanted values of every answer."""
 
 
-@dataclass(frozen=True)
-class Answers:
-    """The answers of rows: how many each has (n,), and a column for each wanted variable, row after row."""
-
-    counts: Array
-    values: list[Array]
-
-    def first(self, rows: int) -> Answers:
-        """Those of the first rows."""
-        counts = self.counts[:rows]
-        return Answers(counts, [column[: int(counts.sum())] for column in self.values])
-
-
 class AnswerKernel:
     """One record on arrays: the answers of the rows that it settles, and a mask (n,) of these.
 
     First the roots of blocks get a few steps in straight lines, and rules the short form of their checks; the
-    rows that are left get as many steps as they need. Answers are sorted in those rows alone whose order is
-    not known beforehand.
+    rows that are left get as many steps as they need. ``turns`` (v,) are whole turns of wanted angles, else
+    infinite.
     """
 
-    def __init__(self, program: Program, jit: bool = False) -> None:
+    def __init__(self, program: Program, jit: bool = False, turns: Array | None = None) -> None:
         if program.symbols:
             raise NotCompilable
-        self.program, self.jit = program, jit
-        sorts = bool(program.order.keys) and not program.order.usual
-        self.symbols, self._known = self._compiled(in_order=sorts, quick=True)
+        self.program, self.jit, self.turns = program, jit, turns
+        self.symbols, self._known = self._compiled(in_order=False, quick=True)
 
     def _compiled(self, in_order: bool, quick: bool) -> tuple[tuple[tuple[str, ...] | None, ...], _Columns]:
         found = every(self.program, in_order, quick)
         nodes = [node for place in found.places for node in place.results]
-        logical = (*found.there, found.holds, found.usual)
-        kernel = kernel_of(self.program.flow, (*nodes, *logical), self.jit, quick)
+        kernel = kernel_of(self.program.flow, (*nodes, *found.there, found.holds), self.jit, quick)
         return found.symbols, _Columns(kernel, len(nodes), len(found.there))
+
+    @cached_property
+    def _patient(self) -> _Columns:
+        return self._compiled(in_order=False, quick=False)[1]
 
     @cached_property
     def _sorted(self) -> _Columns:
         return self._compiled(in_order=True, quick=True)[1]
 
     @cached_property
-    def _patient(self) -> _Columns:
-        return self._compiled(in_order=bool(self.program.order.keys), quick=False)[1]
+    def _sorted_patient(self) -> _Columns:
+        return self._compiled(in_order=True, quick=False)[1]
 
-    def __call__(self, columns: Sequence[Array]) -> tuple[Answers, Array]:
-        found, there, holds, usual = self._known(columns)
-        if not (usual | ~holds).all():
-            self._replace(self._sorted, columns, holds & ~usual, found, there, holds)
+    def __call__(self, columns: Sequence[Array], rows: Array | None = None) -> tuple[Answers, Array]:
+        """With ``rows`` (n,), their places in a sweep, answers are in order as far as ``Answers.runs`` says,
+        without them in every row.
+        """
+        found = self._known(columns)
+        planes, there, holds = found
         if len(holds) - np.count_nonzero(holds) > MANY:
-            self._replace(self._patient, columns, ~holds, found, there, holds)
+            self._patient.replace(found, columns, np.flatnonzero(~holds))
+        runs: list[tuple[int, int]] = []
+        if rows is not None and self.turns is not None and not any(self.symbols):
+            runs = steady_runs(columns, rows, planes, holds & there.all(axis=0), self.turns)
+        if self.program.order.keys:
+            runs = self._sort(found, columns, runs)
         there &= holds
-        if len(there) == 1:
-            values = found if holds.all() else [column[holds] for column in found]
+        if there.all():
+            counts = np.full(len(holds), len(planes))
         else:
-            values = self._one_below_the_other(found, there)
-        named = [self._named(column, words) for column, words in zip(values, self.symbols, strict=True)]
-        counts = there.sum(axis=0, dtype=np.int64)
-        return Answers(counts if holds.all() else counts[holds], named), holds
+            _pushed_up(planes, there)
+            counts = there.sum(axis=0, dtype=np.int64)
+        named = [list(map(_named, plane, self.symbols)) for plane in planes]
+        return Answers(counts, named, tuple(runs)), holds
 
-    @staticmethod
-    def _replace(
-        kernel: _Columns,
-        columns: Sequence[Array],
-        mask: Array,
-        found: list[Array],
-        there: Array,
-        holds: Array,
-    ) -> None:
-        """Ask another kernel about some rows."""
-        rows = np.flatnonzero(mask)
-        again, others, still, _ = kernel([column[rows] for column in columns])
-        for column, values in zip((*found, *there, holds), (*again, *others, still), strict=True):
-            column[rows] = values
+    def _sort(
+        self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
+    ) -> list[tuple[int, int]]:
+        """Sort the answers of each row; of runs the second row, and the others like it. Returns the runs
+        whose order is told.
+        """
+        planes, _, holds = found
+        alone, told = holds.copy(), []
+        for start, end in runs:
+            alone[start + 2 : end] = False
+        seconds = [_row(planes, start + 1) for start, _ in runs]
+        self._sort_rows(found, columns, np.flatnonzero(alone))
+        for (start, end), second in zip(runs, seconds, strict=True):
+            if not holds[start + 1]:
+                self._sort_rows(found, columns, np.arange(start + 2, end))
+                continue
+            told.append((start, end))
+            order = continued(_row(planes, start + 1), second, np.asarray(self.turns))[0][:, 0].tolist()
+            if order != sorted(order):
+                _exchange(planes, order, start + 2, end)
+        return told
 
-    def _one_below_the_other(self, found: list[Array], there: Array) -> list[Array]:
-        wanted = len(self.symbols)
-        if (there[0] & (there[1:] == there[0]).all(axis=0)).all():  # every row has them all
-            return [np.stack(found[name::wanted], axis=1).ravel() for name in range(wanted)]
-        these = there.T
-        return [np.stack(found[name::wanted], axis=1)[these] for name in range(wanted)]
+    def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
+        self._sorted.replace(found, columns, rows)
+        left = rows[~found[2][rows]]
+        if len(left) > MANY or (len(left) and "_patient" in self.__dict__):
+            self._sorted_patient.replace(found, columns, left)
 
-    @staticmethod
-    def _named(column: Array, words: tuple[str, ...] | None) -> Array:
-        return column if words is None else np.array(words, dtype=object)[column.astype(np.intp)]
+
+def _row(planes: list[list[Array]], row: int) -> Array:
+    """The numbers (v, answers, 1) of one row."""
+    return np.array([[column[[row]] for column in columns] for columns in zip(*planes, strict=True)])
+
+
+def _exchange(planes: list[list[Array]], order: list[int], start: int, end: int) -> None:
+    """Put the answers of some rows in another order; of most rows by another order of whole planes."""
+    count = len(planes[0][0])
+    few = np.arange(start, end)
+    if most := 2 * len(few) > count:
+        few = np.r_[:start, end:count]
+    saved = [[column[few] for column in plane] for plane in planes]
+    if most:
+        planes[:] = [planes[place] for place in order]
+    else:
+        saved = [saved[place] for place in order]
+    for plane, before in zip(planes, saved, strict=True):
+        for column, values in zip(plane, before, strict=True):
+            column[few] = values
+
+
+def _pushed_up(planes: list[list[Array]], there: Array) -> None:
+    """Move the answers of rows to where there is none before them."""
+    if (there[1:] <= there[:-1]).all():
+        return
+    ranks = np.cumsum(there, axis=0) - 1
+    for k, plane in enumerate(planes):
+        rows = np.flatnonzero(there[k] & (ranks[k] < k))
+        for rank in np.unique(ranks[k, rows]).tolist():
+            here = rows[ranks[k, rows] == rank]
+            for column, target in zip(plane, planes[rank], strict=True):
+                target[here] = column[here]
+
+
+def _named(column: Array, words: tuple[str, ...] | None) -> Array:
+    return column if words is None else np.array(words, dtype=object)[column.astype(np.intp)]
+
+
+_Found: TypeAlias = tuple[list[list[Array]], Array, Array]
+"""Planes of answers, which of them are there (answers, n), and which rows they hold for (n,)."""
 
 
 @dataclass(frozen=True)
@@ -196,27 +237,39 @@ class _Columns:
     numbers: int
     places: int
 
-    def __call__(self, columns: Sequence[Array]) -> tuple[list[Array], Array, Array, Array]:
+    def __call__(self, columns: Sequence[Array]) -> _Found:
         count = len(columns[0])
         found = columns_of(self.numbers, count)
-        logical = np.empty((self.places + 2, count), dtype=bool)
+        logical = np.empty((self.places + 1, count), dtype=bool)
         self.kernel(columns, (*found, *logical))
-        return found, logical[:-2], logical[-2], logical[-1]
+        each = self.numbers // self.places
+        planes = [found[place * each : (place + 1) * each] for place in range(self.places)]
+        return planes, logical[:-1], logical[-1]
+
+    def replace(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
+        """Ask about some rows anew."""
+        if not len(rows):
+            return
+        everywhere = len(rows) == len(columns[0])
+        planes, there, holds = self([column if everywhere else column[rows] for column in columns])
+        for target, source in zip((*found[0], found[1:]), (*planes, (there, holds)), strict=True):
+            for column, values in zip(target, source, strict=True):
+                column[..., rows] = values
 
 
 class AnswerSweeper:
     """The rows of sweeps of one pattern, with every answer of each."""
 
-    def __init__(self, records: Records, jit: bool = False) -> None:
-        self.records, self.jit = records, jit
+    def __init__(self, records: Records, jit: bool, turns: Array) -> None:
+        self.records, self.jit, self.turns = records, jit, turns
         self._refusals = Refusals(jit)
         self._kernels: dict[int, tuple[Program, AnswerKernel | None]] = {}
 
-    def run(self, columns: Sequence[Array], wanted: int, outcome: Outcome, keep: Keep) -> Answers:
+    def run(self, columns: Sequence[Array], outcome: Outcome, keep: Keep, steady: bool) -> Answers:
         """The answers of the rows of ``columns`` (n,): by the records there are and those made of its rows.
 
         ``outcome`` has the word on a row that no record settles (and learns from it); ``keep`` is told the
-        status of rows that are not solved.
+        status of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be kept.
         """
         known = set(map(id, self.records.programs))
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
@@ -228,7 +281,7 @@ class AnswerSweeper:
         while len(left):
             if len(left) > WORTH:
                 for program in self.records.programs[records:]:
-                    left = self._settled(program, columns, left, parts)
+                    left = self._settled(program, columns, left, parts, steady)
                 for program in self.records.refusals[refusals:]:
                     left = self._refusals.left(program, columns, left, keep)
             records, refusals = len(self.records.programs), len(self.records.refusals)
@@ -236,70 +289,62 @@ class AnswerSweeper:
                 try:
                     status, alone[row] = outcome(row)
                 except KeyboardInterrupt:
-                    parts += [_one_by_one(alone, wanted)] if alone else []
-                    raise Interrupted(row, together(parts, count, wanted)) from None
+                    parts += [_one_by_one(alone)] if alone else []
+                    raise Interrupted(row, together(parts, count)) from None
                 left = left[1:]
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
                 if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):
                     break  # what was learned may settle the others
         if alone:
-            parts.append(_one_by_one(alone, wanted))
-        return together(parts, count, wanted)
+            parts.append(_one_by_one(alone))
+        return together(parts, count)
 
     def _settled(
-        self, program: Program, columns: Sequence[Array], left: Array, parts: list[tuple[Array, Answers]]
+        self,
+        program: Program,
+        columns: Sequence[Array],
+        left: Array,
+        parts: list[tuple[Array, Answers]],
+        steady: bool,
     ) -> Array:
         """The rows that are still left after a record had its turn."""
         kernel = self._kernel(program)
         if kernel is None or not len(left):
             return left
-        found, holds = kernel([c if len(left) == len(c) else c[left] for c in columns])
-        if holds.all():
+        here = [c if len(left) == len(c) else c[left] for c in columns]
+        found, holds = kernel(here, left if steady else None)
+        if holds.any() and len(left) == len(columns[0]):
             parts.append((left, found))
-            return left[:0]
-        if holds.any():
-            parts.append((left[holds], found))
+        elif holds.any():
+            parts.append((left[holds], found.of(holds)))
         return left[~holds]
 
     def _kernel(self, program: Program) -> AnswerKernel | None:
         known = self._kernels.get(id(program))
         if known is None:
             try:
-                known = program, AnswerKernel(program, self.jit)
+                known = program, AnswerKernel(program, self.jit, self.turns)
             except NotCompilable:
                 known = program, None
             self._kernels[id(program)] = known  # the program is kept, so that its number stays its own
         return known[1]
 
 
-def _one_by_one(alone: dict[int, list[tuple[Value, ...]]], wanted: int) -> tuple[Array, Answers]:
+def _one_by_one(alone: dict[int, list[tuple[Value, ...]]]) -> tuple[Array, Answers]:
     """Rows that were solved one by one."""
-    rows = np.fromiter(alone, dtype=np.intp, count=len(alone))
-    counts = np.array([len(found) for found in alone.values()])
-    return rows, Answers(counts, written([values for found in alone.values() for values in found], wanted))
+    return np.fromiter(alone, dtype=np.intp, count=len(alone)), listed(list(alone.values()))
 
 
-def written(answers: Sequence[tuple[Value, ...]], wanted: int) -> list[Array]:
-    """Answers as columns."""
-    columns: list[Sequence[Value]] = list(zip(*answers, strict=True)) or [()] * wanted
-    symbolic = [any(isinstance(value, str) for value in column) for column in columns]
-    return [np.array(c, dtype=object if odd else float) for c, odd in zip(columns, symbolic, strict=True)]
-
-
-def together(parts: list[tuple[Array, Answers]], count: int, wanted: int) -> Answers:
-    """The answers of all rows, in their order."""
-    if len(parts) == 1 and len(parts[0][0]) == count:
-        return parts[0][1]
-    counts = np.zeros(count, dtype=np.int64)
-    for rows, found in parts:
-        counts[rows] = found.counts
-    starts = np.cumsum(counts) - counts
-    symbolic = [any(f.values[k].dtype == object for _, f in parts) for k in range(wanted)]
-    values: list[Array] = [np.empty(counts.sum(), dtype=object if odd else float) for odd in symbolic]
-    for rows, found in parts:
-        before = np.cumsum(found.counts) - found.counts
-        places = np.repeat(starts[rows] - before, found.counts) + np.arange(found.counts.sum())
-        for column, here in zip(values, found.values, strict=True):
-            column[places] = here
-    return Answers(counts, values)
+def listed(rows: Sequence[list[tuple[Value, ...]]]) -> Answers:
+    """The answers of rows as planes."""
+    counts = np.array([len(found) for found in rows], dtype=np.int64)
+    planes = []
+    for k in range(counts.max(initial=0)):
+        some = next(found[k] for found in rows if len(found) > k)
+        columns = list(zip(*(found[k] if len(found) > k else some for found in rows), strict=True))
+        symbolic = [any(isinstance(value, str) for value in column) for column in columns]
+        planes.append(
+            [np.array(c, dtype=object if odd else float) for c, odd in zip(columns, symbolic, strict=True)]
+        )
+    return Answers(counts, planes)
