@@ -27,7 +27,7 @@ from rulesheets.syntax.nodes import Expression, names
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import jumps
 from solver.trace.arrays import ArrayKernel
-from solver.trace.flow import Flow
+from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import Graph, NotCompilable, copied
 from solver.trace.program import Ending, Program
 from solver.trace.python import block_function
@@ -131,12 +131,19 @@ MAX_UNKNOWNS = 60
 """Unknowns up to which a block is written as straight-line code."""
 CONTRACTION = 0.25
 ITERATIONS = 12
-CONVERGED = 1e-7
-"""Relative length of a step after which the next one is no more than rounding."""
-LAST = 1e-9
-"""Relative length that the correction of a rounded root may have."""
+CONVERGED = 5e-7
+"""Relative length of a step after which the next one is no more than the correction of a rounded root."""
+LAST = 3e-10
+"""Relative length that this correction may have."""
 CONDITION = 1e6
 """The largest error of the unknowns that a record answers for, in units of the last place."""
+QUIET = 0.1
+"""Share of ``CONDITION`` below which a record does not ask again next to where it was made."""
+NEXT, ASIDE, BESIDE = 0.05, 1.0, 1e-3
+"""Next to: known numbers within so much of themselves, that move no unknown by more than so much of it. How
+far beside the record its roots are computed, to see how they bend."""
+MAX_BENT = 3
+"""Known numbers up to which the start of the iteration is of second order."""
 FINEST = 1.0 / 64.0
 """The least share of the way from the numbers of the record that is gone at once."""
 SPLITTER = 2.0**17 + 1.0
@@ -156,6 +163,7 @@ class BlockNewton:
         if len(start) > MAX_UNKNOWNS or not kernel.smooth or any(map(jumps, kernel.forms)):
             raise NotCompilable
         self.kernel, self.known = kernel, kernel.known
+        self.varying = [j for j, moves in enumerate(varying) if moves]
         self.start, self.sample = tuple(start), tuple(sample)
         least = 1e-6 * max(map(abs, self.start)) or 1.0
         self.scale = tuple(max(abs(x), least) for x in self.start)
@@ -166,22 +174,28 @@ class BlockNewton:
         self.slopes = [list(row) for row in rows]
         self._write()
         self.tangent = np.zeros((len(self.start), len(sample)))
-        self._predict: Callable[..., Sequence[float]] = lambda *known: self.start
+        self.bends: dict[tuple[int, int], list[float]] = {}
         try:
+            self._prepare()
             self.start = self.scalar(*sample)
-            self.tangent = self._tangent(varying)
+            self.tangent = self._tangent()
+            self._prepare()
+            self.bends = self._bends()
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
-        self._predict = _predictor(self.start, self.sample, self.tangent.tolist())
+        self._prepare()
 
     def _write(self) -> None:
         """The operations of a step, of the correction of a root that was rounded (by the slopes of the step
         before), and of what rounding may move the unknowns by: an inverse of the slopes times the sizes of
         the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
-        kernel, count = self.kernel, len(self.start)
+        kernel = self.kernel
         self.flow = flow = Flow(plain=True)
         every = (*kernel.unknowns, *kernel.known)
         places = {name: flow.input(i) for i, name in enumerate(every)}
+        for place, (name, number) in enumerate(zip(kernel.known, self.sample, strict=True)):
+            if place not in self.varying:
+                places[name] = flow.constant(number)
         rounded = {name: flow.input(len(every) + i) for i, name in enumerate(kernel.unknowns)}
         slopes = self._slopes(flow, places)
         numbers = {(i, j): self.slopes[i][j] for i, j in slopes}
@@ -189,11 +203,8 @@ class BlockNewton:
         self.step = inverse.solve([flow.expression(form, places) for form in kernel.forms])
         self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in kernel.forms])
         self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
-        ending = Ending((*self.step, *self.last, *self.moved), (), ())
-        program = Program(flow, len(every) + count, (ending,))
-        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
-            program, len(every), count, _loop(len(every), self.scale)
-        )
+        pivots = [inverse.upper[place] for place in inverse.pivots]
+        self.pivots = [node for node in pivots if flow.value_of(node) is None]
 
     def _slopes(self, flow: Flow, places: dict[str, int]) -> dict[tuple[int, int], int]:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
@@ -225,15 +236,121 @@ class BlockNewton:
         except NotDifferentiable:
             raise NotCompilable from None
 
-    def _tangent(self, varying: Sequence[bool]) -> Array:
+    def _tangent(self) -> Array:
         """How the root moves with each known number (unknowns, known), of those that are varying."""
         point = dict(zip((*self.kernel.unknowns, *self.known), (*self.start, *self.sample), strict=True))
         slopes = np.zeros(self.tangent.shape)
-        for column, (name, moves) in enumerate(zip(self.known, varying, strict=False)):
+        for column in self.varying:
+            name = self.known[column]
             for row, form in enumerate(self.kernel.forms):
-                if moves and name in names(form):
+                if name in names(form):
                     slopes[row, column] = value(differentiate(form, name), point)
         return np.linalg.solve(np.array(self.slopes), -slopes)
+
+    def _bends(self) -> dict[tuple[int, int], list[float]]:
+        """What pairs of known numbers j ≥ k add to that, (unknowns,) each: of an unknown
+        Σ c_jk d_j d_k for moves d. Empty where the roots beside the sample are not found."""
+        moves = {j: BESIDE * (abs(self.sample[j]) or 1.0) for j in self.varying}
+        if len(moves) > MAX_BENT:
+            return {}
+
+        def root(*moved: tuple[int, float]) -> Array:
+            known = list(self.sample)
+            for place, move in moved:
+                known[place] += move
+            return np.array(self.scalar(*known))
+
+        here, bends = np.array(self.start), {}
+        try:
+            ahead = {j: root((j, h)) - here for j, h in moves.items()}
+            for j, h in moves.items():
+                bends[j, j] = (ahead[j] + root((j, -h)) - here) / (2.0 * h * h)
+                for k in (k for k in moves if k < j):
+                    both = root((j, h), (k, moves[k])) - here
+                    bends[j, k] = (both - ahead[j] - ahead[k]) / (h * moves[k])
+        except (ArithmeticError, ValueError):
+            return {}
+        small = CONVERGED * np.array(self.scale) * BESIDE**2
+        return {
+            (j, k): np.where(np.abs(c) * moves[j] * moves[k] * 1e3 > small, c, 0.0).tolist()
+            for (j, k), c in bends.items()
+        }
+
+    def _prepare(self) -> None:
+        """Write the functions of one row."""
+        count, known = len(self.start), len(self.sample)
+        flow = Flow(plain=True)
+        predicted = self._predicted(flow, [flow.input(j) for j in range(known)])
+        self.prediction = flow, predicted
+        self._predict: Callable[..., Sequence[float]] = block_function(
+            Program(flow, known, (Ending((*predicted,), (), ()),)),
+            known,
+            [count],
+            lambda part: [*part[0], f"return ({', '.join(part[1])},)"],
+        )
+        results = (*self.step, *self.pivots, *self.last, *self.moved)
+        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
+            Program(self.flow, 2 * count + known, (Ending(results, (), ()),)),
+            count + known,
+            [count, len(self.pivots), count, count],
+            self._loop,
+        )
+
+    def _near(self, pivots: Sequence[str]) -> tuple[str, str]:
+        """Conditions under which the condition of the block is about that of the record: on the known
+        numbers, and on the pivots (their texts). The first is False where the record is not far from
+        ``CONDITION`` itself."""
+        numbers = Numbers(self.flow, dict(enumerate((*self.start, *self.sample, *self.start))))
+        moved = [float(numbers(node)) / s for node, s in zip(self.moved, self.scale, strict=True)]
+        sizes = [float(numbers(node)) for node in self.pivots]
+        if not math.hypot(*moved) <= QUIET * CONDITION or not all(sizes):
+            return "False", "True"
+        places, kept = [], []
+        for j in self.varying:
+            share = max(abs(t) / s for t, s in zip(self.tangent[:, j].tolist(), self.scale, strict=True))
+            reach = min(NEXT * abs(self.sample[j]), ASIDE / share if share else math.inf)
+            low, high = self.sample[j] - reach, self.sample[j] + reach
+            places.append(f"{low!r} <= a{len(self.start) + j} <= {high!r}")
+        for text, size in zip(pivots, sizes, strict=True):
+            kept.append(f"0.5 <= {text} * {1.0 / size!r} <= 2.0")
+        return " and ".join(places) or "True", " and ".join(kept) or "True"
+
+    def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
+        """The iteration around the statements of a step, and those of the correction behind it."""
+        (step, moves), (below, pivots), (last, ends), (error, moved) = parts
+        every, inputs = range(len(self.start)), len(self.start) + len(self.sample)
+        near, kept = self._near(pivots)
+        shares = [repr(1.0 / s) for s in self.scale]
+
+        def length(steps: Sequence[str]) -> str:
+            return " + ".join(f"({d} * {share}) ** 2" for d, share in zip(steps, shares, strict=True))
+
+        inside = [
+            *step,
+            *(f"d{i} = {text}" for i, text in enumerate(moves)),
+            f"length = {length([f'd{i}' for i in every])}",
+            f"if length < {CONVERGED**2!r}: break",
+            "if not length <= before: return None",
+            f"if length > {QUIET**2!r}: near = False",
+            f"before = length * {CONTRACTION**2!r}",
+            *(f"a{i} = a{i} - d{i}" for i in every),
+        ]
+        return [
+            f"near = {near}",
+            "before = inf",
+            f"for _ in ({', '.join('0' * ITERATIONS)}):",
+            *(f"    {line}" for line in inside),
+            "else: return None",
+            *below,
+            *(f"z = a{i} - d{i}; c = z * {SPLITTER!r}; a{inputs + i} = c - (c - z)" for i in every),
+            *last,
+            *(f"d{i} = {text}" for i, text in enumerate(ends)),
+            f"if not {length([f'd{i}' for i in every])} <= {LAST**2!r}: return None",
+            f"if not (near and {kept}):",
+            *(f"    {line}" for line in error),
+            f"    if not {length(moved)} <= {CONDITION**2!r}: return None",
+            f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
+        ]
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """The root as nodes of another graph, by two steps; nan where these are not enough."""
@@ -258,18 +375,21 @@ class BlockNewton:
         return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
 
     def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
-        """Where the root is to first order."""
-        add = flow.node
-        places = {j: add("sub", known[j], flow.constant(self.sample[j])) for j in range(len(known))}
-        return [
-            flow.total(
-                [
-                    flow.constant(x),
-                    *(add("mul", flow.constant(t), places[j]) for j, t in enumerate(row) if t),
-                ]
-            )
-            for x, row in zip(self.start, self.tangent.tolist(), strict=True)
-        ]
+        """Where the root is to second order."""
+        add, found = flow.node, []
+        moves = {j: add("sub", known[j], flow.constant(self.sample[j])) for j in self.varying}
+        for i, x in enumerate(self.start):
+            terms = [flow.constant(x)]
+            for j, move in moves.items():
+                slope = float(self.tangent[i, j])
+                bent = [(c[i], moves[k]) for (one, k), c in self.bends.items() if one == j and c[i]]
+                if slope or bent:
+                    share = flow.total(
+                        [flow.constant(slope), *(add("mul", flow.constant(c), m) for c, m in bent)]
+                    )
+                    terms.append(add("mul", share, move))
+            found.append(flow.total(terms))
+        return found
 
     # --- one row ---
 
@@ -301,8 +421,9 @@ class BlockNewton:
     # --- many rows ---
 
     @cached_property
-    def _kernels(self) -> tuple[ArrayKernel, ArrayKernel]:
-        return ArrayKernel(self.flow, self.step), ArrayKernel(self.flow, (*self.last, *self.moved))
+    def _kernels(self) -> tuple[ArrayKernel, ...]:
+        pairs = (self.flow, self.step), (self.flow, (*self.last, *self.moved)), self.prediction
+        return tuple(ArrayKernel(flow, wanted) for flow, wanted in pairs)
 
     def array(self, *known: Any) -> Array:
         """The roots (unknowns, n); nan where the branch is not followed."""
@@ -312,9 +433,8 @@ class BlockNewton:
         start = np.repeat(np.array(self.start)[:, None], count, axis=1)
         sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
         with np.errstate(all="ignore"):
-            predicted = start.copy()
-            for column in np.flatnonzero(self.tangent.any(axis=0)):
-                predicted += self.tangent[:, column, None] * (columns[column] - self.sample[column])
+            predicted = np.empty(start.shape)
+            self._kernels[2]([*columns], list(predicted))
             return self._rows(start, sample, columns, 1.0, predicted)
 
     def _rows(
@@ -375,56 +495,3 @@ def _squares(flow: Graph, steps: Sequence[int], scale: Sequence[float]) -> list[
     """Of steps in units of the unknowns."""
     shares = [flow.node("mul", d, flow.constant(1.0 / s)) for d, s in zip(steps, scale, strict=True)]
     return [flow.node("mul", share, share) for share in shares]
-
-
-def _predictor(
-    start: Sequence[float], sample: Sequence[float], tangent: Sequence[Sequence[float]]
-) -> Callable[..., Sequence[float]]:
-    """Where the root is to first order, as a function of the known numbers."""
-    terms = [
-        " + ".join([repr(x), *(f"{t!r} * (a{j} - {sample[j]!r})" for j, t in enumerate(row) if t)])
-        for x, row in zip(start, tangent, strict=True)
-    ]
-    arguments = ", ".join(f"a{j}" for j in range(len(sample)))
-    namespace: dict[str, Any] = {"__builtins__": {}}
-    exec(f"def predict({arguments}):\n    return ({', '.join(terms)},)\n", namespace)
-    found: Callable[..., Sequence[float]] = namespace["predict"]
-    return found
-
-
-def _loop(inputs: int, scale: Sequence[float]) -> Callable[..., list[str]]:
-    """Writes the iteration around the statements of a step, and those of the correction behind it."""
-    count = len(scale)
-    every = range(count)
-
-    def length(steps: Sequence[str]) -> str:
-        return " + ".join(f"({d} * {1.0 / s!r}) ** 2" for d, s in zip(steps, scale, strict=True))
-
-    def written(step: list[str], texts: Sequence[str], last: list[str], ends: Sequence[str]) -> list[str]:
-        moves = [f"d{i}" for i in every]
-        rounded = [
-            f"z{i} = a{i} - d{i}; c = z{i} * {SPLITTER!r}; a{inputs + i} = c - (c - z{i})" for i in every
-        ]
-        inside = [
-            *step,
-            *(f"d{i} = {text}" for i, text in enumerate(texts)),
-            f"length = {length(moves)}",
-            f"if length < {CONVERGED**2!r}: break",
-            "if not length <= before: return None",
-            f"before = length * {CONTRACTION**2!r}",
-            *(f"a{i} = a{i} - d{i}" for i in every),
-        ]
-        return [
-            "before = inf",
-            f"for _ in ({', '.join('0' * ITERATIONS)}):",
-            *(f"    {line}" for line in inside),
-            "else: return None",
-            *rounded,
-            *last,
-            *(f"d{i} = {text}" for i, text in enumerate(ends[:count])),
-            f"if not {length(moves)} <= {LAST**2!r}: return None",
-            f"if not {length(ends[count:])} <= {CONDITION**2!r}: return None",
-            f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
-        ]
-
-    return written

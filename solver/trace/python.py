@@ -137,20 +137,21 @@ def _namespace(program: Program) -> dict[str, Any]:
 
 
 def block_function(
-    program: Program, inputs: int, steps: int, written: Callable[..., list[str]]
+    program: Program, inputs: int, parts: Sequence[int], written: Callable[..., list[str]]
 ) -> Callable[..., Any]:
     """A function of the first ``inputs`` of a program around its operations.
 
-    ``written`` makes the statements of the body: from those of the first ``steps`` results and the texts that
-    read these, and from those of the other results, which stand behind them, and their texts.
+    ``parts`` are so many of its results each; ``written`` makes the statements of the body from a pair for
+    each part: the statements that stand in front of its results, and the texts that read these.
     """
-    writer = _Writer(program, False)
+    writer, pairs = _Writer(program, False), []
     nodes = [node for node in program.endings[0].results if isinstance(node, int)]
-    first = [writer.text(node, "") for node in nodes[:steps]]
-    count = len(writer.lines)
-    others = [writer.text(node, "") for node in nodes[steps:]]
-    statements = written(writer.lines[:count], first, writer.lines[count:], others)
-    body = "\n".join(f"    {line}" for line in statements)
+    for count in parts:
+        there = len(writer.lines)
+        texts = [writer.text(node, "") for node in nodes[:count]]
+        nodes = nodes[count:]
+        pairs.append((writer.lines[there:], texts))
+    body = "\n".join(f"    {line}" for line in written(*pairs))
     arguments = ", ".join(f"a{place}" for place in range(inputs))
     namespace = _namespace(program)
     exec(compile(f"def solve({arguments}):\n{body}\n", "<compiled block>", "exec"), namespace)
