@@ -26,6 +26,8 @@ UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
 ZERO = 1e-12
 """A share of the largest value among the answers that counts as 0."""
+RESIDUE = 1e-30
+"""The same of the largest value of its kind in one answer: what an iteration has left of 0."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
 
@@ -98,7 +100,13 @@ class Ranking:
         return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
 
     def _row(self, answer: Mapping[str, Value]) -> tuple[float, ...]:
-        return tuple(_number(answer.get(name)) for name in self.read)
+        numbers = [_number(answer.get(name)) for name in self.read]
+        largest = dict[int | None, float]()
+        for kind, number in zip(self._kinds, numbers, strict=False):
+            largest[kind] = max(largest.get(kind, 0.0), abs(number))
+        largest[None] = 0.0
+        pairs = zip(self._kinds, numbers, strict=False)
+        return tuple(0.0 if abs(n) < RESIDUE * largest[kind] else n for kind, n in pairs)
 
     def _given(self, given: Mapping[str, Value]) -> tuple[float, ...]:
         return tuple(_number(given.get(name)) for name in self.known)

@@ -72,8 +72,10 @@ FOLD: dict[str, Callable[..., float | bool]] = {
 class Finder(Protocol):
     """The root of a block, a number for each unknown, as a function of known numbers.
 
-    ``scalar`` raises ValueError and ``array`` (unknowns, n) has nan where there is none.
+    ``scalar`` raises ValueError and ``array`` (unknowns, n) has nan where there is none. ``start`` is a root.
     """
+
+    start: tuple[float, ...]
 
     def scalar(self, *known: float) -> Any: ...
 

@@ -101,6 +101,8 @@ class Guards:
         self.flow = Flow(plain)
         self.given = frozenset((*pattern.given, *pattern.inputs))
         self._mirrored: frozenset[frozenset[Expression]] = frozenset()
+        self.wrapped = set[int]()
+        """Angles within one turn by the way they are computed."""
 
     def _on(self, state: State) -> State:
         """Let what is required from here on be required of this state."""
@@ -272,7 +274,8 @@ class Guards:
             exact = flow.add("eq", miss, flow.constant(0.0))
             flow.require(flow.add("or", exact, self._gentle(sides, size)))
         else:
-            for angle in map(partial(self._expression, state), turned_by(equation)):
+            angles = map(partial(self._expression, state), turned_by(equation))
+            for angle in (angle for angle in angles if angle not in self.wrapped):
                 flow.require(flow.add("lt", flow.add("abs", angle), flow.constant(FAR)))
         share = flow.constant(BACKWARD - rounded * EPS)
         met = flow.add("le", apart, flow.add("mul", share, size))

@@ -170,7 +170,9 @@ class Inverses(Guards):
         moved = flow.add("sub", node, flow.add("mul", whole, count))
         outside = flow.add("lt", half, flow.add("abs", node))
         wrapped = flow.add("where", outside, moved, node)
-        return flow.add("where", flow.add("eq", wrapped, flow.constant(-turn / 2)), half, wrapped)
+        found = flow.add("where", flow.add("eq", wrapped, flow.constant(-turn / 2)), half, wrapped)
+        self.wrapped.add(found)
+        return found
 
     def _whole_turns(
         self,

@@ -139,11 +139,11 @@ CONDITION = 1e6
 """The largest error of the unknowns that a record answers for, in units of the last place."""
 QUIET = 0.1
 """Share of ``CONDITION`` below which a record does not ask again next to where it was made."""
-NEXT, ASIDE, BESIDE = 0.05, 1.0, 1e-3
-"""Next to: known numbers within so much of themselves, that move no unknown by more than so much of it. How
-far beside the record its roots are computed, to see how they bend."""
-MAX_BENT = 3
-"""Known numbers up to which the start of the iteration is of second order."""
+NEXT, BESIDE = 0.05, 5e-3
+"""Next to it: known numbers within so much of themselves, that move no unknown by more than itself. How far
+beside the record its roots are computed, to see how they bend."""
+MAX_BENT, POWERS = 3, 4
+"""Known numbers up to which the start of the iteration is of second order; of one its order."""
 FINEST = 1.0 / 64.0
 """The least share of the way from the numbers of the record that is gone at once."""
 SPLITTER = 2.0**17 + 1.0
@@ -151,7 +151,7 @@ SPLITTER = 2.0**17 + 1.0
 
 
 class BlockNewton:
-    """The root of a block next to a sample, as a function of the block's ``known`` numbers."""
+    """The root of a block next to a sample, as a function of the ``known`` numbers that are varying."""
 
     def __init__(
         self,
@@ -162,40 +162,36 @@ class BlockNewton:
     ) -> None:
         if len(start) > MAX_UNKNOWNS or not kernel.smooth or any(map(jumps, kernel.forms)):
             raise NotCompilable
-        self.kernel, self.known = kernel, kernel.known
-        self.varying = [j for j, moves in enumerate(varying) if moves]
-        self.start, self.sample = tuple(start), tuple(sample)
+        self.kernel, self.start = kernel, tuple(start)
+        given = list(zip(kernel.known, sample, varying or (True,) * len(sample), strict=True))
+        self.known = tuple(name for name, _, varies in given if varies)
+        self.sample = tuple(number for _, number, varies in given if varies)
+        self.fixed = {name: number for name, number, varies in given if not varies}
         least = 1e-6 * max(map(abs, self.start)) or 1.0
         self.scale = tuple(max(abs(x), least) for x in self.start)
+        self.tangent = np.zeros((len(self.start), len(self.sample)))
+        self.bends: dict[tuple[int, ...], Array] = {}
         try:
-            rows = kernel.jacobian(sample)(self.start)
-        except (ArithmeticError, ValueError):
-            raise NotCompilable from None
-        self.slopes = [list(row) for row in rows]
-        self._write()
-        self.tangent = np.zeros((len(self.start), len(sample)))
-        self.bends: dict[tuple[int, int], list[float]] = {}
-        try:
-            self._prepare()
-            self.start = self.scalar(*sample)
+            self.slopes = [list(row) for row in kernel.jacobian(sample)(self.start)]
+            self._write()
+            self._predict()
+            self.start = self.scalar(*self.sample)
             self.tangent = self._tangent()
-            self._prepare()
+            self._predict()
             self.bends = self._bends()
+            self._predict()
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
-        self._prepare()
 
     def _write(self) -> None:
         """The operations of a step, of the correction of a root that was rounded (by the slopes of the step
         before), and of what rounding may move the unknowns by: an inverse of the slopes times the sizes of
         the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
-        kernel = self.kernel
+        kernel, count = self.kernel, len(self.start)
         self.flow = flow = Flow(plain=True)
-        every = (*kernel.unknowns, *kernel.known)
+        every = (*kernel.unknowns, *self.known)
         places = {name: flow.input(i) for i, name in enumerate(every)}
-        for place, (name, number) in enumerate(zip(kernel.known, self.sample, strict=True)):
-            if place not in self.varying:
-                places[name] = flow.constant(number)
+        places.update({name: flow.constant(number) for name, number in self.fixed.items()})
         rounded = {name: flow.input(len(every) + i) for i, name in enumerate(kernel.unknowns)}
         slopes = self._slopes(flow, places)
         numbers = {(i, j): self.slopes[i][j] for i, j in slopes}
@@ -203,8 +199,19 @@ class BlockNewton:
         self.step = inverse.solve([flow.expression(form, places) for form in kernel.forms])
         self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in kernel.forms])
         self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
-        pivots = [inverse.upper[place] for place in inverse.pivots]
-        self.pivots = [node for node in pivots if flow.value_of(node) is None]
+        found = [inverse.upper[place] for place in inverse.pivots]
+        pivots = [node for node in found if flow.value_of(node) is None]
+        at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample, *self.start))))
+        self.sizes = [float(at_sample(node)) for node in pivots]
+        moves = (float(at_sample(node)) / s for node, s in zip(self.moved, self.scale, strict=True))
+        self.quiet = math.hypot(*moves) <= QUIET * CONDITION and all(self.sizes)
+        ending = Ending((*self.step, *pivots, *self.last, *self.moved), (), ())
+        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
+            Program(flow, len(every) + count, (ending,)),
+            ", ".join([*_names(len(every)), "near=False"]),
+            [count, len(pivots), count, count],
+            self._loop,
+        )
 
     def _slopes(self, flow: Flow, places: dict[str, int]) -> dict[tuple[int, int], int]:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
@@ -237,89 +244,94 @@ class BlockNewton:
             raise NotCompilable from None
 
     def _tangent(self) -> Array:
-        """How the root moves with each known number (unknowns, known), of those that are varying."""
-        point = dict(zip((*self.kernel.unknowns, *self.known), (*self.start, *self.sample), strict=True))
+        """How the root moves with each known number (unknowns, known)."""
+        every = (*self.kernel.unknowns, *self.known)
+        point = {**dict(zip(every, (*self.start, *self.sample), strict=True)), **self.fixed}
         slopes = np.zeros(self.tangent.shape)
-        for column in self.varying:
-            name = self.known[column]
+        for column, name in enumerate(self.known):
             for row, form in enumerate(self.kernel.forms):
                 if name in names(form):
                     slopes[row, column] = value(differentiate(form, name), point)
         return np.linalg.solve(np.array(self.slopes), -slopes)
 
-    def _bends(self) -> dict[tuple[int, int], list[float]]:
-        """What pairs of known numbers j ≥ k add to that, (unknowns,) each: of an unknown
-        Σ c_jk d_j d_k for moves d. Empty where the roots beside the sample are not found."""
-        moves = {j: BESIDE * (abs(self.sample[j]) or 1.0) for j in self.varying}
+    def _bends(self) -> dict[tuple[int, ...], Array]:
+        """What further powers of moves of the known numbers add to that, (unknowns,) each: (j, k) of d_j d_k.
+
+        Powers of a single number up to ``POWERS``, squares and products of a few. Empty where the roots
+        beside the sample are not found.
+        """
+        moves = [BESIDE * (abs(number) or 1.0) for number in self.sample]
         if len(moves) > MAX_BENT:
             return {}
 
-        def root(*moved: tuple[int, float]) -> Array:
+        def moved(*by: tuple[int, float]) -> Array:
             known = list(self.sample)
-            for place, move in moved:
-                known[place] += move
-            return np.array(self.scalar(*known))
+            for place, share in by:
+                known[place] += share * moves[place]
+            return np.array(self.scalar(*known)) - self.start
 
-        here, bends = np.array(self.start), {}
+        bends = {}
         try:
-            ahead = {j: root((j, h)) - here for j, h in moves.items()}
-            for j, h in moves.items():
-                bends[j, j] = (ahead[j] + root((j, -h)) - here) / (2.0 * h * h)
-                for k in (k for k in moves if k < j):
-                    both = root((j, h), (k, moves[k])) - here
-                    bends[j, k] = (both - ahead[j] - ahead[k]) / (h * moves[k])
+            if len(moves) == 1:
+                shares = [share for share in range(-POWERS // 2, POWERS // 2 + 1) if share]
+                powers = [[float(share) ** (n + 1) for n in range(POWERS)] for share in shares]
+                fitted = np.linalg.solve(powers, np.array([moved((0, share)) for share in shares]))
+                bends = {(0,) * n: fitted[n - 1] for n in range(2, POWERS + 1)}
+            else:
+                ahead = [moved((j, 1.0)) for j in range(len(moves))]
+                for j in range(len(moves)):
+                    bends[j, j] = (ahead[j] + moved((j, -1.0))) / 2.0
+                    bends.update(((j, k), moved((j, 1.0), (k, 1.0)) - ahead[j] - ahead[k]) for k in range(j))
         except (ArithmeticError, ValueError):
             return {}
-        small = CONVERGED * np.array(self.scale) * BESIDE**2
-        return {
-            (j, k): np.where(np.abs(c) * moves[j] * moves[k] * 1e3 > small, c, 0.0).tolist()
-            for (j, k), c in bends.items()
-        }
+        small = LAST * np.array(self.scale)
+        sizes = {places: math.prod(moves[j] for j in places) for places in bends}
+        return {at: np.where(np.abs(c) > small, c / sizes[at], 0.0) for at, c in bends.items()}
 
-    def _prepare(self) -> None:
-        """Write the functions of one row."""
-        count, known = len(self.start), len(self.sample)
-        flow = Flow(plain=True)
-        predicted = self._predicted(flow, [flow.input(j) for j in range(known)])
+    def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
+        """Where the root is by the tangent and the bends."""
+        add, found = flow.node, []
+        pairs = zip(known, self.sample, strict=True)
+        moves = [add("sub", node, flow.constant(number)) for node, number in pairs]
+        for i, x in enumerate(self.start):
+            terms = [flow.constant(x)]
+            for j, move in enumerate(moves):
+                slope = [float(self.tangent[i, j])]
+                bent = [(float(c[i]), at) for at, c in self.bends.items() if at[0] == j]
+                if len(moves) == 1:
+                    share = _power_series(flow, [*slope, *(c for c, _ in bent)], move)
+                else:
+                    curved = [add("mul", flow.constant(c), moves[at[1]]) for c, at in bent if c]
+                    share = flow.total([flow.constant(*slope), *curved])
+                if flow.value_of(share) != 0.0:
+                    terms.append(add("mul", share, move))
+            found.append(flow.total(terms))
+        return found
+
+    def _predict(self) -> None:
+        """Write where the iteration of one row starts, and whether that is next to the record."""
+        flow, count = Flow(plain=True), len(self.sample)
+        predicted = self._predicted(flow, [flow.input(j) for j in range(count)])
         self.prediction = flow, predicted
-        self._predict: Callable[..., Sequence[float]] = block_function(
-            Program(flow, known, (Ending((*predicted,), (), ()),)),
-            known,
-            [count],
-            lambda part: [*part[0], f"return ({', '.join(part[1])},)"],
-        )
-        results = (*self.step, *self.pivots, *self.last, *self.moved)
-        self._newton: Callable[..., tuple[float, ...] | None] = block_function(
-            Program(self.flow, 2 * count + known, (Ending(results, (), ()),)),
-            count + known,
-            [count, len(self.pivots), count, count],
-            self._loop,
-        )
-
-    def _near(self, pivots: Sequence[str]) -> tuple[str, str]:
-        """Conditions under which the condition of the block is about that of the record: on the known
-        numbers, and on the pivots (their texts). The first is False where the record is not far from
-        ``CONDITION`` itself."""
-        numbers = Numbers(self.flow, dict(enumerate((*self.start, *self.sample, *self.start))))
-        moved = [float(numbers(node)) / s for node, s in zip(self.moved, self.scale, strict=True)]
-        sizes = [float(numbers(node)) for node in self.pivots]
-        if not math.hypot(*moved) <= QUIET * CONDITION or not all(sizes):
-            return "False", "True"
-        places, kept = [], []
-        for j in self.varying:
+        within = [str(self.quiet)]
+        for j, number in enumerate(self.sample):
             share = max(abs(t) / s for t, s in zip(self.tangent[:, j].tolist(), self.scale, strict=True))
-            reach = min(NEXT * abs(self.sample[j]), ASIDE / share if share else math.inf)
-            low, high = self.sample[j] - reach, self.sample[j] + reach
-            places.append(f"{low!r} <= a{len(self.start) + j} <= {high!r}")
-        for text, size in zip(pivots, sizes, strict=True):
-            kept.append(f"0.5 <= {text} * {1.0 / size!r} <= 2.0")
-        return " and ".join(places) or "True", " and ".join(kept) or "True"
+            reach = min(NEXT * abs(number), 1.0 / share if share else math.inf)
+            within.append(f"{number - reach!r} <= a{j} <= {number + reach!r}")
+        near = " and ".join(within)
+        self._start: Callable[..., tuple[float, ...]] = block_function(
+            Program(flow, count, (Ending((*predicted,), (), ()),)),
+            ", ".join(_names(count)),
+            [len(self.start)],
+            lambda part: [*part[0], f"return {', '.join([*part[1], *_names(count), near])}"],
+        )
 
     def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
         """The iteration around the statements of a step, and those of the correction behind it."""
         (step, moves), (below, pivots), (last, ends), (error, moved) = parts
         every, inputs = range(len(self.start)), len(self.start) + len(self.sample)
-        near, kept = self._near(pivots)
+        sizes = zip(pivots, self.sizes, strict=True) if self.quiet else ()
+        near = " and ".join(["near", *(f"0.5 <= {text} * {1.0 / size!r} <= 2.0" for text, size in sizes)])
         shares = [repr(1.0 / s) for s in self.scale]
 
         def length(steps: Sequence[str]) -> str:
@@ -336,7 +348,6 @@ class BlockNewton:
             *(f"a{i} = a{i} - d{i}" for i in every),
         ]
         return [
-            f"near = {near}",
             "before = inf",
             f"for _ in ({', '.join('0' * ITERATIONS)}):",
             *(f"    {line}" for line in inside),
@@ -346,7 +357,7 @@ class BlockNewton:
             *last,
             *(f"d{i} = {text}" for i, text in enumerate(ends)),
             f"if not {length([f'd{i}' for i in every])} <= {LAST**2!r}: return None",
-            f"if not (near and {kept}):",
+            f"if not ({near}):",
             *(f"    {line}" for line in error),
             f"    if not {length(moved)} <= {CONDITION**2!r}: return None",
             f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
@@ -374,29 +385,12 @@ class BlockNewton:
         good, nothing = reduce(partial(add, "and"), within), flow.constant(math.nan)
         return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
 
-    def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
-        """Where the root is to second order."""
-        add, found = flow.node, []
-        moves = {j: add("sub", known[j], flow.constant(self.sample[j])) for j in self.varying}
-        for i, x in enumerate(self.start):
-            terms = [flow.constant(x)]
-            for j, move in moves.items():
-                slope = float(self.tangent[i, j])
-                bent = [(c[i], moves[k]) for (one, k), c in self.bends.items() if one == j and c[i]]
-                if slope or bent:
-                    share = flow.total(
-                        [flow.constant(slope), *(add("mul", flow.constant(c), m) for c, m in bent)]
-                    )
-                    terms.append(add("mul", share, move))
-            found.append(flow.total(terms))
-        return found
-
     # --- one row ---
 
     def scalar(self, *known: float) -> tuple[float, ...]:
         """The root at these numbers. Raises ValueError where the branch of the record is not followed."""
         try:
-            found = self._newton(*self._predict(*known), *known)
+            found = self._newton(*self._start(*known))
         except (ArithmeticError, ValueError):
             found = None
         return self._followed(known) if found is None else found
@@ -434,7 +428,7 @@ class BlockNewton:
         sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
         with np.errstate(all="ignore"):
             predicted = np.empty(start.shape)
-            self._kernels[2]([*columns], list(predicted))
+            self._kernels[2](list(columns), list(predicted))
             return self._rows(start, sample, columns, 1.0, predicted)
 
     def _rows(
@@ -489,6 +483,22 @@ class BlockNewton:
         good &= np.square(moved / scale).sum(axis=0) <= CONDITION**2
         roots: Array = np.where(good, rounded - last, np.nan)
         return roots
+
+
+def _power_series(flow: Graph, coefficients: Sequence[float], at: int) -> int:
+    """By Horner's rule; zeros at the end cost nothing."""
+    some = list(coefficients)
+    while some and not some[-1]:
+        some.pop()
+    total = flow.constant(some[-1] if some else 0.0)
+    for coefficient in some[-2::-1]:
+        total = flow.node("mul", total, at)
+        total = flow.node("add", flow.constant(coefficient), total) if coefficient else total
+    return total
+
+
+def _names(places: int) -> list[str]:
+    return [f"a{place}" for place in range(places)]
 
 
 def _squares(flow: Graph, steps: Sequence[int], scale: Sequence[float]) -> list[int]:

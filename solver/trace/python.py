@@ -137,9 +137,9 @@ def _namespace(program: Program) -> dict[str, Any]:
 
 
 def block_function(
-    program: Program, inputs: int, parts: Sequence[int], written: Callable[..., list[str]]
+    program: Program, arguments: str, parts: Sequence[int], written: Callable[..., list[str]]
 ) -> Callable[..., Any]:
-    """A function of the first ``inputs`` of a program around its operations.
+    """A function of ``arguments``, inputs ``a0``, ``a1``, … of a program, around its operations.
 
     ``parts`` are so many of its results each; ``written`` makes the statements of the body from a pair for
     each part: the statements that stand in front of its results, and the texts that read these.
@@ -152,7 +152,6 @@ def block_function(
         nodes = nodes[count:]
         pairs.append((writer.lines[there:], texts))
     body = "\n".join(f"    {line}" for line in written(*pairs))
-    arguments = ", ".join(f"a{place}" for place in range(inputs))
     namespace = _namespace(program)
     exec(compile(f"def solve({arguments}):\n{body}\n", "<compiled block>", "exec"), namespace)
     return namespace["solve"]  # type: ignore[no-any-return]
@@ -297,6 +296,8 @@ class _Writer:
             text = f"a{value}" if operation == "input" else repr(value)
             self.texts[node] = f"({text})" if text.startswith("-") else text
             return self.texts[node]
+        if operation == "item":
+            return self._item(node, int(parts[1]), indent)
         if operation in ("sind", "cosd"):
             return self._sine_and_cosine(int(parts[0]), node, indent)
         if operation == "directiond" or (operation == "call" and parts[0] == "atan2d"):
@@ -330,6 +331,19 @@ class _Writer:
             self._line(line, indent)
         return self.texts[node]
 
+    def _item(self, node: int, root: int, indent: str) -> str:
+        """The unknowns of a block, all at once."""
+        finder, *known = self.flow.nodes[root][1:]
+        texts = [self.text(int(o), indent) for o in known]
+        names = []
+        for place in range(len(self.flow.finders[int(finder)].start)):
+            item = self.flow.number("item", place, root)
+            if item in self.reads:
+                self.texts[item] = f"t{item}"
+            names.append(f"t{item}" if item in self.reads else "_")
+        self._line(f"{', '.join(names)}, = f_{finder}({', '.join(texts)})", indent)
+        return self.texts[node]
+
     def _direction(self, node: int, y: int, x: int, indent: str) -> str:
         for line in direction_lines(f"t{node}", self.text(y, indent), self.text(x, indent)):
             self._line(line, indent)
@@ -337,8 +351,6 @@ class _Writer:
         return self.texts[node]
 
     def _source(self, operation: str, operands: list[Any], indent: str) -> str:
-        if operation == "item":
-            return f"{self.text(int(operands[1]), indent, store=True)}[{operands[0]}]"
         if operation in ("call", "root"):
             arguments = ", ".join(self.text(int(o), indent) for o in operands[1:])
             return f"f_{operands[0]}({arguments})"

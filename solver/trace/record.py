@@ -13,7 +13,9 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import compress
 
+from rulesheets.functions import named
 from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Conflict, Unmet
@@ -43,7 +45,7 @@ DIGITS = 1e-10
 """Share of a result that rounding may change where numbers of the rules may be far above its own size."""
 MAX_DEAD = 8
 """Branches without an answer that a record watches."""
-_DIRECTIONS = frozenset({"atan2", "atan2d", "acosd", "asind", "atand", "acos", "asin", "atan"})
+_DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le"})
 _VANISHING = frozenset({"exp", "erfc"})
 """Functions that are never 0 and come out as 0."""
@@ -57,23 +59,31 @@ def record(
     dead: Sequence[Leaf],
     plain: bool,
     ranking: Ranking | None,
+    corrects: bool = False,
 ) -> Program:
     """The program of the answers ``leaves``, put in their order by the ``ranking``.
 
     ``dead`` are branches that contradict a rule at the sample. ``plain``: without what is more exact than
-    the rules are in floats. Raises NotCompilable where a step has no record.
+    the rules are in floats. ``corrects``: unknowns are corrected by rules that they miss. Raises
+    NotCompilable where a step has no record.
     """
-    return Recording(model, planner, pattern, leaves, plain).run(dead, ranking)
+    return Recording(model, planner, pattern, leaves, plain, corrects).run(dead, ranking)
 
 
 class Recording(ClosedForms):
     """Follows the steps of each answer as they were taken."""
 
     def __init__(
-        self, model: Model, planner: Planner, pattern: Pattern, leaves: Sequence[Leaf], plain: bool
+        self,
+        model: Model,
+        planner: Planner,
+        pattern: Pattern,
+        leaves: Sequence[Leaf],
+        plain: bool,
+        corrects: bool = False,
     ) -> None:
         super().__init__(model, planner, pattern, leaves[0].branch.values, plain)
-        self.leaves, self.branch = leaves, leaves[0].branch
+        self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
         values = (self.sample[name] for name in pattern.inputs)
@@ -134,7 +144,7 @@ class Recording(ClosedForms):
         for step in self.branch.steps:
             before = frozenset(state.values)
             state = self._step(state, step)
-            if self.branch.precise:
+            if self.corrects or self.branch.precise:
                 self._correct(state, frozenset(state.values) - before)
         self._on(state)
         for index in (*self.branch.assumed, *sorted(state.used - state.decided.keys())):
@@ -183,8 +193,8 @@ class Recording(ClosedForms):
         return fork
 
     def _correct(self, state: State, new: frozenset[str]) -> None:
-        """Where the solve took more digits than floats have, another rule may tell the last places of a
-        new unknown better than the one that it was solved for by."""
+        """Another rule than the one that a new unknown was solved for by may tell its last places better:
+        those of what is left of terms that cancel, or where the solve took more digits than floats have."""
         flow, values = self.flow, state.values
         for rule in self.model.equations:
             known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
@@ -194,10 +204,13 @@ class Recording(ClosedForms):
             self._on(state)
             if holds is not False:
                 continue
-            (name, *_) = (n for n in rule.names if n in new)
             form = subtract(rule.left, rule.right)
-            step = flow.add("div", self._expression(state, form), self._slope(state, form, name))
+            slopes = {n: self._slope(state, form, n) for n in rule.names if n in new}
+            name = max(slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n]))))
+            step = flow.add("div", self._expression(state, form), slopes[name])
             limit = flow.add("mul", flow.constant(MATCHES), flow.add("abs", values[name]))
+            with suppress(NotCompilable):
+                limit = flow.add("add", limit, self.rounding.error(values[name]))
             flow.require(flow.add("le", flow.add("abs", step), limit))
             values[name] = flow.add("sub", values[name], step)
             state.settled -= {e.index for e in self.model.equations if name in e.names}
@@ -306,7 +319,11 @@ class Recording(ClosedForms):
         if node is None or turn is None or bounded or not variable.posted or name in self.given:
             return
         kind = flow.nodes[node]
-        if flow.value_of(node) is not None or str(kind[kind[0] == "call"]) in _DIRECTIONS:
+        if (
+            node in self.wrapped
+            or flow.value_of(node) is not None
+            or str(kind[kind[0] == "call"]) in _DIRECTIONS
+        ):
             return
         if kind[0] in ("direction", "directiond"):
             return
@@ -419,7 +436,8 @@ class Recording(ClosedForms):
         key = (step.equations, step.unknowns, tuple(start), *places)
         if key not in self._blocks:
             varying = [self.flow.value_of(place) is None for place in places]
-            self._blocks[key] = self._newton(BlockNewton(kernel, start, known, varying), places)
+            newton = BlockNewton(kernel, start, known, varying)
+            self._blocks[key] = self._newton(newton, list(compress(places, varying)))
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)

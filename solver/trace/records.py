@@ -193,10 +193,11 @@ class Records:
         """A new record from the answers of a row that was solved step by step, where it says the same."""
         if len(self.programs) >= MAX_RECORDS or self.failures >= MAX_FAILURES:
             return False
-        for plain in (False, True):
+        ranking = self._ranking(leaves)
+        for plain, corrects in ((False, False), (False, True), (True, True)):
             with suppress(NotCompilable):
                 program = record(
-                    self.model, self.planner, self.pattern, leaves, dead, plain, self._ranking(leaves)
+                    self.model, self.planner, self.pattern, leaves, dead, plain, ranking, corrects
                 )
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), [leaf.branch.values for leaf in leaves]):
