@@ -82,7 +82,9 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
 def is_large(kernel: BlockKernel) -> bool:
     """Whether one answer is looked for before any others."""
     n, tears = len(kernel.unknowns), len(kernel.block.tears)
-    return n > MAX_SEARCHED or (n > MAX_TORN[0] and tears > MAX_TORN[1])
+    if n <= MAX_TORN[0] or n > MAX_SEARCHED:
+        return n > MAX_SEARCHED
+    return tears > MAX_TORN[1] or not kernel.exhaustive
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:

@@ -16,15 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.numerics.multistart import Array
-from solver.numerics.tolerances import CONVERGED, STAGNATION
+from solver.numerics.tolerances import CONVERGED, FAST, STAGNATION
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 ITERATIONS = 100
 SHORTEST = 2.0**-12
-REFINEMENTS = 2
+REFINEMENTS, REFINABLE = 3, 1e-5
+"""How often the end is refined, and the length of a correction of which the first is a small part."""
 LEAST = 1e-9
 """Size of an unknown that the first step leaves alone, beside the largest."""
+DAMPING = 1e-6
+"""What is added to the diagonal of normal equations, whose rows are of size 1, where they leave some free."""
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
 
@@ -121,15 +124,18 @@ def sparse_newton(
 
 def _refined(residual: Callable[[Array], Array], factor: SparseFactor, x: Array, weight: Array) -> Array:
     """The last digits by residuals in extended precision (N. J. Higham, *Accuracy and Stability of Numerical
-    Algorithms*, 2002, section 25.2); the point as it is where a function has none."""
+    Algorithms*, 2002, section 25.2), as long as that contracts fast; the point as it is where a function has
+    none."""
+    before = REFINABLE
     for _ in range(REFINEMENTS):
         try:
             step = factor.solve(np.asarray(residual(x.astype(np.longdouble)), dtype=float))
         except TypeError:
             return x
-        if not _length(step, weight) <= STAGNATION:
+        length = _length(step, weight)
+        if not length <= FAST * before:
             return x
-        x = x - step
+        x, before = x - step, length
     return x
 
 
@@ -162,9 +168,10 @@ def _length(step: Array, weight: Array) -> float:
 
 
 def sparse_least_squares(entries: Triplets, shape: tuple[int, int], rhs: Array) -> Array:
-    """An x (n,) for which |A x - b| is nearly least, by LSMR (D. Fong & M. Saunders, 2011)."""
+    """The x (n,) for which |A x - b| is least, and |x| nearly so: the normal equations of Tikhonov."""
     import scipy.sparse.linalg
 
     data, rows, columns = entries
     matrix = scipy.sparse.csr_array((data, (rows, columns)), shape=shape)
-    return np.asarray(scipy.sparse.linalg.lsmr(matrix, rhs, maxiter=60)[0])
+    normal = (matrix.T @ matrix + DAMPING * scipy.sparse.eye_array(shape[1])).tocsc()
+    return np.asarray(scipy.sparse.linalg.splu(normal).solve(matrix.T @ rhs))

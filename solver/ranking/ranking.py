@@ -3,7 +3,8 @@
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
 as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
-inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is
+inputs suggest, within half a decade of the nearest (for each pair of a size and an angle, as phasors
+have); angles nearest to 0; the nearest sizes; and for what is
 still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
 come after all others. Nothing depends on the order of rules or variables.
 
@@ -32,7 +33,8 @@ GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
 
 SLACK = 0.5
-"""Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
+"""Decades by which sizes may be farther from the suggested ones than the best are, and count alike; they
+add up over phasors."""
 SIZE = 5
 """The place of the size in a key."""
 
@@ -66,6 +68,8 @@ class Ranking:
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]
         self.angles = [name in self.signs.angles for name in self.names]
+        turning = sum(self.angles)
+        self._slack = SLACK * max(1, min(turning, len(self.angles) - turning))
         self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
         self._floors = [self.signs.floor(name) for name in self.names]
 
@@ -138,8 +142,8 @@ class Ranking:
         weights = self._weights(tops, given)
         keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
         least = -on.largest([-key[SIZE] for key in keys])
-        for key in keys:  # what is within half a decade of the best is of the same size
-            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
+        for key in keys:  # what is about as near as the best is of the same size
+            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - self._slack, 0.0]))
         return keys
 
     def _weights(self, tops: Sequence[Number], given: Sequence[Number]) -> list[Number]:

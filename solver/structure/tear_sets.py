@@ -79,8 +79,8 @@ class Reach:
         return unknown if new else None
 
 
-EFFORT = 100_000
-"""Sets times unknowns up to which all sets are tried: any block of 15, one or two tears in larger ones."""
+EFFORT = 50_000
+"""Sets times unknowns up to which all sets are tried: five of 15, one or two tears in larger blocks."""
 
 TRIM = 1_000_000
 """Tears times edges up to which a set is searched for idle tears."""
