@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterable
-from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
 from functools import cache
+from typing import NamedTuple
 
 from rulesheets.syntax.source import Span, escaped
 
@@ -31,16 +31,14 @@ class Severity(Enum):
         return self.value
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(NamedTuple):
     """A place with a word on why it is shown. The first label of a diagnosis is the primary one."""
 
     span: Span
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnosis:
+class Diagnosis(NamedTuple):
     """One complaint.
 
     ``code`` is a row of the catalogue (``E101`` …); ``notes`` are whole sentences, the
@@ -100,8 +98,7 @@ def render(diagnosis: Diagnosis, color: bool = False, width: int | None = None) 
     return "\n".join(_Page(color, width).lines(diagnosis))
 
 
-@dataclass(frozen=True)
-class _Page:
+class _Page(NamedTuple):
     color: bool
     width: int | None = None
 
@@ -183,8 +180,7 @@ def _plain(text: str) -> str:
 # --- the catalogue of codes --------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(NamedTuple):
     """``title``: what is wrong, without a full stop; ``cause`` and ``fix`` are sentences."""
 
     title: str

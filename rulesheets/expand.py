@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import NamedTuple
 
 from rulesheets.evaluate.exactly import Inexact, Rationals
 from rulesheets.functions.floats import cosd, sind, tand
@@ -82,8 +83,7 @@ class Context:
     rule: Span
 
 
-@dataclass(frozen=True)
-class Expansion:
+class Expansion(NamedTuple):
     """``names`` are all variables that occur, in order of appearance, conditions included."""
 
     equations: tuple[Equation, ...]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, SupportsFloat
+from dataclasses import replace
+from typing import Any, NamedTuple, SupportsFloat
 
 from rulesheets.checks.names import check_constant
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
@@ -237,8 +237,7 @@ _PLUS_MINUS = ("±", "+/-", "+-")
 _NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
 
 
-@dataclass(frozen=True)
-class Inputs:
+class Inputs(NamedTuple):
     """What a solve starts from: values of the inputs and first guesses, by full names."""
 
     values: Mapping[str, Value]
@@ -342,7 +341,7 @@ def _evaluated(text: str, place: Span) -> Value:
     try:
         return constant(rule.right[0])
     except RuleSheetError as wrong:
-        raise RuleSheetError(*(replace(one, labels=(Label(place),)) for one in wrong.diagnoses)) from None
+        raise RuleSheetError(*(one._replace(labels=(Label(place),)) for one in wrong.diagnoses)) from None
 
 
 def _finite(number: float, place: Span | None) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from rulesheets.build import build
 from rulesheets.checks.names import duplicate_function
@@ -107,8 +108,7 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
     )
 
 
-@dataclass(frozen=True)
-class File:
+class File(NamedTuple):
     """A parsed file: ``key`` tells it from others, ``folder`` is what its ``use`` paths are relative to."""
 
     key: str
@@ -192,7 +192,7 @@ class _Gathering:
                 run_python(shown)
             except RuleSheetError as wrong:
                 used = labels((place, "used here"))
-                self.complaints.extend(replace(one, labels=used) for one in wrong.diagnoses)
+                self.complaints.extend(one._replace(labels=used) for one in wrong.diagnoses)
 
     def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
         """The file that a ``use`` names; None where it was read before or cannot be used."""
@@ -225,7 +225,7 @@ def _read(path: str, place: Span | None) -> Source:
     except RuleSheetError as wrong:
         used = labels((place, "used here"))
         raise RuleSheetError(
-            *(replace(one, labels=(*one.labels, *used)) for one in wrong.diagnoses)
+            *(one._replace(labels=(*one.labels, *used)) for one in wrong.diagnoses)
         ) from None
 
 

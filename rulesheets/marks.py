@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from rulesheets.syntax.nodes import Expression, Figure, Mark, Name
 
@@ -16,8 +16,7 @@ class Shape(Enum):
     DIRECTED = "a point of the figure and a direction in degrees"
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
+class Kind(NamedTuple):
     """A kind of mark. ``least`` and ``most`` count its arguments; ``example`` is how it is written.
 
     ``named``: a name before the parentheses is required; else it is a label that may be left out.

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
@@ -17,8 +17,7 @@ Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tolerance:
+class Tolerance(NamedTuple):
     """How far an input may be from its value, either way; in percent of the value where ``percent``."""
 
     size: float
@@ -80,8 +79,7 @@ class Variable:
         return self.high if number > self.high and not self.high_open else number
 
 
-@dataclass(frozen=True, slots=True)
-class Premise:
+class Premise(NamedTuple):
     """A condition of the model (by index) that must come out ``holds`` for an equation to be active."""
 
     condition: int
@@ -109,8 +107,7 @@ class Equation:
         return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
 
 
-@dataclass(frozen=True, slots=True)
-class Requirement:
+class Requirement(NamedTuple):
     """A comparison that answers have to satisfy wherever every premise of ``guard`` comes out as it says.
 
     It determines nothing. ``rule`` is the place of the rule, or of the range, that says it.

@@ -19,7 +19,8 @@ import csv
 import io
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.input_messages import (
@@ -50,8 +51,7 @@ class VariableSheet:
     tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """One row as texts, in the order of ``COLUMNS``."""
 
     status: str = ""
@@ -126,7 +126,7 @@ def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
             continue
         row = _row(columns, cells, line)
         if row is not None and separator != ",":
-            row = replace(row, input=decimal_point(row.input))
+            row = row._replace(input=decimal_point(row.input))
         if row is not None:
             yield row, line
     if columns is None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from timeit import Timer
 from typing import Any, NamedTuple, TypeAlias
@@ -43,8 +42,7 @@ State: TypeAlias = Mapping[str, Any]
 """Numbers of many digits by name, and symbols."""
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(NamedTuple):
     """One method on one case.
 
     ``error`` is the worst relative one over the wanted variables, nan where there is no answer; ``status``
@@ -70,8 +68,7 @@ class Mode(NamedTuple):
     state: State
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """A sheet at its inputs: every exact state, that of the primary answer first.
 
     ``judged`` are the variables that errors are told of.
@@ -178,7 +175,7 @@ def _followed(before: Case, inputs: Mapping[str, Any]) -> Case | None:
         if found is None or _active(before, found, inputs) != _active(before, state, before.inputs):
             return None
         modes.append(Mode(rules, found))
-    return replace(before, inputs=inputs, modes=tuple(modes))
+    return before._replace(inputs=inputs, modes=tuple(modes))
 
 
 def _active(case: Case, state: State, inputs: Mapping[str, Value]) -> list[int]:

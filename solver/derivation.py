@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from sys import float_info
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.evaluate import Undefined, holds, value
@@ -106,16 +105,14 @@ def _size(form: Expression | None, answer: float, known: Mapping[str, Value]) ->
     return max(abs(answer), max(numbers, default=0.0)) or 1.0
 
 
-@dataclass(frozen=True)
-class Known:
+class Known(NamedTuple):
     """A variable with its value, in calculation units."""
 
     name: str
     value: Value
 
 
-@dataclass(frozen=True)
-class Guard:
+class Guard(NamedTuple):
     """A condition that selected a rule: how it came out, and what it was read at.
 
     ``assumed``: it waited on what the rule was to give, so its case was assumed, solved, and
@@ -128,16 +125,14 @@ class Guard:
     read: tuple[Known, ...]
 
 
-@dataclass(frozen=True)
-class Closing:
+class Closing(NamedTuple):
     """An equation of a block, with what selected it."""
 
     equation: Equation
     guards: tuple[Guard, ...] = ()
 
 
-@dataclass(frozen=True)
-class Direct:
+class Direct(NamedTuple):
     """One unknown from one equation. ``form`` is what was computed, None where no form reproduces the value.
 
     ``numbers`` are the values that the form reads.
@@ -150,8 +145,7 @@ class Direct:
     guards: tuple[Guard, ...] = ()
 
 
-@dataclass(frozen=True)
-class Together:
+class Together(NamedTuple):
     """Equations solved as one: ``tears`` were iterated on, ``order`` follows, and ``closing`` holds then."""
 
     found: tuple[Known, ...]
@@ -163,8 +157,7 @@ class Together:
 Link: TypeAlias = Direct | Together
 
 
-@dataclass(frozen=True)
-class Derivation:
+class Derivation(NamedTuple):
     """Where the value of ``name`` comes from.
 
     ``inputs`` are the given values that it rests on, in the order of the sheet; ``assumed`` are symbols

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -294,8 +294,7 @@ SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
 """
 
 
-@dataclass(frozen=True)
-class Samples:
+class Samples(NamedTuple):
     """``table`` has one row a sample: the inputs drawn, and the outputs, NaN where it is not solved.
 
     ``spread`` is the standard deviation of an input in units of its tolerance.

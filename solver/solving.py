@@ -119,7 +119,7 @@ def _cut_off(
     verdict = judge(model, reached.found, given, hints)
     fact = OutOfTime(tuple(name for name in reached.known if name not in given))
     if verdict.status is Status.SOLVED:
-        verdict = replace(verdict, facts=(fact,))
+        verdict = verdict._replace(facts=(fact,))
     else:
         verdict = Verdict(Status.FAILED, (), (fact,), unknown)
     result = _result(

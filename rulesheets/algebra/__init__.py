@@ -6,8 +6,7 @@ Every equation of a model can be had as ``Eq(left, right)``, with its guard as
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy
 
@@ -28,8 +27,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class SympyEquation:
+class SympyEquation(NamedTuple):
     """``equation`` holds where ``guard`` does (``true`` for a rule without ``if``); ``place`` is its rule."""
 
     equation: sympy.Eq

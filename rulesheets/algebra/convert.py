@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import sympy
 
@@ -77,8 +76,7 @@ _RELATIONS: Mapping[str, Callable[..., Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class Conversion:
+class Conversion(NamedTuple):
     """How trees become sympy: as mathematics, or left as written for printing.
 
     ``evaluate`` lets sympy put arithmetic in its own order; without it ``xB - xA`` stays.

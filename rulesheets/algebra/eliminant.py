@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from sympy import QQ, Poly, resultant
 from sympy.polys.fields import field
@@ -29,8 +28,7 @@ Coefficients: TypeAlias = "list[Fraction]"
 """Of a polynomial, lowest degree first."""
 
 
-@dataclass(frozen=True, slots=True)
-class Eliminant:
+class Eliminant(NamedTuple):
     """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include every
     solution."""
 

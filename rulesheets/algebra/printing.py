@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sympy import Mul, Pow
 from sympy.printing.latex import LatexPrinter
@@ -175,8 +174,7 @@ def _inverse(factor: Any) -> bool:
     return isinstance(factor, Pow) and factor.exp == -1
 
 
-@dataclass(frozen=True)
-class _ConditionPrinter:
+class _ConditionPrinter(NamedTuple):
     """Conditions in the order that they were written in, which sympy's ``And`` does not keep."""
 
     expression: Callable[[Expression], str]

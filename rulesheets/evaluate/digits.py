@@ -6,10 +6,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from threading import get_ident
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate.gradient import Part, Traced, accumulated
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
@@ -192,8 +191,7 @@ _SHARES = ((1.0, 0.7, 1.3, 0.9, 1.1), (0.6, -1.2, 0.8, -0.7, 1.4), (-0.9, 1.1, 0
 """Directions of the lines: how far each variable moves, by turns."""
 
 
-@dataclass(frozen=True, slots=True)
-class Indeterminate:
+class Indeterminate(NamedTuple):
     """A part of an expression that has no value at a point, and takes one of the ``form`` 0/0 there.
 
     ``limit`` is its two-sided limit, None where it has none; ``is_open``: it depends on what has no value.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.syntax.nodes import Expression
 
@@ -19,8 +19,7 @@ Slopes: TypeAlias = Callable[..., Expression | tuple[Expression | None, ...]]
 Facet: TypeAlias = str | Callable[..., Any] | None
 
 
-@dataclass(frozen=True)
-class Inverse:
+class Inverse(NamedTuple):
     """How ``f(x) = t`` is solved for ``x``.
 
     ``branches(t)`` lists every solution within one ``period`` of x (all of them where ``period``

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
@@ -18,8 +18,7 @@ from rulesheets.syntax.nodes import Comparison, Expression, Name, Range, measure
 from rulesheets.syntax.source import Source, Span
 
 
-@dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(NamedTuple):
     """``< 5`` and the like, beside a name in the variables section; ``limit`` may name variables."""
 
     operator: str
@@ -97,8 +96,7 @@ Expressions: TypeAlias = tuple[nodes.Expression, ...]
 _RELATIONS = {"≤": "<=", "≥": ">=", "≠": "<>"}
 
 
-@dataclass(frozen=True, slots=True)
-class Side:
+class Side(NamedTuple):
     """One side of an equality with its place, parentheses of a tuple included."""
 
     expressions: Expressions
@@ -106,8 +104,7 @@ class Side:
     end: int
 
 
-@dataclass(frozen=True, slots=True)
-class Head:
+class Head(NamedTuple):
     """The first line of a function."""
 
     name: str

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 
 class Word(str):
@@ -43,8 +44,7 @@ _HEAD = re.compile(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """One logical line; all offsets count from the start of the text.
 
     ``code`` begins at ``start`` and has blanks for comments; ``end`` is where it ends without

@@ -276,7 +276,7 @@ class _Reading:
             self.section = "rules" if self.section in ("function", "figure") else self.section
             python = _PYTHON.match(line.code)
             if python:  # the paths that follow are written as those of sheets
-                line = replace(line, code=python[1] + " " * len(python[2]) + line.code[python.end() :])
+                line = line._replace(code=python[1] + " " * len(python[2]) + line.code[python.end() :])
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
         elif word == "rules" and self.section == "function":

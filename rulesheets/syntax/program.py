@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rulesheets.syntax.nodes import (
     Call,
@@ -25,8 +25,7 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.source import Source, Span
 
 
-@dataclass(frozen=True)
-class Program:
+class Program(NamedTuple):
     """``functions`` are the rule functions of all files by their names in lower case.
 
     ``texts`` are the texts of the files that it uses, ``units`` the units that all files define,

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import combinations
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions.table import TABLE
@@ -114,8 +114,7 @@ def _sum(one: Exponents, other: Exponents, times: Any) -> Exponents:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class Statement:
+class Statement(NamedTuple):
     """Two expressions that must have one unit, and the rule that says so."""
 
     place: Span
@@ -123,8 +122,7 @@ class Statement:
     right: Expression
 
 
-@dataclass(frozen=True)
-class Mismatch:
+class Mismatch(NamedTuple):
     """Two expressions of a statement (by index) that must have one unit, and do not.
 
     ``right`` is None where an argument of ``call``, or an exponent, must be a number, or an angle in the unit

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, suggestion
 from rulesheets.evaluate import Undefined, derivatives
@@ -194,8 +194,7 @@ NOISE = 1e-9
 """Share of the slopes that may be left of their sum by rounding."""
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """A rule with its slopes by temperatures, each by a kelvin, at some places."""
 
     equation: Equation

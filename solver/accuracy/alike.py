@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -225,8 +225,7 @@ class _Extended(_Rows):
 # --- what comes of it -----------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Evaluated:
+class Evaluated(NamedTuple):
     """Rules (n,) at a point: ``miss`` = left - right with the rounding in it (``noise``), the size of their
     terms before they cancel (``gross``), and how far each moves with its values (``moves`` = Σ|∂F/∂v · v|).
 

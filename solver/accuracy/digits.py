@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -147,8 +146,7 @@ SUSPECT = 1e-3
 """Least singular value of the Jacobian, beside the terms of the equations, of a root with a sibling."""
 
 
-@dataclass(frozen=True, slots=True)
-class Fold:
+class Fold(NamedTuple):
     """``roots``: two, or none. ``double``: the point where the two coincide, as far as the precision tells,
     or as far as the known values can: to half a unit of the last place of each that is no short number."""
 

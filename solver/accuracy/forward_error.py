@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -105,8 +105,7 @@ Errors = list[float]
 """One error a choice of signs."""
 
 
-@dataclass(frozen=True, slots=True)
-class BlockCondition:
+class BlockCondition(NamedTuple):
     """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if deficient).
 
     Unknowns count in units of their values, rules in units of their largest term.
@@ -159,8 +158,7 @@ def input_errors(
     return propagation.run(steps).error
 
 
-@dataclass(frozen=True, slots=True)
-class _Row:
+class _Row(NamedTuple):
     """A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
 
     slopes: Mapping[str, float]

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
@@ -30,8 +29,7 @@ HALVINGS = 24
 """Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
 
 
-@dataclass(frozen=True, slots=True)
-class Residual:
+class Residual(NamedTuple):
     """``miss`` is F, and ``scaled`` is |F| / Σ|∂F/∂v · v|, both rounded to floats; nan if F has no value.
 
     ``reaches``: a change of one value by no more than a given share of it makes F vanish.

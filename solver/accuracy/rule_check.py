@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.functions import named
@@ -41,8 +41,7 @@ Sides: TypeAlias = tuple[float, dict[str, float], float]
 _JUMPING = named(lambda row: row.jumps)
 
 
-@dataclass(frozen=True, slots=True)
-class RuleCheck:
+class RuleCheck(NamedTuple):
     """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
 
     ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.

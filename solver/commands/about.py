@@ -9,9 +9,9 @@ import sys
 import tempfile
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
+from typing import NamedTuple
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
@@ -115,8 +115,7 @@ def _completion(arguments: Namespace) -> int:
     return 0
 
 
-@dataclass(frozen=True)
-class _Completed:
+class _Completed(NamedTuple):
     """A command with its options, and the words that can stand without one, beside files."""
 
     name: str
@@ -216,8 +215,7 @@ rules
 """
 
 
-@dataclass(frozen=True)
-class Lesson:
+class Lesson(NamedTuple):
     """A few sentences and the command that they lead to; ``adds`` is a line that joins the sheet first."""
 
     says: str

@@ -8,7 +8,6 @@ import os
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from io import StringIO
 
 from rulesheets.diagnosis import RuleSheetError, error
@@ -71,7 +70,7 @@ def chart_csv(marks: Iterable[Mark]) -> str:
     writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
     for mark in marks:
-        writer.writerow({**asdict(mark), "error": "" if math.isnan(mark.error) else mark.error})
+        writer.writerow({**mark._asdict(), "error": "" if math.isnan(mark.error) else mark.error})
     return text.getvalue()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, render
 from rulesheets.input_messages import guess_with_tolerance, symbol_for_number, unknown_variable
@@ -18,8 +18,7 @@ from rulesheets.variables import read_variable_sheet
 from solver.files.replacing import expect_no_input
 
 
-@dataclass(frozen=True)
-class Option:
+class Option(NamedTuple):
     """One option as the user wrote it: ``text`` is what stands after ``--name``."""
 
     name: str
@@ -48,8 +47,7 @@ class Option:
         )
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(NamedTuple):
     """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
 
     ``options`` are the names of the inputs that options give, not a variable sheet; ``files`` are all that

@@ -7,9 +7,9 @@ import re
 import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, suggestion
 from rulesheets.input_messages import not_finite, symbol_for_number
@@ -206,8 +206,7 @@ def read_states(
     return lists, {name: column for name, column in values.items() if name == moving}
 
 
-@dataclass(frozen=True)
-class Swept:
+class Swept(NamedTuple):
     """What a sweep goes over: the inputs by name, and their rows in pieces.
 
     ``total`` is the number of rows where it is known, ``shape`` that of the grid, where it is one.

@@ -78,7 +78,7 @@ def _with_unit_warnings(result: Result, every: bool) -> Result:
     if not every and len(warnings) > MOST_WARNINGS:
         last = warnings[MOST_WARNINGS - 1]
         rest = f"{len(warnings) - MOST_WARNINGS} more such warnings: see backsolve check"
-        warnings = (*warnings[: MOST_WARNINGS - 1], replace(last, notes=(*last.notes, rest)))
+        warnings = (*warnings[: MOST_WARNINGS - 1], last._replace(notes=(*last.notes, rest)))
     return replace(result, diagnoses=(*result.diagnoses, *warnings))
 
 

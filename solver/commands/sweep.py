@@ -232,7 +232,7 @@ def _run(arguments: Namespace) -> int:
         return follow(arguments)
     request = read_request(arguments)
     if arguments.rows:
-        request = replace(request, files=(*request.files, arguments.rows))
+        request = request._replace(files=(*request.files, arguments.rows))
     request.expect_output(arguments.output)
     request.expect_output(arguments.plot)
     swept = read_swept(arguments, request.model)

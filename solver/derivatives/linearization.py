@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
@@ -28,16 +27,14 @@ DENSE = 1500
 """Unknowns up to which redundant rows may stand in for dependent ones."""
 
 
-@dataclass(frozen=True, slots=True)
-class SquareBlock:
+class SquareBlock(NamedTuple):
     """As many rules as unknowns, independent at the point."""
 
     equations: tuple[int, ...]
     unknowns: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Linearization:
+class Linearization(NamedTuple):
     """Slopes of the active rules at a point, in the user's own units.
 
     ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike.
@@ -249,8 +246,7 @@ class _Blunt(ArithmeticError):
     """A block could not be sharpened: its rules are singular there."""
 
 
-@dataclass(frozen=True)
-class Sharp:
+class Sharp(NamedTuple):
     """``values`` to many digits (symbols as they are); ``rows[e]`` are ∂(left − right)/∂v there.
 
     ``blocks`` are those that were sharpened. ``lost`` are the other unknowns: free ones, those of rough

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import import_module
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
 from rulesheets.format import format_expression
@@ -16,8 +17,7 @@ from solver.derivatives.total_derivatives import Near, Total, active_comparisons
 from solver.path.cases import Pair
 
 
-@dataclass(frozen=True)
-class Reason:
+class Reason(NamedTuple):
     """Why one is missing: tied, rough (a rule), kink, edges (pairs), free or unsolved.
 
     ``sides`` are the derivatives on both sides of a kink.
@@ -230,7 +230,7 @@ class _Study:
         if abs(after - before) <= SAME * max(abs(after), abs(before)):
             self.slopes[output, given] = after
         else:
-            self.reasons[output, given] = replace(reason, kind="kink", sides=(after, before))
+            self.reasons[output, given] = reason._replace(kind="kink", sides=(after, before))
 
     # --- why there is none ---
 
@@ -263,8 +263,7 @@ def _cleared(slope: float, total: Total, output: str, given: str) -> float:
     return slope if abs(slope) * below > CANCELLED * above else 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Contribution:
+class Contribution(NamedTuple):
     """What one input adds to an output: ``amount`` = |∂output/∂input| · tolerance, in the output's unit.
 
     ``share`` is its part of the root-sum-square, amount² / Σ amount², between 0 and 1.
@@ -275,8 +274,7 @@ class Contribution:
     share: float
 
 
-@dataclass(frozen=True, slots=True)
-class Band:
+class Band(NamedTuple):
     """How far an output may be from its value to first order, the largest contribution first.
 
     ``worst``: Σ amount, every input at the end of its tolerance that hurts most. ``rss``: √(Σ amount²),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.functions.table import TABLE
 from rulesheets.marks import KINDS, Shape
@@ -42,8 +42,7 @@ _CALLED = re.compile(r"[^\S\n]*\(")
 _RANGE = re.compile(r"[^\S\n]*\[")
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(NamedTuple):
     """A stretch ``[start, end)`` of a text, and the section that it stands in.
 
     ``kind`` is a group of the pattern above, or ``keyword``, ``head``, ``mark``, ``title``, ``constant``,
@@ -204,8 +203,7 @@ def written() -> str:
     return json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n"
 
 
-@dataclass(frozen=True)
-class Symbol:
+class Symbol(NamedTuple):
     """A name in its scope, or a rule function: ``function`` tells which. Functions are named in any case."""
 
     name: str

@@ -15,9 +15,9 @@ Each narrows an operand ``x`` to a hull of those of its numbers for which the op
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
@@ -184,8 +184,7 @@ GAIN = 0.9
 """A pass that leaves every side of a box longer than this share of it is the last one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Node:
+class Node(NamedTuple):
     """A part of a rule: how it is made, and the places of its operands before it."""
 
     form: Expression

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from solver.accuracy.rule_check import gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
@@ -53,8 +53,7 @@ BLUR = 3e-3
 """How far rounding spreads a multiple root, relative to its size (multiplicity 6 at most)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(NamedTuple):
     """Values of the unknowns of a block; ``double`` where the answer is not a simple root."""
 
     values: Mapping[str, float]
@@ -347,8 +346,7 @@ def _near(
     return True
 
 
-@dataclass(frozen=True, slots=True)
-class Stretch:
+class Stretch(NamedTuple):
     """A short interval of the tear of a ``chain`` that a search could not settle.
 
     ``turn``: the period of the tear, where it is an angle.
@@ -360,8 +358,7 @@ class Stretch:
     turn: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class BlockOutcome:
+class BlockOutcome(NamedTuple):
     """``answers`` are distinct, the preferred one first; ``complete`` where they are proven to be all.
 
     ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then

@@ -9,9 +9,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.evaluate.gradient import signed_root
 from rulesheets.evaluate.number import enclose
@@ -30,8 +30,7 @@ SLACK = 1e-9
 RESIDUAL = "#residual"
 
 
-@dataclass(frozen=True, slots=True)
-class Assignment:
+class Assignment(NamedTuple):
     """``name := expression``, which must come out between ``low`` and ``high``.
 
     ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be anything.
@@ -46,8 +45,7 @@ class Assignment:
     relational: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Chain:
+class Chain(NamedTuple):
     """Assignments that lead from the tears to the unknowns and to the residuals, in order."""
 
     tears: tuple[str, ...]
@@ -115,7 +113,7 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
 
     if isolation.quadratic is not None or not isolation.stages:
         for form in isolation.forms():
-            yield (replace(last(form), relational=isolation.quadratic is not None),)
+            yield (last(form)._replace(relational=isolation.quadratic is not None),)
         return
     bounded_unknown = variable.low > -inf or variable.high < inf
     for forms in itertools.product(*(_turned(stage, bounded_unknown) for stage in isolation.stages)):
@@ -138,7 +136,7 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
                 steps.append(Assignment(name, expression, relational=True))
                 expression = Name(name)
         if steps and steps[-1].relational and expression == Name(steps[-1].name):
-            yield (*steps[:-1], replace(last(steps[-1].expression), relational=True))
+            yield (*steps[:-1], last(steps[-1].expression)._replace(relational=True))
         else:
             yield (*steps, last(expression))
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf, nan
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -184,8 +183,7 @@ ROUNDED: Mapping[float, tuple[float, float]] = {
 """Floats that slopes have in place of numbers next to them that no float holds."""
 
 
-@dataclass(frozen=True, slots=True)
-class Operations:
+class Operations(NamedTuple):
     """What compiled code calls: ``number`` makes a constant of a float, ``calls`` are the interval forms of
     the functions of the language, ``forms`` those of arithmetic and of what callers of the emitter add."""
 

@@ -10,7 +10,6 @@ hull of 0 and the box bound the quotient over the box.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -270,7 +269,7 @@ def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
                 assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
                 turned = Call(call.function, (Name(name), x))
                 expression = exchange(expression, call, turned if upper[call] else negative(turned))
-        assignments.append(replace(item, expression=expression))
+        assignments.append(item._replace(expression=expression))
     return Chain(chain.tears, tuple(assignments), chain.residuals)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rulesheets.evaluate import value
 from rulesheets.model import Value
@@ -96,8 +96,7 @@ def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str,
                 yield dict(zip((x, y), point, strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class Rounded:
+class Rounded(NamedTuple):
     """A number and the size of the terms that it was added up from."""
 
     value: float

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -240,8 +239,8 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     others = _but(outcome.answers, points)
     if others:
         facts = (*outcome.facts, beside(curves[0]))
-        return replace(outcome, answers=others, complete=False, whole=False, stretches=(), facts=facts)
-    return replace(curves[0], attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
+        return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
+    return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
 
 
 def _but(answers: Sequence[Answer], points: Sequence[Answer]) -> tuple[Answer, ...]:

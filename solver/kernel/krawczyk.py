@@ -19,9 +19,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
@@ -254,8 +254,7 @@ STEPS = 8
 """Newton steps towards the extreme of μ."""
 
 
-@dataclass(frozen=True, slots=True)
-class Stretch:
+class Stretch(NamedTuple):
     """The only ``curve`` in a ``box``, x and μ by name, for all t within ``reach`` of a place."""
 
     place: Ball

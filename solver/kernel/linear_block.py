@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -294,7 +293,7 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         lost = undetermined(question, matrix, rhs, Fraction, off)
         near = lost or _regular(question, point) or _dependent(question, matrix, rhs)
         near = near and free_to_witness(question, matrix, rhs, Fraction, off, near)
-        return near and replace(near, doubtful=True)
+        return near and near._replace(doubtful=True)
     regular = _regular(question, point) or _dependent(question, matrix, rhs)
     return regular or _beyond_floats(question, matrix, facts, _below_floats)
 

@@ -17,9 +17,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,8 +39,7 @@ ORDINARY = 1e8
 """Condition up to which the backward error of an answer says enough."""
 
 
-@dataclass(frozen=True, slots=True)
-class Uncertainty:
+class Uncertainty(NamedTuple):
     """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
     terms, the largest of the block. ``relative``: of a large block the largest error beside the size of its
     unknown, estimated at once.

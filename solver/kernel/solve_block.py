@@ -9,7 +9,6 @@ region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 from rulesheets.functions import named
 from rulesheets.model import Value
@@ -218,7 +217,7 @@ class _Search:
     def outcome(self) -> BlockOutcome:
         found = _outcome(self.question, self.candidates, self.complete)
         whole = (self.whole or found.whole) and not self.candidates.remote
-        return replace(found, stretches=self.stretches, whole=whole)
+        return found._replace(stretches=self.stretches, whole=whole)
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
@@ -227,7 +226,7 @@ class _Search:
 
         found = free_curve(self.question)
         attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
-        return found and replace(found, attempts=attempts)
+        return found and found._replace(attempts=attempts)
 
     def curve_instead(self, outcome: BlockOutcome) -> BlockOutcome:
         """The outcome; a curve of answers instead where it has none, for rounding may have parted what all
@@ -248,7 +247,7 @@ class _Search:
         if linear is None:
             return None
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
-        return replace(linear, attempts=(attempt,))
+        return linear._replace(attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
         methods = (solve_as_polynomial, solve_by_resultant)
@@ -345,8 +344,7 @@ def _one_by_one(question: Question, candidates: Candidates) -> None:
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
     known = complete and not candidates.withheld
     found = _found(question, candidates, known)
-    return replace(
-        found,
+    return found._replace(
         whole=complete and not candidates.remote,
         attempts=tuple(candidates.attempts),
         suspects=tuple(candidates.suspects),

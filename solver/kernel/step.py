@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.evaluate.digits import context, extended_derivatives
@@ -26,8 +25,7 @@ from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 
 
-@dataclass(frozen=True, slots=True)
-class StepOutcome:
+class StepOutcome(NamedTuple):
     """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular.
 
     ``double``: two preimages coincide. ``delicate``: a target so near to the end of an image that rounding

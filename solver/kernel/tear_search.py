@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from math import isnan
@@ -224,7 +223,7 @@ class TearSearch:
 
         left = tuple(box for box in search.unresolved if not empty(*box))
         touching = tuple((x, f) for x, f in search.touching if not empty(x, x))
-        return replace(search, unresolved=left, touching=touching, complete=not left)
+        return search._replace(unresolved=left, touching=touching, complete=not left)
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or

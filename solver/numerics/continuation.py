@@ -10,8 +10,9 @@ step tells them apart: the step is halved until it does, and the curve ends wher
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,8 +71,7 @@ class Problem:
         return np.asarray(matrix / sizes[:, None])
 
 
-@dataclass(frozen=True)
-class CurvePoint:
+class CurvePoint(NamedTuple):
     """A point of the curve: ``z`` (n + 1,), unit ``tangent`` in scaled coordinates, ``arc`` length from the
     start, the sign of ``orientation`` (it changes at a bifurcation). ``fold``: the parameter turns here."""
 
@@ -109,7 +109,7 @@ def start(problem: Problem, z: Vector, way: int = 1) -> CurvePoint | None:
     along[-1] = way
     point = point_at(problem, z, along)
     turning = point is not None and abs(point.tangent[-1]) <= TURNING
-    return point if point is None or not turning else replace(point, fold=True)
+    return point if point is None or not turning else point._replace(fold=True)
 
 
 CORRECTIONS = 8
@@ -229,14 +229,14 @@ def where(
 def fold(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
     """Where the parameter turns: the tangent has no part along it."""
     found = where(problem, here, length, lambda point: float(point.tangent[-1]), 1e-13)
-    return None if found is None else replace(found, fold=True)
+    return None if found is None else found._replace(fold=True)
 
 
 def crossing(problem: Problem, here: CurvePoint, length: float, value: float) -> CurvePoint | None:
     """Where the parameter is ``value``, exactly, the other coordinates polished with it held."""
     grain = 4e-16 * abs(value)
     found = where(problem, here, length, lambda point: float(point.z[-1]) - value, grain)
-    return None if found is None else replace(found, z=_held(problem, found.z, value))
+    return None if found is None else found._replace(z=_held(problem, found.z, value))
 
 
 def _held(problem: Problem, z: Vector, value: float) -> Vector:
@@ -266,16 +266,14 @@ class End(Enum):
     LIMIT = "its points are too many: a variable may grow without bound"
 
 
-@dataclass(frozen=True)
-class Trace:
+class Trace(NamedTuple):
     """The points in order, the start first; ``end`` is why there is no further one."""
 
     points: tuple[CurvePoint, ...]
     end: End
 
 
-@dataclass(frozen=True, slots=True)
-class Steps:
+class Steps(NamedTuple):
     """Lengths in scaled coordinates. ``turning``: the least cosine of the angle between tangents a step
     apart; ``away``: the largest share of a step by which the corrector may leave its prediction."""
 
@@ -396,7 +394,7 @@ class _Walk:
             if turning is not None:
                 self.points.append(turning)
                 chord = float(np.linalg.norm((last.z - turning.z) / self.problem.scale))
-                last = replace(last, arc=turning.arc + chord)
+                last = last._replace(arc=turning.arc + chord)
         self.points.append(last)
 
     def _reach(self, here: CurvePoint, there: CurvePoint) -> float:
@@ -436,7 +434,7 @@ class _Walk:
         size = 1.0 + float(np.abs(point.z / self.problem.scale).max())
         if float(np.linalg.norm(self.problem.apart(point.z, self.home.z))) > HOME * size:
             return None
-        return replace(point, z=self.problem.turned(self.home.z, here.z))
+        return point._replace(z=self.problem.turned(self.home.z, here.z))
 
 
 def _beyond(place: int, bound: float) -> Callable[[CurvePoint], float]:

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
 from math import inf, isfinite, isnan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.deadline import expect_time
 
@@ -227,8 +226,7 @@ def _widened(below: float, above: float) -> Interval:
     return -inf if isnan(below) else below, inf if isnan(above) else above
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(NamedTuple):
     """A box cut at a middle point, with f enclosed at both ends and there.
 
     ``smooth`` tells whether a finite slope is known that agrees with those three values.

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from itertools import pairwise
 from math import inf, isfinite, nextafter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.deadline import expect_time
 from solver.numerics.interval_function import (
@@ -45,8 +45,7 @@ POLE_ULPS = 16
 GAP = 4.0
 
 
-@dataclass(frozen=True, slots=True)
-class Cluster:
+class Cluster(NamedTuple):
     """Touching boxes. ``rough`` where one of them was still to be split when the limits were reached."""
 
     low: float
@@ -265,8 +264,7 @@ EVEN = 1e3
 """Largest ratio of slopes across a box from whose ends an interval Newton step is worth taking."""
 
 
-@dataclass(frozen=True, slots=True)
-class IsolationLimits:
+class IsolationLimits(NamedTuple):
     """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting, ``presplit`` of them blind;
     ``candidates`` is how many of the clusters left over are looked into. Boxes beyond 1e±100 are given up
     after ``remote_levels``."""
@@ -282,8 +280,7 @@ class IsolationLimits:
 STANDARD_LIMITS = IsolationLimits()
 
 
-@dataclass(frozen=True, slots=True)
-class RootSearch:
+class RootSearch(NamedTuple):
     """What is known of the roots of f in a range.
 
     ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.

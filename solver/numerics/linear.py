@@ -11,18 +11,16 @@ unless the condition number nears 1/eps.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, lcm
-from typing import Any
+from typing import Any, NamedTuple
 
 from solver.numerics.linear_algebra import factorise
 from solver.numerics.termination import Outcome
 from solver.numerics.tolerances import CONSISTENT
 
 
-@dataclass(frozen=True, slots=True)
-class LinearOutcome:
+class LinearOutcome(NamedTuple):
     """The facts about A x = b with A of m rows and n columns.
 
     ``solution``: correctly rounded where exact; entry j is None where unknown j is not determined. None

@@ -7,7 +7,6 @@ the units of a sheet nor the size of a rule changes its rank. What overflows is 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -158,8 +157,7 @@ def inverse(matrix: Rows) -> Any:
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class Decomposition:
+class Decomposition(NamedTuple):
     """``values`` (n,), descending; ``right``: as many orthonormal vectors (n,), ``left`` (m, min(m, n))."""
 
     values: Any

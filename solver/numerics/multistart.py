@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +21,7 @@ LENGTHS = (1.0, 0.3)
 """Fractions of the Newton step that are tried."""
 
 
-@dataclass(frozen=True, slots=True)
-class BatchLimits:
+class BatchLimits(NamedTuple):
     """``near``: scaled step that counts as having arrived. ``patience``: steps without a gain of a tenth."""
 
     iterations: int = 80
@@ -136,8 +134,7 @@ KEPT = 0.1
 """Share of the distance to the end of a range that a step beyond it leaves."""
 
 
-@dataclass(frozen=True, slots=True)
-class ProjectionLimits:
+class ProjectionLimits(NamedTuple):
     """``null``: share of the largest singular value up to which others count as 0. ``near``: a step, in units
     of the unknowns' sizes, that has arrived; ``longest``: where a longer one is cut. ``patience``: steps
     without a gain of a tenth.
@@ -233,8 +230,7 @@ DECADES = 3.0
 SINGULAR_LIMIT = 4
 
 
-@dataclass(frozen=True, slots=True)
-class MultiStart:
+class MultiStart(NamedTuple):
     """``roots`` in the order in which they were reached (that of the guess first), each inside the ranges.
 
     ``best`` is the end with the least residual among the failures, None where nothing failed.

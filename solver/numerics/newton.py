@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -27,8 +27,7 @@ Jacobian: TypeAlias = Callable[[list[float]], Any]
 """Rows of ∂F_i/∂x_j as a sequence of sequences, or a scipy sparse matrix."""
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
+class Point(NamedTuple):
     """An iterate with its residual, Jacobian, weights and factored Jacobian."""
 
     x: list[float]
@@ -90,8 +89,7 @@ class NewtonLimits:
 STANDARD_LIMITS = NewtonLimits()
 
 
-@dataclass(frozen=True, slots=True)
-class NewtonResult:
+class NewtonResult(NamedTuple):
     """The best point met. ``condition`` is that of the scaled Jacobian there, None where undefined."""
 
     x: tuple[float, ...]
@@ -324,8 +322,7 @@ TRUST_REGIONS = ("lm", "hybr")
 METHODS = ("hybr", "lm", "least_squares")
 
 
-@dataclass(frozen=True, slots=True)
-class ScipyRoot:
+class ScipyRoot(NamedTuple):
     """``success`` is what scipy says of itself; ``evaluations`` are those of the residual."""
 
     x: tuple[float, ...]

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +31,7 @@ BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
 
 
-@dataclass(frozen=True, slots=True)
-class SparseRoot:
+class SparseRoot(NamedTuple):
     """Where the method ended, and whether its last correction was no more than rounding."""
 
     x: Array

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 BoxFunction: TypeAlias = Callable[[Array, Array], tuple[Array, Array]]
 
 
-@dataclass(frozen=True, slots=True)
-class NewtonImage:
+class NewtonImage(NamedTuple):
     """``lo``, ``hi`` (k, n): image cut with the box. Masks (k,): ``empty``: no root in the box;
     ``unique``: exactly one; ``regular``: the Jacobian is invertible all over the box."""
 
@@ -147,8 +146,7 @@ Box: TypeAlias = tuple[tuple[float, float], ...]
 Contractor: TypeAlias = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 
-@dataclass(frozen=True, slots=True)
-class SubdivisionLimits:
+class SubdivisionLimits(NamedTuple):
     """``boxes`` in all, ``alive`` at once, of which the last ``front`` are treated together; sides below
     ``resolution`` relative to |x| (or to ``resolution`` times the side of the whole box) are not cut."""
 
@@ -161,8 +159,7 @@ class SubdivisionLimits:
 STANDARD_LIMITS = SubdivisionLimits()
 
 
-@dataclass(frozen=True, slots=True)
-class Subdivision:
+class Subdivision(NamedTuple):
     """``proved``: boxes, as narrow as rounding allows, each with exactly one root, no two with the same.
 
     ``unresolved``: boxes of which nothing is known, those that touch merged into one around them.

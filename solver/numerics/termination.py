@@ -8,8 +8,8 @@ Two scale-free measures are used. The *backward error* of equation i at x is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from solver.numerics.tolerances import EPS, STAGNATION
 
@@ -36,8 +36,7 @@ class Outcome(Enum):
         return self in (Outcome.CONVERGED, Outcome.SINGULAR_JACOBIAN)
 
 
-@dataclass(frozen=True, slots=True)
-class Termination:
+class Termination(NamedTuple):
     """``residual``: backward error taken as rounding. ``stagnation``: the largest scaled step that may be
     called noise once fast contraction has stopped. ``degenerate``: the largest scaled step left over at a
     multiple root (a double root is known to about sqrt(eps), a threefold one to its cube root).

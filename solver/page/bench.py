@@ -201,7 +201,7 @@ class Bench:
         result = self._result(question)
         if not result.solutions:
             return {"handles": []}
-        return {"handles": [vars(handle) for handle in handles(result, _answer(question, result))]}
+        return {"handles": [handle._asdict() for handle in handles(result, _answer(question, result))]}
 
     def rail(self, question: Json) -> Json:
         """The curve that the points of one driver are dragged along, and the room that the figures need."""

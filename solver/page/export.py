@@ -9,12 +9,11 @@ import base64
 import html
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from itertools import product
 from math import isfinite, prod
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model, Value
@@ -43,8 +42,7 @@ SAID = "Solved beforehand by Backsolve; every state shown was checked against ev
 Axes = Mapping[str, Sequence[Value]]
 
 
-@dataclass(frozen=True)
-class Exported:
+class Exported(NamedTuple):
     """The page, how many states it has, and how many of them have an answer."""
 
     page: str

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import combinations
 from math import cos, dist, radians, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -96,8 +95,7 @@ RIGID = 1e-3
 _RIGID_STROKES = ("line", "slot", "body")
 
 
-@dataclass(frozen=True)
-class Handle:
+class Handle(NamedTuple):
     """A point of a figure, the input that moves it, and the variable that it stands for."""
 
     figure: int

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import hypot, inf, isfinite, pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -72,8 +71,7 @@ ROWS = 73
 """Points of the curve: five degrees apart over a turn."""
 
 
-@dataclass(frozen=True)
-class Rail:
+class Rail(NamedTuple):
     """Rows in order along the curve, ``closed`` if the last leads on to the first.
 
     Each has the ``followed`` variables. ``limits`` are the least and the greatest value of a handle's

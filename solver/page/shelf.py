@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
 from rulesheets.loading import MAIN_SHEET, read_source, shipped_model, shipped_models
 from solver.files.replacing import write_file
@@ -23,8 +23,7 @@ class Refused(Exception):
     """A sheet that is not there, or not to be opened or written; the text says why."""
 
 
-@dataclass(frozen=True)
-class Sheet:
+class Sheet(NamedTuple):
     """A sheet on the shelf: ``key`` names it, ``folder`` is what its ``use`` paths start from."""
 
     key: str

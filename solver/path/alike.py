@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import count
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +32,7 @@ MOST = 10_000
 _INTERNED: dict[Shape, Shape] = {}
 
 
-@dataclass(frozen=True)
-class Family:
+class Family(NamedTuple):
     """Rules of one shape: their ``places`` (m,) among all rules, the first of them, the ``columns`` (k, m) of
     its names, in order of first appearance, and of theirs among all names, and the ``numbers`` (c, m) that
     stand in them, in the order of the text."""
@@ -45,8 +43,7 @@ class Family:
     numbers: Array
 
 
-@dataclass(frozen=True)
-class Alike:
+class Alike(NamedTuple):
     """Rules by their shapes, in order of first appearance, and the names that they read."""
 
     names: tuple[str, ...]

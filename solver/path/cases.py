@@ -15,12 +15,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache, reduce
 from itertools import chain, islice, product
 from sys import float_info
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Equation, Model, Requirement, Value
@@ -311,8 +310,7 @@ def _slack(difference: _Affine, lead: Fraction, at: Fraction, error: Fraction) -
     return 2 * error * (size * abs(at) + difference.size) / abs(lead)
 
 
-@dataclass(frozen=True, slots=True)
-class _Affine:
+class _Affine(NamedTuple):
     """``Σ slope · part + constant``; sizes are the same sums of absolute values.
 
     ``operations`` counts those that round when floats compute it.
@@ -365,7 +363,7 @@ def _affine(expression: Expression, known: Mapping[str, Value]) -> _Affine:
             return _affine(operand, known).times(Fraction(-1))
         case Sum(terms):
             total = reduce(_Affine.plus, (_affine(term, known) for term in terms))
-            return replace(total, operations=total.operations + len(terms) - 1)
+            return total._replace(operations=total.operations + len(terms) - 1)
         case Product(left, right):
             one, other = _affine(left, known), _affine(right, known)
             if not one.sizes:

@@ -14,10 +14,9 @@ equations themselves have to refuse.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, Name, Number, add, call, divide, multiply, negative
@@ -43,8 +42,7 @@ from solver.path.polynomial import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Let:
+class Let(NamedTuple):
     """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, which is
     the sum of its terms' sizes) must not be negative."""
 
@@ -54,16 +52,14 @@ class Let:
     size: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Coefficient:
+class Coefficient(NamedTuple):
     """A known number; ``size`` is the sum of its terms' sizes, which its rounding goes by."""
 
     expression: Expression
     size: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Parabola:
+class Parabola(NamedTuple):
     """``name`` is a root of ``a x² + b x + c``: two values, one, or none."""
 
     name: str
@@ -72,8 +68,7 @@ class Parabola:
     c: Coefficient
 
 
-@dataclass(frozen=True, slots=True)
-class Circle:
+class Circle(NamedTuple):
     """The meets of the line ``a x + b y = k`` with the circle ``x² + y² = square``: two values, or none."""
 
     x: str
@@ -87,8 +82,7 @@ class Circle:
 Formula = Let | Parabola | Circle
 
 
-@dataclass(frozen=True, slots=True)
-class ClosedForm:
+class ClosedForm(NamedTuple):
     """Formulas in order; they end with every unknown."""
 
     formulas: tuple[Formula, ...]

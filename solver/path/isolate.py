@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
 from rulesheets.functions import TABLE, Function, named
 from rulesheets.syntax import nodes
@@ -91,8 +91,7 @@ TARGET = Name("#")
 """Stands for the target of a stage in its forms."""
 
 
-@dataclass(frozen=True, slots=True)
-class Stage:
+class Stage(NamedTuple):
     """Undo one operation: the preimages of the target ``#`` are the ``forms``, principal first.
 
     The target must lie between ``low`` and ``high`` (the image of ``operation``), and
@@ -123,8 +122,7 @@ class Stage:
         return row is None or row.source is None
 
 
-@dataclass(frozen=True, slots=True)
-class Quadratic:
+class Quadratic(NamedTuple):
     """``c + b*x + a*x^2 = 0`` with coefficients free of the unknown, for an unknown that occurs twice."""
 
     c: Expression
@@ -132,8 +130,7 @@ class Quadratic:
     a: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Isolation:
+class Isolation(NamedTuple):
     """``unknown`` from ``start`` through ``stages`` (or by ``quadratic``).
 
     ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or

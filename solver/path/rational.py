@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.functions import TABLE, named
 from rulesheets.syntax import nodes
@@ -41,8 +40,7 @@ QUADRATIC = 2
 _UNIT: Polynomial = (ONE,)
 
 
-@dataclass(frozen=True, slots=True)
-class Rational:
+class Rational(NamedTuple):
     numerator: Polynomial
     denominator: Polynomial = _UNIT
 

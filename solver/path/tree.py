@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rulesheets.model import Premise, Value
 from rulesheets.syntax import nodes
@@ -18,16 +18,14 @@ MAX_CONDITIONS = 4
 """Conditions of one question that are followed up: every combination of outcomes is planned."""
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """How a path goes on where conditions come out so; one that makes no difference is left out."""
 
     outcomes: tuple[Premise, ...]
     tree: PathTree
 
 
-@dataclass(frozen=True)
-class PathTree:
+class PathTree(NamedTuple):
     """``path``, and the cases that follow where it ends in a question; none where there are too many."""
 
     path: Path

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.marks import PLACES, marks_of, parts
@@ -18,8 +19,7 @@ LARGEST = 1e150
 """Coordinates have squares."""
 
 
-@dataclass(frozen=True)
-class Stroke:
+class Stroke(NamedTuple):
     """What is drawn at or between points, which are named: ``angle`` is in degrees."""
 
     kind: str
@@ -28,8 +28,7 @@ class Stroke:
     angle: float = 0.0
 
 
-@dataclass(frozen=True)
-class Diagram:
+class Diagram(NamedTuple):
     """A figure with its numbers. ``places`` are the coordinates by name, ``kinds`` point, pin or pole."""
 
     name: str
@@ -100,8 +99,7 @@ _BAR = 14.0
 """Millimetres that a scale bar should at least have; a round length makes it less than twice as long."""
 
 
-@dataclass(frozen=True)
-class Window:
+class Window(NamedTuple):
     """A rectangle of the plane of a diagram."""
 
     left: float
@@ -175,8 +173,7 @@ _CROSSED, _COVERED, _OUTSIDE, _FAR = 6.0, 3.0, 40.0, 0.35
 of a mm away from the point."""
 
 
-@dataclass(frozen=True)
-class Box:
+class Box(NamedTuple):
     """A rectangle by its middle and half its sides."""
 
     x: float
@@ -208,8 +205,7 @@ class Box:
         return max(0.0, leave - enter) * math.hypot(dx, dy)
 
 
-@dataclass(frozen=True)
-class Wish:
+class Wish(NamedTuple):
     """A label that wants a place: beside a point, or beside a segment (``along``).
 
     ``width`` and ``height`` are those of its text, ``clear`` how far from the point it has to stay.

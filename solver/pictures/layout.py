@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rulesheets.marks import ARROWS
 from solver.pictures.diagram import MARGIN, Diagram, Place, Window, scale, window
@@ -35,16 +35,14 @@ _ACROSS = 3
 """Figures that stand in one row at most."""
 
 
-@dataclass(frozen=True)
-class View:
+class View(NamedTuple):
     """One state: a title, and its diagrams in the order of the sheet, None where one cannot be drawn."""
 
     title: str
     diagrams: tuple[Diagram | None, ...]
 
 
-@dataclass(frozen=True)
-class Extent:
+class Extent(NamedTuple):
     """How one figure of the sheet is seen in every view: its scale, and the size of its window in units."""
 
     scale: float
@@ -57,8 +55,7 @@ class Extent:
         return self.width / self.scale, self.height / self.scale
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(NamedTuple):
     """A page of panels, one for each figure (row) and view (column), in millimetres.
 
     ``windows`` and ``travel`` (the two farthest places of every slider, by the number of its stroke) are by

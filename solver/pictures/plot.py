@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -22,8 +21,7 @@ CURVES = 8
 """Curves that one panel may have, so that each can be told from the others."""
 
 
-@dataclass(frozen=True)
-class Lattice:
+class Lattice(NamedTuple):
     """How the rows of a table hang together: the ``inputs``, and the ``shape`` of their grid.
 
     Rows side by side, or of a file, have a shape of one number. ``answer`` is the column of the numbers
@@ -35,8 +33,7 @@ class Lattice:
     answer: str | None = None
 
 
-@dataclass(frozen=True)
-class Curves:
+class Curves(NamedTuple):
     """``abscissa`` (n,) are the values of the input ``along`` which the curves run.
 
     ``heights[name]`` (curves, n) are those of a variable; ``labels`` tell the curves apart.
@@ -48,8 +45,7 @@ class Curves:
     heights: Mapping[str, Array]
 
 
-@dataclass(frozen=True)
-class Maps:
+class Maps(NamedTuple):
     """``fields[name]`` (lines, columns) are values over two inputs: ``across`` columns, ``up`` lines."""
 
     across: str

@@ -9,8 +9,7 @@ single rows: bounds of the same distances decide for hundreds of rows at once.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +27,7 @@ ROOM = 2**16
 """Rows that are compared at once."""
 
 
-@dataclass(frozen=True)
-class Answers:
+class Answers(NamedTuple):
     """The answers of n rows: how many each has, ``counts`` (n,), and ``planes`` of the first answers, of the
     second ones, and so on, each with a column (n,) for each wanted variable. What stands in a plane beyond
     the count of a row means nothing.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from html import escape
 
 import numpy as np
@@ -114,7 +113,7 @@ def _row(bands: ToleranceBands, name: str) -> tuple[str, ...]:
 
 def _displayed(band: Band, variable: Variable) -> Band:
     worst, rss = (abs(shown(size, variable, difference=True)) for size in (band.worst, band.rss))
-    return replace(band, value=shown(band.value, variable), worst=worst, rss=rss)
+    return band._replace(value=shown(band.value, variable), worst=worst, rss=rss)
 
 
 def _bar(size: float) -> str:

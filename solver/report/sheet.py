@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from decimal import Context, Decimal
 from io import StringIO
 from math import ceil, inf, isfinite, log10
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.format import format_condition
@@ -75,8 +75,7 @@ COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 GUESS = "G"
 
 
-@dataclass(frozen=True, slots=True)
-class SheetRow:
+class SheetRow(NamedTuple):
     """A variable with its input or its guess (then ``status`` is ``G``) and one output an answer.
 
     ``errors``: the error bar of every output, where they are asked for. ``tolerance``: that of the input.
@@ -105,8 +104,7 @@ class SheetRow:
         tolerance = self.tolerance
         if tolerance is not None and not tolerance.percent:
             tolerance = Tolerance(stretch(tolerance.size))
-        return replace(
-            self,
+        return self._replace(
             input=convert(self.input),
             outputs=tuple(map(convert, self.outputs)),
             unit=variable.display_unit,

@@ -8,12 +8,10 @@ import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 
-@dataclass(frozen=True)
-class Screen:
+class Screen(NamedTuple):
     """``width`` columns, None for a file or a pipe; ``paint(text, style)`` sets off words."""
 
     width: int | None = None

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from math import isfinite
+from typing import NamedTuple
 
 from rulesheets.diagnosis import plural, render
 from rulesheets.format import readable
@@ -39,8 +39,7 @@ LONGEST = 72
 """Characters of a rule shown; its place tells where to read on."""
 
 
-@dataclass(frozen=True, slots=True)
-class RuleStatus:
+class RuleStatus(NamedTuple):
     """``mark`` is ``>`` for a rule that a diagnosis points at, ``*`` for one that waits for unknowns.
 
     Rules wait where the inputs do not determine everything; where a solve has ended otherwise,
@@ -294,7 +293,7 @@ def _turned(rows: Sequence[SheetRow]) -> str:
     """Many answers on a narrow screen: what is given, then a line for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
     found = [row for row in rows if row not in given]
-    parts = [sheet_table(replace(row, outputs=(None,), errors=()) for row in given)] if given else []
+    parts = [sheet_table(row._replace(outputs=(None,), errors=()) for row in given)] if given else []
     parts += [_answers(group) for group in _groups(found)]
     return "\n\n".join(parts)
 

@@ -139,10 +139,10 @@ class Twins:
         own = {self._of(equation): equation for equation in step.equations}
         names = {equation: own[self._of(equation)] for equation in met.equations}
         answers = tuple(
-            answer if answer.double is None else replace(answer, double=_renamed(answer.double, names))
+            answer if answer.double is None else answer._replace(double=_renamed(answer.double, names))
             for answer in outcome.answers
         )
-        return replace(outcome, answers=answers, facts=tuple(_renamed(fact, names) for fact in outcome.facts))
+        return outcome._replace(answers=answers, facts=tuple(_renamed(fact, names) for fact in outcome.facts))
 
     def _of(self, equation: int) -> int:
         return self._first.get(equation, equation)

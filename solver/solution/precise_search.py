@@ -10,7 +10,6 @@ import math
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -158,7 +157,7 @@ class _PreciseSearch(Explorer):
         found = _Block(question, system, floats, off).outcome()
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
-        return replace(found, attempts=(*floats.attempts, *attempts))
+        return found._replace(attempts=(*floats.attempts, *attempts))
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         return self.casework.last_places(branch)
@@ -334,7 +333,7 @@ class _Block:
         if answers or self.double:
             return BlockOutcome((*answers, *self.double), complete, self._curves())
         if outside is not None:
-            return replace(outside, complete=complete)
+            return outside._replace(complete=complete)
         if self.floats.answers or (complete and not self.floats.complete):
             block = self.question.kernel.block
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))

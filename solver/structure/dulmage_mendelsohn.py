@@ -7,14 +7,13 @@ A. Pothen & C.-J. Fan, "Computing the block triangular form of a sparse matrix",
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from solver.structure.incidence import Block, Incidence
 from solver.structure.matching import Edges, Matching, maximum_matching, reached
 
 
-@dataclass(frozen=True, slots=True)
-class Parts:
+class Parts(NamedTuple):
     """Every equation and every unknown stands in exactly one part. The parts are unique.
 
     ``over`` has more equations than unknowns (or is empty): its equations contradict one another

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 Rows: TypeAlias = tuple[tuple[int, ...], ...] | Mapping[int, tuple[int, ...]]
 Costs: TypeAlias = tuple[dict[int, int], ...] | Mapping[int, dict[int, int]]
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(NamedTuple):
     """Some equations and some unknowns of a system, each in ascending order."""
 
     equations: tuple[int, ...]

@@ -14,8 +14,7 @@ time where blocks follow one another in layers (scipy issue 26147), as rules do.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from solver.structure.incidence import Incidence
@@ -94,8 +93,7 @@ def _extended(
     return False
 
 
-@dataclass(frozen=True)
-class Matching:
+class Matching(NamedTuple):
     """Partners by number, None where there is none.
 
     Of a maximum matching the size is unique. Which equations and which unknowns stay single is

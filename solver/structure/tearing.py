@@ -8,7 +8,6 @@ A. Baharev, H. Schichl & A. Neumaier, "Tearing systems of nonlinear equations" I
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import NamedTuple, TypeAlias
 
@@ -114,8 +113,7 @@ QUICK = 400
 """How many sets of tears are judged at all, the lightest, then first."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tearing:
+class Tearing(NamedTuple):
     """Guess ``tears``, follow ``order`` (equation, unknown), and ``residuals`` must vanish.
 
     Every step's equation is resolvable for its unknown and holds no other but tears and those of

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ class Branches:
             first = kept(rows.inputs, rows.answers, self.turns, self.work.line, self._done - extra, extra)
             if first.any():
                 piece = replace(self.work.solved(piece.rows, first[extra:]), several=piece.several)
-            last = replace(rows.last(), answers=_in_front(rows.last().answers, first[-2:]))
+            last = rows.last()._replace(answers=_in_front(rows.last().answers, first[-2:]))
         self._before, self._done = last, self._done + sum(piece.counts)
         return piece
 
@@ -62,8 +62,7 @@ ROOM = 2**18
 """Differences between answers that are reckoned at once."""
 
 
-@dataclass(frozen=True)
-class _Branch:
+class _Branch(NamedTuple):
     """Where an answer was in the last row (a number a wanted variable), and its step from the row before."""
 
     at: Points

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,8 +36,7 @@ from solver.sweeps.tracing import (
 )
 
 
-@dataclass(frozen=True)
-class Core:
+class Core(NamedTuple):
     """``names``: the unknowns of the steps that can have several values, and all that these need of what
     moves with the parameter, in the order of the steps. ``moving``: everything that does, the parameter too.
     """
@@ -195,8 +193,7 @@ def follow_sweep(
     return _Following(plan, name, swept).run()
 
 
-@dataclass(frozen=True)
-class _Found:
+class _Found(NamedTuple):
     """A branch, the system it was followed in, and its rows."""
 
     curve: Curve
@@ -288,8 +285,7 @@ class _Following:
         return CurveTable(columns, status, self.name, branches, labels, self.model.files)
 
 
-@dataclass(frozen=True)
-class _Filled:
+class _Filled(NamedTuple):
     """A row with its wanted values."""
 
     point: CurvePoint
@@ -298,8 +294,7 @@ class _Filled:
     values: Mapping[str, Value]
 
 
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """Rows that are connected, and why there are none before and after."""
 
     rows: tuple[_Filled, ...]
@@ -337,7 +332,7 @@ def _breaks(here: CurvePoint, there: CurvePoint, filling: Filling) -> bool:
     """Whether what is computed jumps, or has a pole, between two rows."""
 
     def answer(place: float) -> Mapping[str, Value] | None:
-        status, values = filling(replace(here, z=np.array([place])))
+        status, values = filling(here._replace(z=np.array([place])))
         return values if status is Status.SOLVED else None
 
     ends = float(here.z[-1]), float(there.z[-1])

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Protocol, TextIO
+from typing import NamedTuple, Protocol, TextIO
 
 import numpy as np
 
@@ -202,8 +202,7 @@ def _told(value: object) -> object:
 _STATUSES = tuple(Status)
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """``counts`` are the rows by status code, ``several`` those of which one of several answers is shown;
     ``interrupted`` says that there would have been more.
     """

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,16 +176,14 @@ CHANGES = 200
 """Changes of rules that one branch may go through."""
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """A stretch of a branch on which the same rules hold."""
 
     problem: Problem
     points: tuple[CurvePoint, ...]
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(NamedTuple):
     """One branch: pieces in the order of the arc length, and why it ends on either side."""
 
     pieces: tuple[Piece, ...]
@@ -211,7 +208,7 @@ def traced(system: CoreSystem, seed: Vector, scale: Vector) -> Curve | None:
     forward, end = _onward(system, problem, ahead, ahead)
     if end is End.CLOSED:
         return Curve(tuple(forward), end, end)
-    behind = replace(ahead, tangent=-ahead.tangent, orientation=_reversed(ahead))
+    behind = ahead._replace(tangent=-ahead.tangent, orientation=_reversed(ahead))
     backward, first_end = _onward(system, problem, behind, behind)
     return Curve(_joined(backward, forward), first_end, end)
 
@@ -257,12 +254,12 @@ def _joined(backward: list[Piece], forward: list[Piece]) -> tuple[Piece, ...]:
     pieces = []
     for piece in reversed(backward):
         turned = (
-            replace(p, tangent=-p.tangent, orientation=-p.orientation, arc=length - p.arc)
+            p._replace(tangent=-p.tangent, orientation=-p.orientation, arc=length - p.arc)
             for p in reversed(piece.points)
         )
         pieces.append(Piece(piece.problem, tuple(turned)))
     shifted = [
-        Piece(piece.problem, tuple(replace(p, arc=p.arc + length) for p in piece.points)) for piece in forward
+        Piece(piece.problem, tuple(p._replace(arc=p.arc + length) for p in piece.points)) for piece in forward
     ]
     return (*pieces, *shifted)
 
@@ -271,8 +268,7 @@ NOUGHT = 1e-15
 """Share of its magnitude below which a coordinate may be what is left of an exact 0."""
 
 
-@dataclass(frozen=True)
-class CurveRow:
+class CurveRow(NamedTuple):
     """One row before it is filled in."""
 
     point: CurvePoint
@@ -357,8 +353,7 @@ class Filling:
         return dict(zip(self.system.names, moved.tolist(), strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class Limit:
+class Limit(NamedTuple):
     """A limit position: the swept variable turns back at ``value``, its ``greatest`` or least, in ``row``."""
 
     value: float
@@ -366,8 +361,7 @@ class Limit:
     row: int
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(NamedTuple):
     """One connected branch: its rows ``first`` up to, but without, ``last``.
 
     ``closed``: it comes back to where it began (the last row is the first one again). Otherwise ``start`` and

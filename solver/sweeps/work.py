@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from time import time
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,8 +159,7 @@ def _alike(plan: Plan, count: int) -> tuple[Array, Answers]:
     return np.full(count, CODES[status], dtype=np.int8), listed([answers] * count)
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """The inputs of rows, their status codes (n,), and all their answers."""
 
     inputs: tuple[Array, ...]
@@ -195,8 +194,7 @@ ENDLESS = 2**62
 """Rows of a line without an end."""
 
 
-@dataclass(frozen=True)
-class Work:
+class Work(NamedTuple):
     """What has to be known to solve any piece of a sweep.
 
     ``lessons`` are rows (a column an input) of which records are made beforehand. ``every``

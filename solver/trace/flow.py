@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
@@ -20,8 +20,7 @@ NEAR = 1e-13
 """A direction nearer to the axis than this (as a quotient) is left to a full solve."""
 
 
-@dataclass(frozen=True, slots=True)
-class Direction:
+class Direction(NamedTuple):
     """A node that is the direction of the point (x, y), in degrees or (unit "") in radians."""
 
     y: int

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import reduce
-from typing import Any, ClassVar, Protocol, TypeAlias
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
 
 from solver.numerics.tolerances import EPS
 
@@ -300,8 +299,7 @@ def _is_exact(name: str, result: float, values: Sequence[float]) -> bool:
 # --- the operations that some results need, in order ---
 
 
-@dataclass(frozen=True, slots=True)
-class Schedule:
+class Schedule(NamedTuple):
     """``order`` lists the nodes to compute; ``last`` is the place in it after which a node is not read."""
 
     order: tuple[int, ...]

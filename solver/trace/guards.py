@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial, reduce
+from typing import NamedTuple
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
@@ -29,8 +30,7 @@ STRANGE = 1e-6
 """A rule that is missed by more than this, relative to its terms, is broken."""
 
 
-@dataclass(frozen=True)
-class Pattern:
+class Pattern(NamedTuple):
     """What is fixed before the numbers: which inputs vary, what the others are, what is wanted."""
 
     inputs: tuple[str, ...]

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations, pairwise, product, starmap
-from typing import Any
+from typing import Any, NamedTuple
 
 from solver.ranking.ranking import Ranking
 from solver.ranking.sizes import LEAST, MOST, Arithmetic
@@ -219,8 +219,7 @@ class Number:
     __hash__ = None  # type: ignore[assignment]
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(NamedTuple):
     """How answers are sorted: by ``keys``, as far as all that ``told`` tells them apart.
 
     Where the nodes of ``usual`` lie between their ends the answers stand in the order of the sample, whatever

@@ -8,7 +8,7 @@ sort without branches, stable as the list is).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, operands
@@ -16,8 +16,7 @@ from solver.trace.order import UNORDERED, Order
 from solver.trace.simplify import not_negative
 
 
-@dataclass(frozen=True, slots=True)
-class Ending:
+class Ending(NamedTuple):
     """One answer as nodes of the graph: the wanted values (a symbol by its name).
 
     They count where all that ``holds`` is true and all that is ``finite`` is a finite number.
@@ -28,8 +27,7 @@ class Ending:
     finite: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(NamedTuple):
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
@@ -85,7 +83,7 @@ def trimmed(flow: Flow, ending: Ending) -> Ending:
     needed = computed_from(flow, [*holds, *results]) | flow.always
     finite, sure = _heads(flow, [node for node in ending.finite if node in needed])
     holds = [check for check in holds if not _shown(flow, check, sure, zero)]
-    return replace(ending, holds=tuple(holds), finite=tuple(finite))
+    return ending._replace(holds=tuple(holds), finite=tuple(finite))
 
 
 _INHERITING = frozenset({"add", "sub", "mul", "neg", "abs", "sqrt", "sind", "cosd", "sin", "cos"})
@@ -159,16 +157,14 @@ def computed_from(flow: Flow, wanted: Iterable[int]) -> set[int]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """One place of the list of answers, as nodes: the wanted values, and what sorts them."""
 
     results: tuple[int, ...]
     order: tuple[int, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class AllAnswers:
+class AllAnswers(NamedTuple):
     """``symbols`` (one a wanted name) are the words that a column of symbols has the numbers of, or None.
 
     ``there`` tells of each place that its values stand at none before it. All of it counts where the node

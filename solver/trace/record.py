@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from itertools import compress
 
 from rulesheets.functions import named
@@ -384,7 +383,7 @@ class Recording(ClosedForms):
         first, *others = self.endings
         holds = dict.fromkeys((*first.holds, *(node for node in checks if node != self.flow.true)))
         numbers = dict.fromkeys((*first.finite, *finite))
-        self.endings = [replace(first, holds=tuple(holds), finite=tuple(numbers)), *others]
+        self.endings = [first._replace(holds=tuple(holds), finite=tuple(numbers)), *others]
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """Require that a branch which came to no answer still comes to none, for the same reason."""

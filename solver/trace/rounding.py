@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
+from typing import NamedTuple
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation
@@ -39,8 +39,7 @@ _WAVES = frozenset({"sin", "cos", "sind", "cosd"})
 _CIRCULAR = frozenset({"sin", "cos", "sind", "cosd", "tan", "tand"})
 
 
-@dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(NamedTuple):
     """A node is off by at most ``share`` units in its last place and the value of the node ``rest``."""
 
     share: float = 0.0
@@ -299,8 +298,7 @@ HARMLESS = 32.0
 """Units in the last place of its variables that a rule may be missed by for rounding, with no look at it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cover:
+class Cover(NamedTuple):
     """How well the variables of an expression explain its rounding; S is the sum of the sizes of its slope by
     each variable times that variable.
 

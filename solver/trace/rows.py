@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -229,8 +228,7 @@ _Found: TypeAlias = tuple[list[list[Array]], Array, Array]
 """Planes of answers, which of them are there (answers, n), and which rows they hold for (n,)."""
 
 
-@dataclass(frozen=True)
-class _Columns:
+class _Columns(NamedTuple):
     """A kernel, and how many numbers and places of answers it has results of."""
 
     kernel: Callable[..., None]

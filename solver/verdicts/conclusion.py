@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, derivatives, extended
@@ -85,7 +85,7 @@ def look_behind(
         return None
     reduced = _left_out(reduced, repeated)
     again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
-    told = replace(judge(reduced, again, inputs, guesses), reread=True)
+    told = judge(reduced, again, inputs, guesses)._replace(reread=True)
     if told.status is Status.INFEASIBLE:
         return reduced, again, told
     if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
@@ -111,7 +111,7 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
         for fact in open_
         if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
     )
-    return replace(told, status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+    return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
 
 
 def _known(verdict: Verdict, judged: Sequence[str]) -> int:
@@ -250,7 +250,7 @@ def fixed_otherwise(model: Model, verdict: Verdict, inputs: Mapping[str, Value])
         if any(_has_pieces(model.equations[e]) for e in equations):
             continue
         for found in _fixed(model, equations, unknowns, inputs, patience):
-            return replace(verdict, status=Status.INCONSISTENT, facts=(found,))
+            return verdict._replace(status=Status.INCONSISTENT, facts=(found,))
     return None
 
 
@@ -374,8 +374,7 @@ def _small(part: Expression, values: Mapping[str, Value]) -> bool:
     )
 
 
-@dataclass(frozen=True)
-class Conclusion:
+class Conclusion(NamedTuple):
     """A verdict, what it rests on, and the model as it was read for it (limits filled, say)."""
 
     verdict: Verdict
@@ -408,7 +407,7 @@ def conclude(
             from solver.solution.limits import with_limits
 
             by, found = with_limits(model, found, given, wanted, guesses, judged)
-            verdict = replace(judge(by, found, given, guesses), reread=by is not model)
+            verdict = judge(by, found, given, guesses)._replace(reread=by is not model)
         elif verdict.status is Status.FAILED:
             verdict = at_a_limit(model, verdict, given, wanted, guesses, judged) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):

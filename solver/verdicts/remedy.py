@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
@@ -49,8 +50,7 @@ class Patience:
 # --- under-determined: what to give ------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Giving:
+class Giving(NamedTuple):
     """Giving ``names`` determines ``determines`` further variables; ``enough`` if nothing stays unknown."""
 
     names: tuple[str, ...]
@@ -97,8 +97,7 @@ def _rank(giving: Giving) -> tuple[bool, int, int]:
 # --- inconsistent: the smallest conflicting set --------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Clash:
+class Clash(NamedTuple):
     """Rules (by equation) and inputs that can't hold together, none of them superfluous."""
 
     equations: tuple[int, ...]
@@ -215,8 +214,7 @@ def _nearest(given: Value, values: Sequence[Value]) -> Value:
     return min(numbers, key=lambda v: abs(v - given))
 
 
-@dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(NamedTuple):
     """The input ``name`` admits a solution where it is in ``relation`` (``≤``, ``>``, ``≠``) to ``value``."""
 
     name: str

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from rulesheets.model import Model, Value
 from solver.facts import (
@@ -38,8 +39,7 @@ SAFETY = 4.0
 """How far error bars may be too short where two answers are told apart by them."""
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """``leaves`` are the answers (or what is determined of them), the primary first.
 
     ``facts`` are what the status rests on; ``undetermined`` the names that stay unknown in the

@@ -9,11 +9,11 @@ is simple.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import reduce
 from math import atan2 as radians_of
 from math import ceil, floor, fmod, inf, isfinite, isinf, isnan, nan, nextafter, pi
 from math import tan as tangent
+from typing import NamedTuple
 
 from rulesheets.functions import floats
 from rulesheets.functions.intervals import (
@@ -53,8 +53,7 @@ def constant(below: float) -> Callable[[], Interval]:
     return lambda: (below, nextafter(below, inf))
 
 
-@dataclass(frozen=True)
-class Monotone:
+class Monotone(NamedTuple):
     """Range of a monotone function; ``image`` has ends that are floats exactly.
 
     Where ``value`` raises at an end of its domain, or overflows, its value is the nearer end of the image.
@@ -82,8 +81,7 @@ class Monotone:
             return self.image[0] if small is not self.falling else self.image[1]
 
 
-@dataclass(frozen=True)
-class Even:
+class Even(NamedTuple):
     """Range of an even function from that for arguments that are not negative."""
 
     rising: Monotone
@@ -101,8 +99,7 @@ def _may_contain(low: float, high: float, offset: float) -> bool:
     return ceil(first) <= floor(high - offset + _SLACK * (abs(high) + 1.0))
 
 
-@dataclass(frozen=True)
-class Wave:
+class Wave(NamedTuple):
     """Range of a sine of period ``turn`` with its maxima at ``top`` turns."""
 
     value: Callable[[float], float]
@@ -153,8 +150,7 @@ def _branch_start(angle: float) -> float:
     return start + 180.0 if start + 180.0 <= angle else start
 
 
-@dataclass(frozen=True)
-class Direction:
+class Direction(NamedTuple):
     """Range of atan2(y, x), in (-half turn, half turn], ``unit`` to a radian.
 
     Away from the cut (y = 0, x < 0) the direction of a box is bounded by its corners; a box
@@ -246,8 +242,7 @@ def _above(value: Callable[[float], float], x: float) -> float:
         return inf
 
 
-@dataclass(frozen=True)
-class Valley:
+class Valley(NamedTuple):
     """Range of gamma or lgamma, whose least value is ``lowest``: known for positive arguments."""
 
     value: Callable[[float], float]
@@ -277,8 +272,7 @@ def digamma(low: float, high: float) -> Interval:
     return (_below(floats.digamma, low), _above(floats.digamma, high)) if low > 0.0 else LINE
 
 
-@dataclass(frozen=True)
-class Slow:
+class Slow(NamedTuple):
     """Range from the middle and a bound on the slope, within the known extremes."""
 
     value: Callable[[float], float]
