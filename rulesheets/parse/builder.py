@@ -10,9 +10,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from lark import Token
+
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
 from rulesheets.evaluate import Undefined, value
-from rulesheets.parse.layout import Word
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Comparison, Expression, Name, Range, measured, names, units_of
 from rulesheets.syntax.source import Source, Span
@@ -86,8 +87,7 @@ def empty_range(span: Span | None) -> Diagnosis:
 
 
 def _wrong(message: str, span: Span | None) -> Diagnosis:
-    labels = (Label(span),) if span else ()
-    return error("E121", message, *labels, notes=("write a range as in [0, 5], or as > 0, < 5",))
+    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")
 
 
 Children: TypeAlias = Sequence[Any]
@@ -102,14 +102,6 @@ class Side(NamedTuple):
     expressions: Expressions
     start: int
     end: int
-
-
-class Head(NamedTuple):
-    """The first line of a function."""
-
-    name: str
-    arguments: tuple[str, ...]
-    results: tuple[str, ...]
 
 
 def _unit(text: str) -> tuple[str | None, str | None]:
@@ -157,21 +149,21 @@ class Builder:
         token = children[0]
         value = float(token)
         if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
-            raise RuleSheetError(
-                error(
-                    "E107",
-                    f"the number {token} is out of range",
-                    Label(self._of(token), "too large" if value else "too small"),
-                    notes=("numbers reach from 5e-324 to 1.8e308 in size",),
-                )
+            label, note = (
+                "too large" if value else "too small",
+                "numbers reach from 5e-324 to 1.8e308 in size",
             )
+            wrong = said("E107", f"the number {token} is out of range", self._of(token), note, label=label)
+            raise RuleSheetError(wrong)
         return nodes.Number(value, self._of(token))
 
     def measure(self, children: Children) -> nodes.Number:
         """``9.81[m/s^2]``"""
         token = children[0]
         digits, _, unit = token.partition("[")
-        number = self.number([Word.at(digits, "NUMBER", token.start_pos)])
+        number = self.number(
+            [Token("NUMBER", digits, token.start_pos, end_pos=token.start_pos + len(digits))]
+        )
         return replace(number, span=self._of(token), unit=unit[:-1].strip())
 
     def symbol(self, children: Children) -> nodes.Symbol:
@@ -293,8 +285,8 @@ class Builder:
         units = [mark for mark in marks if isinstance(mark, str)]
         ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
         if len(units) > 1:
-            notes = ("it stands last: x < 3[in] [mm]",)
-            raise RuleSheetError(error("E461", "a row has one unit", Label(self._of(name)), notes=notes))
+            note = "it stands last: x < 3[in] [mm]"
+            raise RuleSheetError(said("E461", "a row has one unit", self._of(name), note))
         unit, display = _unit(units[0]) if units else (None, None)
         return nodes.VariableRow(
             str(name),
@@ -339,15 +331,15 @@ class Builder:
     def use(self, children: Children) -> tuple[str, ...]:
         return tuple(str(child)[1:-1] for child in children)
 
-    def figure(self, children: Children) -> tuple[str, str | None]:
+    def figure(self, children: Children) -> nodes.Figure:
         _, name, unit = children
-        return str(name), None if unit is None else _unit(unit)[0]
+        return nodes.Figure(str(name), None if unit is None else _unit(unit)[0], ())
 
     def mark(self, children: Children) -> nodes.Mark:
         kind, name, arguments, closing = children
         span = self._span(self._start(kind), self._end(closing))
         return nodes.Mark(str(kind).lower(), None if name is None else str(name), arguments, span=span)
 
-    def head(self, children: Children) -> Head:
+    def head(self, children: Children) -> nodes.Function:
         name, arguments, results = children
-        return Head(str(name), arguments, results or ())
+        return nodes.Function(str(name), arguments, results or (), (), ())

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterator
 
-from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, Label, closest, error
+from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest, said
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.stop import Stop
 from rulesheets.syntax.nodes import (
@@ -92,9 +92,9 @@ def foreign_form(stop: Stop) -> Diagnosis | None:
 def _foreign(stop: Stop, found: re.Match[str], code: str, message: str | None, cure: str) -> Diagnosis:
     start = stop.line.start + found.start()
     parts = found.groupdict()
-    said = (message or f"`{found.group()}` has no meaning in a rule sheet").format(**parts)
+    wording = (message or f"`{found.group()}` has no meaning in a rule sheet").format(**parts)
     span = Span(stop.source, start, start + len(found.group().rstrip()))
-    return error(code, said, Label(span), notes=(cure.format(**parts),))
+    return said(code, wording, span, cure.format(**parts))
 
 
 def unreadable(stop: Stop) -> Diagnosis:
@@ -180,7 +180,7 @@ def _strange(character: str, cure: str, span: Span) -> Diagnosis:
     name = unicodedata.name(character, "").lower() or f"U+{ord(character):04X}"
     shown = f"{character} ({name})" if character.isprintable() else name
     help_line = f"write {cure}" if cure else "remove it, or put it into a comment"
-    return error("E108", f"{shown} has no meaning in a rule sheet", Label(span, ""), notes=(help_line,))
+    return said("E108", f"{shown} has no meaning in a rule sheet", span, help_line)
 
 
 SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "figure")
@@ -202,12 +202,8 @@ def explain_head(stop: Stop, kind: str) -> Diagnosis:
     note = _SHAPES[kind]
     if kind == "use" and (stop.line.comment is not None or '"' in stop.line.code):
         start = max(stop.source.text.rfind('"', stop.line.start, stop.line.end + 2), stop.line.start)
-        return error(
-            "E123",
-            "a file name is never closed",
-            Label(Span(stop.source, start, start + 1), "opened here"),
-            notes=(note,),
-        )
+        place = Span(stop.source, start, start + 1)
+        return said("E123", "a file name is never closed", place, note, label="opened here")
     if kind == "parameters" and stop.begins_operand and stop.follows_operand:
         note = f"write a comma: {stop.before}, {stop.word}"
     word = stop.words[0].lower() if stop.words else kind
@@ -221,19 +217,14 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     plain = "a rule is an equation, such as V = I*R"
     if word.lower() == "end":
         note = "leave it out: a function ends where the next section begins"
-        return error("E116", f"`{word}` ends nothing here", Label(span), notes=(note,))
+        return said("E116", f"`{word}` ends nothing here", span, note)
     if near is None:
-        return error(
-            "E116",
-            f"`{word}` alone is neither a rule nor the head of a section",
-            Label(span),
-            notes=(plain, "sections are variables, rules, units, function and figure"),
-        )
+        message = f"`{word}` alone is neither a rule nor the head of a section"
+        sections = "sections are variables, rules, units, function and figure"
+        return said("E116", message, span, plain, sections)
     if near == word.lower():
-        return error(
-            "E116", f"a section head is one word alone: {near}", Label(span), notes=(f"write {near}",)
-        )
-    return error("E116", f"unknown section `{word}`", Label(span), notes=(f"did you mean {near}?",))
+        return said("E116", f"a section head is one word alone: {near}", span, f"write {near}")
+    return said("E116", f"unknown section `{word}`", span, f"did you mean {near}?")
 
 
 def section_with_colon(stop: Stop) -> Diagnosis | None:
@@ -246,44 +237,7 @@ def section_with_colon(stop: Stop) -> Diagnosis | None:
 def not_there_yet(word: str, span: Span) -> Diagnosis:
     """A construct that the language plans."""
     what, note = _PLANNED[word.lower()]
-    return error("E190", f"{what} not there yet", Label(span), notes=(note,))
-
-
-def second_rules(span: Span) -> Diagnosis:
-    return error(
-        "E119",
-        "this function has its rules already",
-        Label(span, "a second head"),
-        notes=("rules of the sheet itself stand before the first function",),
-    )
-
-
-def stray_parameters(span: Span) -> Diagnosis:
-    return error(
-        "E119",
-        "parameters belong to a function",
-        Label(span),
-        notes=("put the line between the head of the function and its rules",),
-    )
-
-
-def no_rule(source: Source) -> Diagnosis:
-    span = Span(source, 0, 1)
-    return error(
-        "E126",
-        f"{source.name} has no rule",
-        Label(span, "nothing to solve"),
-        notes=("write a rule, such as V = I*R",),
-    )
-
-
-def function_without_rules(name: str, span: Span) -> Diagnosis:
-    return error(
-        "E126",
-        f"the function {name} has no rule",
-        Label(span, "its rules are missing"),
-        notes=("write its rules below its head, under `rules`",),
-    )
+    return said("E190", f"{what} not there yet", span, note)
 
 
 DEEPEST = 200
@@ -297,36 +251,20 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
     if line.too_deep is not None:
         return _nested(Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here")
     if line.stray:
-        place = line.stray[0]
-        return error(
-            "E103",
-            None,
-            Label(Span(source, place, place + 1), "nothing is open here"),
-            notes=("remove it, or open a parenthesis before it",),
-        )
+        place = Span(source, line.stray[0], line.stray[0] + 1)
+        note = "remove it, or open a parenthesis before it"
+        return said("E103", None, place, note, label="nothing is open here")
     if line.unclosed:
-        return _unclosed(source, line)
+        place = Span(source, line.unclosed[-1], line.unclosed[-1] + 1)
+        note = f"add {')' * len(line.unclosed)} where it ends"
+        return said("E102", None, place, note, label="opened here")
     return None
 
 
-def _unclosed(source: Source, line: Line) -> Diagnosis:
-    place = line.unclosed[-1]
-    missing = ")" * len(line.unclosed)
-    return error(
-        "E102",
-        None,
-        Label(Span(source, place, place + 1), "opened here"),
-        notes=(f"add {missing} where it ends",),
-    )
-
-
 def _too_long(source: Source, line: Line) -> Diagnosis:
-    return error(
-        "E125",
-        f"this line is too long to be a rule: {line.end - line.start:,} characters",
-        Label(Span(source, line.start, line.start + 1), "begins here"),
-        notes=(f"a rule has at most {LONGEST:,} characters; give parts of it names of their own",),
-    )
+    message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
+    note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
+    return said("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
 
 
 def too_deep(rule: RuleBody) -> Diagnosis | None:
@@ -366,9 +304,5 @@ def _factors(node: Product | Quotient) -> tuple[Expression, ...]:
 
 
 def _nested(span: Span, label: str) -> Diagnosis:
-    return error(
-        "E124",
-        "this is nested too deeply",
-        Label(span, label),
-        notes=("give the inner parts names of their own, in rules of their own",),
-    )
+    note = "give the inner parts names of their own, in rules of their own"
+    return said("E124", "this is nested too deeply", span, note, label=label)

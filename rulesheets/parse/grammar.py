@@ -17,8 +17,8 @@ from rulesheets import store
 from rulesheets.diagnosis import Diagnosis, RuleSheetError
 from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
-from rulesheets.parse.layout import Line, Word
-from rulesheets.parse.stop import Stop
+from rulesheets.parse.layout import Line
+from rulesheets.parse.stop import Stop, Word
 from rulesheets.syntax.nodes import Equality, Inequality
 from rulesheets.syntax.source import Source
 
@@ -122,7 +122,7 @@ def _words(pattern: re.Pattern[str], code: str) -> Iterator[Word]:
     for found in pattern.finditer(code):
         kind = found.lastgroup
         assert kind is not None
-        yield Word.at(found[kind], kind, found.start(kind))
+        yield Word(kind, found[kind], found.start(kind), end_pos=found.end(kind))
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from rulesheets.diagnosis import Diagnosis, Label, closest, error, plural
+from rulesheets.diagnosis import Diagnosis, closest, plural, said
 from rulesheets.marks import KINDS, Kind, Shape
 from rulesheets.parse.foreign import foreign_form, section_with_colon, unknown_section, unreadable
 from rulesheets.parse.stop import (
@@ -185,13 +185,8 @@ def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
         if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
             return None
         pending.extend(children(node))
-    assert rule.span is not None
-    return error(
-        "E114",
-        "no variable stands in this rule",
-        Label(rule.span, "only numbers"),
-        notes=("write a name on one side: x = 3",),
-    )
+    message, note = "no variable stands in this rule", "write a name on one side: x = 3"
+    return said("E114", message, rule.span, note, label="only numbers")
 
 
 _ROW_SHAPE = 'a row reads name = value [unit] " comment'
@@ -273,7 +268,7 @@ _ROW_MISTAKES: tuple[Explanation, ...] = (
 )
 
 
-_MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
+MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
 
 
 def explain_mark(stop: Stop) -> Diagnosis:
@@ -293,7 +288,7 @@ def _misshapen(stop: Stop) -> Diagnosis:
         return stop.error("E130", "this line of a figure cannot be read", place, "", f"write {kind.example}")
     if stop.words and (near := closest(stop.words[0], KINDS)) and stop.words[0] != near:
         return stop.error("E130", None, stop.span(stop.words[0]), "", f"did you mean {near}?")
-    return stop.error("E130", None, place, "", _MARK_SHAPE, "a rule stands under `rules`")
+    return stop.error("E130", None, place, "", MARK_SHAPE, "a rule stands under `rules`")
 
 
 def wrong_mark(mark: Mark) -> Diagnosis | None:
@@ -301,19 +296,20 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
     kind = KINDS.get(mark.kind)
     if kind is None:
         return _unknown_kind(mark)
+    count, message = len(mark.arguments), ""
     if kind.named and mark.name is None:
-        return _wrong(mark, kind, f"this {mark.kind} has no name")
-    if kind.shape is Shape.DIRECTED and mark.name is not None:
-        return _wrong(mark, kind, f"a {mark.kind} has no name of its own")
-    count = len(mark.arguments)
-    if count < kind.least or (kind.most is not None and count > kind.most):
-        return _wrong(mark, kind, f"a {mark.kind} takes {_expected(kind)}, not {count or 'none'}")
+        message = f"this {mark.kind} has no name"
+    elif kind.shape is Shape.DIRECTED and mark.name is not None:
+        message = f"a {mark.kind} has no name of its own"
+    elif count < kind.least or (kind.most is not None and count > kind.most):
+        message = f"a {mark.kind} takes {_expected(kind)}, not {count or 'none'}"
+    if message:
+        return said("E131", message, mark.span, f"write {kind.example}")
     places = {Shape.POINTS: mark.arguments, Shape.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
     for argument in places:
         if not isinstance(argument, Name) or "." in argument.name:
-            label = (Label(argument.span),) if argument.span else ()
-            notes = (f"name a point of the figure, as in {kind.example}",)
-            return error("E131", "this is not the name of a point", *label, notes=notes)
+            note = f"name a point of the figure, as in {kind.example}"
+            return said("E131", "this is not the name of a point", argument.span, note)
     return None
 
 
@@ -323,18 +319,8 @@ def _expected(kind: Kind) -> str:
     return str(kind.shape.value)
 
 
-def _wrong(mark: Mark, kind: Kind, message: str) -> Diagnosis:
-    labels = (Label(mark.span),) if mark.span else ()
-    return error("E131", message, *labels, notes=(f"write {kind.example}",))
-
-
 def _unknown_kind(mark: Mark) -> Diagnosis:
     near = closest(mark.kind, KINDS)
     note = f"did you mean {near}?" if near else f"the kinds are {', '.join(KINDS)}"
     span = mark.span and Span(mark.span.source, mark.span.start, mark.span.start + len(mark.kind))
-    labels = (Label(span),) if span else ()
-    return error("E130", f"a figure has no `{mark.kind}`", *labels, notes=(note,))
-
-
-def empty_figure(name: str, span: Span) -> Diagnosis:
-    return error("E126", f"the figure {name} is empty", Label(span, "nothing to draw"), notes=(_MARK_SHAPE,))
+    return said("E130", f"a figure has no `{mark.kind}`", span, note)

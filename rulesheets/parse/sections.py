@@ -7,9 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
 from rulesheets.parse import foreign, mistakes
-from rulesheets.parse.builder import Head
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.syntax import nodes
@@ -54,48 +53,18 @@ def nearest_section(word: str, section: str) -> str:
 
 
 @dataclass
-class FigureDraft:
-    """What is known of a figure so far; ``end`` is where it ends."""
+class _Block:
+    """A function or a figure so far: where it ends, and whether the rules of a function have begun."""
 
-    name: str
-    unit: str | None
-    start: int
+    node: Any
     end: int
-    comment: str
-    above: tuple[nodes.CommentLine, ...]
-    marks: list[nodes.Mark | nodes.CommentLine] = field(default_factory=list)
-
-    def node(self, source: Source) -> nodes.Figure:
-        span = Span(source, self.start, self.end)
-        return nodes.Figure(self.name, self.unit, tuple(self.marks), self.comment, span, self.above)
-
-
-@dataclass
-class FunctionDraft:
-    """What is known of a function so far; ``begun`` once its rules have begun, ``end`` where it ends."""
-
-    head: Head
-    start: int
-    end: int
-    comment: str
-    above: tuple[nodes.CommentLine, ...]
-    parameters: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
+    lines: list[Any] = field(default_factory=list)
     begun: bool = False
 
-    def node(self, source: Source) -> nodes.Function:
-        return nodes.Function(
-            self.head.name,
-            self.head.arguments,
-            self.head.results,
-            tuple(self.parameters),
-            tuple(self.rules),
-            self.comment,
-            Span(source, self.start, self.end),
-            self.above,
-            "; ".join(self.remarks),
-        )
+    def closed(self, source: Source) -> Any:
+        span = Span(source, self.node.span.start, self.end)
+        content = "rules" if isinstance(self.node, nodes.Function) else "marks"
+        return replace(self.node, span=span, **{content: tuple(self.lines)})
 
 
 _NAME = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
@@ -106,8 +75,8 @@ def unit_row(code: str, span: Span) -> UnitRow:
     left, equals, right = code.partition("=")
     names = tuple(map(str.strip, left.split(",")))
     if not all(map(_NAME.fullmatch, names)) or bool(equals) is not bool(right.strip()):
-        notes = ("write smoot = 1.7018 m, or widget alone for a unit of a kind of its own",)
-        raise RuleSheetError(error("E128", "this line defines no unit", Label(span), notes=notes))
+        note = "write smoot = 1.7018 m, or widget alone for a unit of a kind of its own"
+        raise RuleSheetError(said("E128", "this line defines no unit", span, note))
     return UnitRow(names, " ".join(right.split()), span=span)
 
 
@@ -138,8 +107,7 @@ class _Reading:
     units: list[nodes.UnitRow | nodes.CommentLine] = field(default_factory=list)
     rows: list[nodes.VariableRow | nodes.CommentLine] | None = None
     rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
-    functions: list[FunctionDraft] = field(default_factory=list)
-    figures: list[FigureDraft] = field(default_factory=list)
+    blocks: list[_Block] = field(default_factory=list)
     comments: list[nodes.CommentLine] = field(default_factory=list)
     waiting: list[nodes.CommentLine] = field(default_factory=list)
     complaints: list[Diagnosis] = field(default_factory=list)
@@ -172,65 +140,36 @@ class _Reading:
         if word is not None:
             self.section = nearest_section(word, self.section)
             raise RuleSheetError(foreign.unknown_section(word, self._span(line)))
-        if self.section == "variables":
-            self._add_row(line)
-        elif self.section == "units":
-            self.units.extend(self._settled())
-            row = unit_row(line.code, self._span(line))
-            self.units.append(replace(row, comment=line.comment or "", gap=line.gap))
-        elif self.section == "figure":
-            self._add_mark(line)
+        self._place_comments()
+        kind = {"variables": "row", "figure": "mark"}.get(self.section, "rule")
+        if self.section == "units":
+            node: Any = unit_row(line.code, self._span(line))
         else:
-            self._add_rule(line)
+            node = read_line(self.source, line, kind)
+        if self.section in ("variables", "units", "figure"):
+            node = replace(node, comment=line.comment or "", gap=line.gap)
+        else:
+            node = nodes.Rule(node, line.comment or "", self._span(line), line.gap)
+        self._lines.append(node)
+        if self.section in ("function", "figure"):
+            self.blocks[-1].end, self.blocks[-1].begun = line.end, True
 
-    def _add_row(self, line: Line) -> None:
-        rows = self._rows()
-        rows.extend(self._settled())
-        row: nodes.VariableRow = read_line(self.source, line, "row")
-        rows.append(replace(row, comment=line.comment or "", gap=line.gap))
-
-    def _add_rule(self, line: Line) -> None:
-        self._place_comments()
-        body = read_line(self.source, line, "rule")
-        rule = nodes.Rule(body, line.comment or "", self._span(line), line.gap)
-        self._current_rules().append(rule)
-        if self.section == "function":
-            self.functions[-1].end = line.end
-            self.functions[-1].begun = True
-
-    def _add_mark(self, line: Line) -> None:
-        self._place_comments()
-        mark: nodes.Mark = read_line(self.source, line, "mark")
-        figure = self.figures[-1]
-        figure.marks.append(replace(mark, comment=line.comment or "", gap=line.gap))
-        figure.end = line.end
-
-    def _rows(self) -> list[nodes.VariableRow | nodes.CommentLine]:
-        if self.rows is None:
-            self.rows = []
-        return self.rows
-
-    def _current_rules(self) -> list[nodes.Rule | nodes.CommentLine]:
-        return self.functions[-1].rules if self.section == "function" else self.rules
+    @property
+    def _lines(self) -> list[Any]:
+        """Where the lines of the section at hand go."""
+        if self.section == "variables":
+            self.rows = [] if self.rows is None else self.rows
+            return self.rows
+        if self.section in ("function", "figure"):
+            return self.blocks[-1].lines
+        return self.units if self.section == "units" else self.rules
 
     # --- comment lines ---
 
-    def _settled(self) -> list[nodes.CommentLine]:
-        waiting, self.waiting = self.waiting, []
-        return waiting
-
     def _place_comments(self) -> None:
         """Put comment lines that wait where they stand: into the section at hand."""
-        if not self._begun():
-            self.comments.extend(self._settled())
-        elif self.section == "variables":
-            self._rows().extend(self._settled())
-        elif self.section == "units":
-            self.units.extend(self._settled())
-        elif self.section == "figure":
-            self.figures[-1].marks.extend(self._settled())
-        else:
-            self._current_rules().extend(self._settled())
+        (self._lines if self._begun() else self.comments).extend(self.waiting)
+        self.waiting = []
 
     def _above(self, line: Line) -> tuple[nodes.CommentLine, ...]:
         """Take out the waiting comment lines that stand right above a section head."""
@@ -257,9 +196,9 @@ class _Reading:
                 self._place_comments()
                 self.section = _SKIPPED
                 raise RuleSheetError(foreign.not_there_yet(word, self._span(line)))
-            case "rules" if self.section == "function" and not self.functions[-1].begun:
+            case "rules" if self.section == "function" and not self.blocks[-1].begun:
                 self._place_comments()
-                self.functions[-1].begun = True
+                self.blocks[-1].begun = True
                 self._remark(line)
             case _:
                 above = self._above(line)
@@ -268,9 +207,9 @@ class _Reading:
 
     def _open(self, word: str, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
         if word == "function":
-            self._function(line, above)
+            self._block(nodes.Function("", (), (), (), ()), line, above)
         elif word == "figure":
-            self._figure(line, above)
+            self._block(nodes.Figure("", None, ()), line, above)
         elif word == "use":
             self.comments.extend(above)
             self.section = "rules" if self.section in ("function", "figure") else self.section
@@ -280,12 +219,16 @@ class _Reading:
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
         elif word == "rules" and self.section == "function":
-            raise RuleSheetError(foreign.second_rules(self._span(line)))
+            message, note = (
+                "this function has its rules already",
+                "rules of the sheet itself stand before the first function",
+            )
+            raise RuleSheetError(said("E119", message, self._span(line), note, label="a second head"))
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
             if word == "variables":
-                self._rows()
+                self.rows = self.rows or []
             self._remark(line)
 
     def _remark(self, line: Line) -> None:
@@ -293,31 +236,28 @@ class _Reading:
         if line.comment:
             self.waiting.append(nodes.CommentLine(line.comment, self._span(line)))
 
-    def _function(self, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
-        span = self._span(line)
-        self.section = "function"
-        self.functions.append(
-            FunctionDraft(Head("", (), ()), span.start, span.end, line.comment or "", above)
-        )
-        self.functions[-1].head = read_line(self.source, line, "head")
-
-    def _figure(self, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
-        span = self._span(line)
-        self.section = "figure"
-        self.figures.append(FigureDraft("", None, span.start, span.end, line.comment or "", above))
-        self.figures[-1].name, self.figures[-1].unit = read_line(self.source, line, "figure")
+    def _block(
+        self, empty: nodes.Function | nodes.Figure, line: Line, above: tuple[nodes.CommentLine, ...]
+    ) -> None:
+        """Begin a function or a figure: it is there, though its head be wrong, for the lines that follow."""
+        self.section, kind = ("function", "head") if isinstance(empty, nodes.Function) else ("figure",) * 2
+        about: dict[str, Any] = {"comment": line.comment or "", "span": self._span(line), "above": above}
+        self.blocks.append(_Block(replace(empty, **about), line.end))
+        self.blocks[-1].node = replace(read_line(self.source, line, kind), **about)
 
     def _parameters(self, line: Line) -> None:
         if self.section == _SKIPPED:
             return
-        if self.section != "function" or self.functions[-1].begun:
-            raise RuleSheetError(foreign.stray_parameters(self._span(line)))
+        if self.section != "function" or self.blocks[-1].begun:
+            note = "put the line between the head of the function and its rules"
+            message = "parameters belong to a function"
+            raise RuleSheetError(said("E119", message, self._span(line), note))
         self._place_comments()
-        function = self.functions[-1]
-        function.parameters.extend(read_line(self.source, line, "parameters"))
-        function.end = line.end
-        if line.comment:
-            function.remarks.append(line.comment)
+        block = self.blocks[-1]
+        block.end = line.end
+        parameters = (*block.node.parameters, *read_line(self.source, line, "parameters"))
+        remarks = "; ".join(filter(None, (block.node.parameters_comment, line.comment)))
+        block.node = replace(block.node, parameters=parameters, parameters_comment=remarks)
 
     # --- the whole ---
 
@@ -327,28 +267,40 @@ class _Reading:
             self.complaints.extend(self._emptiness())
         if self.complaints:
             raise RuleSheetError(*self.complaints)
+        blocks = [block.closed(self.source) for block in self.blocks]
         return nodes.RuleSheet(
             uses=tuple(self.uses),
             variables=None if self.rows is None else tuple(self.rows),
             rules=tuple(self.rules),
-            functions=tuple(function.node(self.source) for function in self.functions),
+            functions=tuple(block for block in blocks if isinstance(block, nodes.Function)),
             comments=tuple(self.comments),
             span=Span(self.source, 0, len(self.source.text)),
-            figures=tuple(figure.node(self.source) for figure in self.figures),
+            figures=tuple(block for block in blocks if isinstance(block, nodes.Figure)),
             units=tuple(self.units),
         )
 
     def _emptiness(self) -> Iterable[Diagnosis]:
-        if not (self.functions or self.units) and not _any_rule(self.rules):
-            yield foreign.no_rule(self.source)
-        for function in self.functions:
-            if not _any_rule(function.rules):
-                span = Span(self.source, function.start, function.start + 8)
-                yield foreign.function_without_rules(function.head.name, span)
-        for figure in self.figures:
-            if not any(isinstance(line, nodes.Mark) for line in figure.marks):
-                yield mistakes.empty_figure(figure.name, Span(self.source, figure.start, figure.start + 6))
+        """What is said of a sheet, a function or a figure with nothing in it."""
+        functions = [block for block in self.blocks if isinstance(block.node, nodes.Function)]
+        if not (functions or self.units or _filled(self.rules)):
+            note = "write a rule, such as V = I*R"
+            message = f"{self.source.name} has no rule"
+            yield said("E126", message, Span(self.source, 0, 1), note, label="nothing to solve")
+        for block in self.blocks:
+            if _filled(block.lines):
+                continue
+            start, name = block.node.span.start, block.node.name
+            if block in functions:
+                message, note = (
+                    f"the function {name} has no rule",
+                    "write its rules below its head, under `rules`",
+                )
+                place, label = Span(self.source, start, start + len("function")), "its rules are missing"
+            else:
+                message, note = f"the figure {name} is empty", mistakes.MARK_SHAPE
+                place, label = Span(self.source, start, start + len("figure")), "nothing to draw"
+            yield said("E126", message, place, note, label=label)
 
 
-def _any_rule(lines: Iterable[Any]) -> bool:
-    return any(isinstance(line, nodes.Rule) for line in lines)
+def _filled(lines: Iterable[Any]) -> bool:
+    return any(not isinstance(line, nodes.CommentLine) for line in lines)

@@ -6,15 +6,24 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from rulesheets.diagnosis import Diagnosis, Label, closest, error
+from lark import Token
+
+from rulesheets.diagnosis import Diagnosis, closest, said
 from rulesheets.functions import TABLE
-from rulesheets.parse.layout import Line, Word
+from rulesheets.parse.layout import Line
 from rulesheets.syntax.source import Source, Span
 
 OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}
 _LINKS = frozenset({"_AND", "_OR", "NOT"})
 _OPERANDS = frozenset({"NAME", "NUMBER", "SYMBOL", "LPAR", "GIVEN"})
 _ENDS = frozenset({"NAME", "NUMBER", "SYMBOL", "RPAR"})
+
+
+class Word(Token):
+    """A word with its kind (``type``) and its place in the code."""
+
+    start_pos: int
+    end_pos: int
 
 
 @dataclass(frozen=True)
@@ -120,7 +129,7 @@ class Stop:
         return " ".join(self.line.code[first.start_pos : last.end_pos].split())
 
     def error(self, code: str, message: str | None, span: Span, label: str, *notes: str) -> Diagnosis:
-        return error(code, message, Label(span, label), notes=notes)
+        return said(code, message, span, *notes, label=label)
 
 
 @dataclass(frozen=True, slots=True)
