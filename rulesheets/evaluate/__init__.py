@@ -6,7 +6,6 @@ from rulesheets.evaluate.gradient import (
     derivatives,
     differentiate,
     rounded_derivatives,
-    simplify,
 )
 from rulesheets.evaluate.number import Undefined, enclose, holds, value
 
@@ -20,6 +19,5 @@ __all__ = [
     "extended_derivatives",
     "holds",
     "rounded_derivatives",
-    "simplify",
     "value",
 ]

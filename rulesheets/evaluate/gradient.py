@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Generic, TypeVar, assert_never
 
-from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values, value
+from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values
 from rulesheets.functions.row import Function
 from rulesheets.functions.table import TABLE
 from rulesheets.syntax.nodes import (
@@ -31,13 +31,7 @@ from rulesheets.syntax.nodes import (
     Symbol,
     add,
     call,
-    divide,
     is_number,
-    multiply,
-    negative,
-    operands,
-    power,
-    subtract,
 )
 
 T = TypeVar("T")
@@ -232,9 +226,7 @@ class TracedFloats(Traced[float]):
         part = Traced.applied(self, node, arguments)
         row = TABLE[node.function]
         size = abs(_finite(part.value, node))
-        if size < SMALLEST and (
-            size or _below_floats(node.function, arguments) or any(map(_lost, arguments))
-        ):
+        if size < SMALLEST and (size or _below_floats(row, arguments) or any(map(_lost, arguments))):
             size = SMALLEST
         if node.function in CHOOSING and _tied(arguments):
             size = math.inf
@@ -262,12 +254,12 @@ def _lost(part: Part[float]) -> bool:
     return below or (not part.rounded and any(_lost(inner) for _, inner in part.slopes))
 
 
-def _below_floats(function: str, parts: Sequence[Part[float]]) -> bool:
+def _below_floats(row: Function, parts: Sequence[Part[float]]) -> bool:
     """Whether the 0 that a function came out as is a number smaller than floats hold."""
-    first, row = parts[0].value if parts else 0.0, TABLE[function]
+    first = parts[0].value if parts else 0.0
     if row.direction:
         return first != 0.0
-    return row.nonzero or (function in ("sind", "tand") and 0.0 < abs(first) < SMALLEST)
+    return row.nonzero or (row.name in ("sind", "tand") and 0.0 < abs(first) < SMALLEST)
 
 
 def _tied(parts: Sequence[Part[float]]) -> bool:
@@ -295,17 +287,15 @@ def differentiate(expression: Expression, name: str) -> Expression:
         case Number() | Symbol():
             return ZERO
         case Negative(operand):
-            return negative(differentiate(operand, name))
+            return -differentiate(operand, name)
         case Sum(terms):
             return add(*(differentiate(term, name) for term in terms))
         case Product(Call("sgn"), root) if (signed := signed_root(expression)) is not None:
-            return multiply(_by_size(root), differentiate(signed, name))
+            return _by_size(root) * differentiate(signed, name)
         case Product(left, right):
-            by_left, by_right = differentiate(left, name), differentiate(right, name)
-            return add(multiply(by_left, right), multiply(left, by_right))
+            return differentiate(left, name) * right + left * differentiate(right, name)
         case Quotient(left, right):
-            by_left, by_right = differentiate(left, name), differentiate(right, name)
-            return divide(subtract(by_left, multiply(expression, by_right)), right)
+            return (differentiate(left, name) - expression * differentiate(right, name)) / right
         case Power(base, exponent):
             return _power(expression, differentiate(base, name), differentiate(exponent, name))
         case Call():
@@ -328,18 +318,13 @@ def signed_root(expression: Expression) -> Expression | None:
 
 def _by_size(root: Expression) -> Expression:
     """The derivative of ``sqrt(abs(x))`` or ``abs(x)^p`` by ``abs(x)``."""
-    if isinstance(root, Power):
-        return _power(root, ONE, ZERO)
-    return divide(ONE, multiply(Number(2.0), root))
+    return _power(root, ONE, ZERO) if isinstance(root, Power) else 1.0 / (2.0 * root)
 
 
 def _power(whole: Power, by_base: Expression, by_exponent: Expression) -> Expression:
     base, exponent = whole.base, whole.exponent
-    lower = Number(exponent.value - 1.0) if isinstance(exponent, Number) else subtract(exponent, ONE)
-    through_base = multiply(multiply(exponent, power(base, lower)), by_base)
-    if is_number(by_exponent, 0.0):
-        return through_base
-    return add(through_base, multiply(multiply(whole, call("ln", base)), by_exponent))
+    lower = Number(exponent.value - 1.0) if isinstance(exponent, Number) else exponent - 1.0
+    return exponent * base**lower * by_base + whole * call("ln", base) * by_exponent
 
 
 def _call(expression: Call, name: str) -> Expression:
@@ -353,41 +338,5 @@ def _call(expression: Call, name: str) -> Expression:
             continue
         if by_argument is None:
             raise NotDifferentiable(f"no derivative of {expression.function} is known")
-        terms.append(multiply(by_argument, slope))
+        terms.append(by_argument * slope)
     return add(*terms)
-
-
-def simplify(expression: Expression) -> Expression:
-    """The expression with every part that has no variable replaced by its value, where it has one."""
-    match expression:
-        case Name() | Number() | Symbol():
-            return expression
-        case Negative(operand):
-            return negative(simplify(operand))
-        case Sum(terms):
-            return _folded(add(*map(simplify, terms)))
-        case Product(left, right):
-            return _folded(multiply(simplify(left), simplify(right)))
-        case Quotient(left, right):
-            return _folded(_quotient(simplify(left), simplify(right)))
-        case Power(base, exponent):
-            return _folded(power(simplify(base), simplify(exponent)))
-        case Call(function, arguments):
-            return _folded(Call(function, tuple(map(simplify, arguments)), expression.span))
-        case _:
-            assert_never(expression)
-
-
-def _quotient(left: Expression, right: Expression) -> Expression:
-    return Quotient(left, right) if is_number(right, 0.0) else divide(left, right)
-
-
-def _folded(expression: Expression) -> Expression:
-    """The value of an expression all of whose parts are numbers; else the expression itself."""
-    parts = operands(expression)
-    if not parts or isinstance(expression, Negative) or not all(isinstance(part, Number) for part in parts):
-        return expression
-    try:
-        return Number(value(expression, {}))
-    except Undefined:
-        return expression

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, suggestion
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, said, suggestion
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
 from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
@@ -95,9 +95,9 @@ def library_of(rows: tuple[UnitRow, ...]) -> Library:
             earlier = first.setdefault(name, row)
             shipped = library().named(name)
             if earlier is not row:
-                complaints.append(error("E462", f"the unit {name} is defined twice", *labels((row.span, ""))))
+                complaints.append(said("E462", f"the unit {name} is defined twice", row.span))
             elif shipped is not None and shipped.bases == {name: 1} and name not in MONEY:
-                complaints.append(error("E462", f"{name} is a base unit", *labels((row.span, ""))))
+                complaints.append(said("E462", f"{name} is a base unit", row.span))
     for row in () if complaints else rows:
         try:
             units.meant(row.meaning)
@@ -119,66 +119,60 @@ def _reversed(row: UnitRow) -> Diagnosis | None:
         f"write {row.names[0]} = {row.meaning} {row.names[1]}",
         f"names before the equals sign are names of one unit, and {known[-1]} is one already",
     )
-    return error("E462", message, *labels((row.span, "")), notes=notes)
+    return said("E462", message, row.span, *notes)
 
 
 def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
     if wrong.name in units.names():
-        return error("E462", f"{wrong.name} is defined by itself", *labels((place, "")))
+        return said("E462", f"{wrong.name} is defined by itself", place)
     notes = suggestion(wrong.name, units.names()) if wrong.name else ()
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
-    return error("E460", message, *labels((place, "")), notes=notes)
+    return said("E460", message, place, *notes)
 
 
 def _no_unit(variable: Variable, unit: str, place: Span | None) -> Diagnosis:
-    return error(
-        "E461",
-        f"{variable.name} has no unit, so a value in {unit} cannot be converted",
-        *labels((place, "")),
-        notes=(f"leave the unit out, or write {variable.name} [{unit}] in the variables section",),
-    )
+    message = f"{variable.name} has no unit, so a value in {unit} cannot be converted"
+    note = f"leave the unit out, or write {variable.name} [{unit}] in the variables section"
+    return said("E461", message, place, note)
 
 
 def _other_kind(variable: Variable, unit: str, source: Unit, target: Unit, place: Span | None) -> Diagnosis:
+    message = f"{variable.name} is in {variable.unit}, and {unit} measures something else"
+    note = f"give {variable.name} in {variable.unit} or a unit of its kind"
     if source.dimension == target.dimension:
         message = f"{unit} and {variable.unit}, the unit of {variable.name}, differ by an angle"
-        notes = ("write rev/s or rad/s for a rotation, Hz or 1/s for events",)
-    else:
-        message = f"{variable.name} is in {variable.unit}, and {unit} measures something else"
-        notes = (f"give {variable.name} in {variable.unit} or a unit of its kind",)
-    return error("E461", message, *labels((place, "")), notes=notes)
+        note = "write rev/s or rad/s for a rotation, Hz or 1/s for events"
+    return said("E461", message, place, note)
 
 
 def part_with_unit(unit: str, place: Span | None) -> Diagnosis:
-    notes = ("write one number with its unit, as in x = 3[in] [mm]",)
-    return error("E461", f"{unit} stands inside an expression of numbers", *labels((place, "")), notes=notes)
+    message = f"{unit} stands inside an expression of numbers"
+    return said("E461", message, place, "write one number with its unit, as in x = 3[in] [mm]")
 
 
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
     own = f"is in {unit}" if unit else "has no unit"
-    message = f"{name} {own}, and cannot be shown in {display}"
-    return error(
-        "E461",
-        message,
-        *labels((place, "")),
-        notes=("show it in a unit of its kind" if unit else f"write {name} [{display}] in its row",),
-    )
+    note = "show it in a unit of its kind" if unit else f"write {name} [{display}] in its row"
+    return said("E461", f"{name} {own}, and cannot be shown in {display}", place, note)
 
 
 def shown(number: float, variable: Variable, difference: bool = False) -> float:
     """A number of a variable in its display unit, where it has one."""
-    if not (variable.unit and variable.display_unit):
-        return number
-    source, target = map(variable.units.unit, (variable.unit, variable.display_unit))
-    return convert(number, source, target, difference or variable.difference)
+    units = _shown_in(variable)
+    return convert(number, *units, difference or variable.difference) if units else number
 
 
 def displaying(variable: Variable) -> tuple[float, float]:
     """Factor and shift from the unit of a variable to its display unit, where it has one."""
+    units = _shown_in(variable)
+    return affine(*units, variable.difference) if units else (1.0, 0.0)
+
+
+def _shown_in(variable: Variable) -> tuple[Unit, Unit] | None:
+    """The unit of a variable and its display unit."""
     if not (variable.unit and variable.display_unit):
-        return 1.0, 0.0
-    source, target = map(variable.units.unit, (variable.unit, variable.display_unit))
-    return affine(source, target, variable.difference)
+        return None
+    return variable.units.unit(variable.unit), variable.units.unit(variable.display_unit)
 
 
 def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float]]:
@@ -353,17 +347,19 @@ class Weights:
 
     def _absolute(self, equation: Equation, name: str) -> Diagnosis:
         unit = self.model.variables[name].unit
-        zero = _zero(self.units[name])
+        zero = float(
+            self.units[name].offset / self.units[name].factor
+        )  # below that of the scale, in its degrees
         message = f"{name} is in {unit}, and this rule needs an absolute temperature or a difference"
-        notes = (f"write {name} + {zero:.6g}, or give it in K; a difference of temperatures is in K, too",)
-        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), notes)
+        note = f"write {name} + {zero:.6g}, or give it in K; a difference of temperatures is in K, too"
+        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
 
     def _zeros(self, equation: Equation, name: str, other: str) -> Diagnosis:
         one, two = (self.model.variables[n].unit for n in (name, other))
         apart = abs(float(self.units[name].offset - self.units[other].offset))
         message = f"{name} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
-        notes = ("give both in one unit, or write the number between them",)
-        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), notes)
+        note = "give both in one unit, or write the number between them"
+        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
 
 
 def differences(model: Model) -> frozenset[str]:
@@ -371,11 +367,6 @@ def differences(model: Model) -> frozenset[str]:
     if not any(v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()):
         return frozenset()
     return frozenset(Weights(model).differences)
-
-
-def _zero(unit: Unit) -> float:
-    """Absolute zero below the zero of a scale, in its own degrees."""
-    return float(unit.offset / unit.factor)
 
 
 def _named_so(name: str, unit: str | None) -> bool:

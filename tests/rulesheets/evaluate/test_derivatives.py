@@ -13,7 +13,6 @@ from rulesheets.evaluate import (
     derivatives,
     differentiate,
     extended,
-    simplify,
     value,
 )
 from rulesheets.evaluate.digits import context
@@ -121,14 +120,3 @@ def test_undefined_blames_the_users_operation() -> None:
     assert caught.value.expression is root
     with pytest.raises(Undefined, match="too large"):
         derivatives(Product(X, X), {"x": 1e200})
-
-
-def test_constants_are_folded() -> None:
-    expression = Sum((Product(Number(2.0), Power(Number(3.0), Number(2.0))), Negative(X)))
-    assert simplify(expression) == Sum((Number(18.0), Negative(X)))
-    assert simplify(Call("sqrt", (Quotient(Number(8.0), Number(2.0)),))) == Number(2.0)
-
-
-def test_constants_without_a_value_are_left_alone() -> None:
-    for broken in (Quotient(Number(0.0), Number(0.0)), Call("sqrt", (Number(-1.0),))):
-        assert simplify(broken) == broken
