@@ -19,8 +19,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
-from rulesheets.evaluate.exactly import Inexact, Rationals
-from rulesheets.functions.floats import cosd, sind, tand
+from rulesheets.evaluate.exactly import Inexact, Rationals, known
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.parse.builder import ends
 from rulesheets.syntax.nodes import (
@@ -277,9 +276,6 @@ def _exact(side: Expression, rule: Span) -> Expression:
 # Floats have no π, so that they make 1.2e-16 of sin(pi): a coefficient, where a rule has none. What is
 # exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
 
-_DEGREES = {"sin": sind, "cos": cosd, "tan": tand}
-_ROUND = frozenset({0.0, 0.5, -0.5, 1.0, -1.0})
-
 
 def with_round_values(expression: Expression) -> Expression:
     """The expression with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1 put in."""
@@ -291,7 +287,7 @@ def with_round_values(expression: Expression) -> Expression:
         found.append(with_round_values(part))  # type: ignore[arg-type]
     if any(new is not old for new, old in zip(found, parts, strict=True)):
         expression = rebuilt(expression, tuple(found))
-    if isinstance(expression, Call) and expression.function in _DEGREES:
+    if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
         number = _round_value(expression.function, expression.arguments[0])
         return expression if number is None else Number(number, expression.span)
     return expression
@@ -299,16 +295,10 @@ def with_round_values(expression: Expression) -> Expression:
 
 def _round_value(function: str, angle: Expression) -> float | None:
     share = _share_of_pi(angle)
-    if share is None:
-        return None
-    degrees = 180 * share % 360
-    if degrees.denominator != 1:
-        return None
     try:
-        value = _DEGREES[function](float(degrees))
-    except ZeroDivisionError:
+        return None if share is None else float(known(f"{function}d", 180 * share))
+    except Inexact:
         return None
-    return value if value in _ROUND else None
 
 
 def _share_of_pi(angle: Expression) -> Fraction | None:

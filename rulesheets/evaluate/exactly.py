@@ -82,38 +82,29 @@ class Rationals(Arithmetic[Fraction]):
                 return abs(number)
             case "sqrt", [number]:
                 return Fraction(*map(_root, number.as_integer_ratio()))
-            case function, [number] if (known := _special(function, number)) is not None:
-                return known
+            case function, [number]:
+                return known(function, number)
             case _:
-                return _in_balls(node.function, arguments)
+                raise Inexact(node.function)
 
 
-def _special(function: str, number: Fraction) -> Fraction | None:
-    """Values that need no extra: at 0 where they are 0 or 1, and at quarter turns in degrees."""
+def known(function: str, number: Fraction) -> Fraction:
+    """Values that are 0, 1 or -1 at 0 and 1, and those of the circular functions at whole degrees that are
+    rational (I. Niven, *Irrational Numbers*, 1956). Raises Inexact for any other."""
     row = TABLE[function]
-    quarter = function in ("sind", "cosd") and number % 90 == 0
-    if row.source is not None or not row.smooth or (number and not quarter):
-        return None
+    degrees = function in ("sind", "cosd", "tand") and number.denominator == 1
+    if row.source is not None or not row.smooth or not (degrees or number in (0, 1)):
+        raise Inexact(function)
     try:
-        value = row.value(float(number % 360) if quarter else 0.0)
+        value = row.value(float(number % 360))
     except (ArithmeticError, ValueError):
-        return None
-    return Fraction(value) if value in (0.0, 1.0, -1.0) else None
+        raise Inexact(function) from None
+    if abs(value) not in (0.0, 0.5, 1.0) or (abs(value) == 0.5 and not degrees):
+        raise Inexact(function)
+    return Fraction(value)
 
 
 def _root(number: int) -> int:
     if number < 0 or isqrt(number) ** 2 != number:
         raise Inexact("sqrt")
     return isqrt(number)
-
-
-def _in_balls(function: str, arguments: list[Fraction]) -> Fraction:
-    """What ball arithmetic gives without a radius (the sine of 30 degrees); nothing without the extra."""
-    try:
-        from rulesheets.evaluate.balls import FUNCTIONS, exact_ball, exact_fraction
-    except ImportError:
-        raise Inexact(function) from None
-    number = exact_fraction(FUNCTIONS[function](*map(exact_ball, arguments)))
-    if number is None:
-        raise Inexact(function)
-    return number
