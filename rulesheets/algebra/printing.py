@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sympy import Mul, Pow
 from sympy.printing.latex import LatexPrinter
-from sympy.printing.str import StrPrinter
 
 from rulesheets.algebra.convert import AS_WRITTEN
+from rulesheets.format import format_condition, format_expression
 from rulesheets.model import Equation, Model, Premise, Requirement
 from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Given, Not, Or
 
@@ -78,7 +78,8 @@ _LATEX_FUNCTIONS = {
     "atan": r"\arctan",
     "gamma": r"\Gamma",
 }
-_LATEX_RELATIONS = {"<>": r"\neq", "<=": r"\leq", ">=": r"\geq"}
+_RELATIONS = {"<>": r"\neq", "<=": r"\leq", ">=": r"\geq"}
+_JOINT = {And: r" \text{ and } ", Or: r" \text{ or } "}
 _NEGATED = {"=": "<>", "<>": "="}
 
 
@@ -98,49 +99,57 @@ def listing(model: Model, latex: bool = False) -> str:
     )
 
 
-def expression_latex(expression: Expression) -> str:
-    r"""An expression as it is written, in LaTeX: ``omegaAO*AO`` is ``\omega_{AO} \mathit{AO}``."""
-    return _latex(expression)
-
-
-def condition_latex(condition: Condition) -> str:
-    """A condition as it is written, in LaTeX."""
-    return _LATEX.condition(condition)
-
-
 def _place(rule: Equation | Requirement) -> str:
     return f"{os.path.basename(rule.rule.file)}:{rule.rule.line}"
 
 
 def _text_row(rule: Equation | Requirement, model: Model) -> str:
     if isinstance(rule, Requirement):
-        row = _TEXT.condition(rule.comparison)
+        row = format_condition(rule.comparison)
     else:
-        row = f"{_text(rule.left)} = {_text(rule.right)}"
-    guard = _TEXT.guard(rule.guard, model)
-    return f"{row}   if {guard}" if guard else row
+        row = f"{format_expression(rule.left)} = {format_expression(rule.right)}"
+    return f"{row}   if {format_condition(_joined(rule.guard, model))}" if rule.guard else row
 
 
 def _latex_row(rule: Equation | Requirement, model: Model) -> str:
     if isinstance(rule, Requirement):
-        row = f"  & {_LATEX.condition(rule.comparison)}"
+        row = f"  & {condition_latex(rule.comparison)}"
     else:
-        row = f"  {_latex(rule.left)} &= {_latex(rule.right)}"
-    guard = _LATEX.guard(rule.guard, model)
-    if guard:
-        row += rf" && \text{{if }} {guard}"
+        row = f"  {expression_latex(rule.left)} &= {expression_latex(rule.right)}"
+    if rule.guard:
+        row += rf" && \text{{if }} {condition_latex(_joined(rule.guard, model))}"
     return f"  % {_place(rule)}\n{row}"
 
 
-def _text(expression: Expression) -> str:
-    printer = StrPrinter({"order": "none", "full_prec": False})
-    text: str = printer.doprint(AS_WRITTEN.expression(expression))
-    return text.replace("**", "^")
+def _joined(guard: tuple[Premise, ...], model: Model) -> Condition:
+    """All premises joined by ``and``."""
+    premises = ((model.conditions[premise.condition], premise.holds) for premise in guard)
+    conditions = tuple(condition if holds else _not(condition) for condition, holds in premises)
+    return conditions[0] if len(conditions) == 1 else And(conditions)
 
 
-def _latex(expression: Expression) -> str:
+def expression_latex(expression: Expression) -> str:
+    r"""An expression as it is written, in LaTeX: ``omegaAO*AO`` is ``\omega_{AO} \mathit{AO}``."""
     text: str = _LatexPrinter({"order": "none"}).doprint(AS_WRITTEN.expression(expression))
     return text
+
+
+def condition_latex(node: Condition) -> str:
+    """A condition in LaTeX, in the order in which it is written, which sympy's ``And`` does not keep."""
+    match node:
+        case Comparison(operator, left, right):
+            relation = _RELATIONS.get(operator, operator)
+            return f"{expression_latex(left)} {relation} {expression_latex(right)}"
+        case And(terms) | Or(terms):
+            parts = [
+                f"({condition_latex(term)})" if isinstance(term, And | Or) else condition_latex(term)
+                for term in terms
+            ]
+            return _JOINT[type(node)].join(parts)
+        case Not(term):
+            return rf"\text{{not }} \left({condition_latex(term)}\right)"
+        case Given(name):
+            return rf"\text{{given }} {latex_name(name)}"
 
 
 class _LatexPrinter(LatexPrinter):  # type: ignore[misc]
@@ -174,42 +183,6 @@ def _inverse(factor: Any) -> bool:
     return isinstance(factor, Pow) and factor.exp == -1
 
 
-class _ConditionPrinter(NamedTuple):
-    """Conditions in the order that they were written in, which sympy's ``And`` does not keep."""
-
-    expression: Callable[[Expression], str]
-    relations: Mapping[str, str]
-    joint: Mapping[type, str]
-    negation: str
-    given: Callable[[str], str]
-
-    def guard(self, guard: tuple[Premise, ...], model: Model) -> str:
-        """All premises joined by ``and``, empty where there are none."""
-        conditions = tuple(
-            model.conditions[premise.condition]
-            if premise.holds
-            else _not(model.conditions[premise.condition])
-            for premise in guard
-        )
-        return self.condition(conditions[0] if len(conditions) == 1 else And(conditions))
-
-    def condition(self, node: Condition) -> str:
-        match node:
-            case Comparison(operator, left, right):
-                relation = self.relations.get(operator, operator)
-                return f"{self.expression(left)} {relation} {self.expression(right)}"
-            case And(terms) | Or(terms):
-                parts = [
-                    f"({self.condition(term)})" if isinstance(term, And | Or) else self.condition(term)
-                    for term in terms
-                ]
-                return self.joint[type(node)].join(parts)
-            case Not(term):
-                return self.negation.format(self.condition(term))
-            case Given(name):
-                return self.given(name)
-
-
 def _not(condition: Condition) -> Condition:
     """What holds where the condition does not, without ``not`` where that is one comparison.
 
@@ -222,16 +195,6 @@ def _not(condition: Condition) -> Condition:
             return term
         case _:
             return Not(condition)
-
-
-_TEXT = _ConditionPrinter(_text, {}, {And: " and ", Or: " or "}, "not({})", "given('{})".format)
-_LATEX = _ConditionPrinter(
-    _latex,
-    _LATEX_RELATIONS,
-    {And: r" \text{ and } ", Or: r" \text{ or } "},
-    r"\text{{not }} \left({}\right)",
-    lambda name: rf"\text{{given }} {latex_name(name)}",
-)
 
 
 ROWS = 60

@@ -85,10 +85,10 @@ def test_a_long_product_converts_without_deep_recursion():
         ("y = 2*cosd(theta + 90)*exp(-x)", "y = 2*cosd(theta + 90)*exp(-x)"),
         ("y = -a*b/c", "y = -a*b/c"),
         ("y = -(a + b)*c", "y = -(a + b)*c"),
-        ("y = a - -3", "y = a + 3"),
+        ("y = a - -3", "y = a - -3"),
         ("if branch <> 'open then y = 1", "y = 1   if branch <> 'open"),
         ("if and (z >= 1, a > 0, given('z)) then y = 1", "y = 1   if z >= 1 and a > 0 and given('z)"),
-        ("if or (a = 1, and(b > 2, c < 3)) then y = 1", "y = 1   if a = 1 or (b > 2 and c < 3)"),
+        ("if or (a = 1, and(b > 2, c < 3)) then y = 1", "y = 1   if a = 1 or b > 2 and c < 3"),
     ],
 )
 def test_the_listing_reads_like_the_sheet(rule, text):
@@ -101,8 +101,8 @@ def test_a_guard_that_must_fail_is_listed_as_not():
     model = loads("if x > 3 then y = 1 else if z = 1 then y = 2 else y = b", name="s")
     assert listing(model).splitlines() == [
         "s:1  y = 1   if x > 3",
-        "s:1  y = 2   if not(x > 3) and z = 1",
-        "s:1  y = b   if not(x > 3) and z <> 1",
+        "s:1  y = 2   if not (x > 3) and z = 1",
+        "s:1  y = b   if not (x > 3) and z <> 1",
     ]
 
 
