@@ -239,32 +239,10 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" + ("s" if count > 1 else "")
 
 
-PROPERTIES = (
-    *(
-        "conductivity",
-        "cp",
-        "cv",
-        "density",
-        "dewpoint",
-        "enthalpy",
-        "entropy",
-        "humrat",
-        "intenergy",
-        "molarmass",
-    ),
-    *(
-        "p_sat",
-        "prandtl",
-        "pressure",
-        "quality",
-        "relhum",
-        "soundspeed",
-        "specheat",
-        "surfacetension",
-        "t_sat",
-    ),
-    *("temperature", "viscosity", "volume", "wetbulb"),
-)
+_PROPERTIES = """
+conductivity cp cv density dewpoint enthalpy entropy humrat intenergy molarmass p_sat prandtl pressure quality
+relhum soundspeed specheat surfacetension t_sat temperature viscosity volume wetbulb"""
+PROPERTIES = tuple(_PROPERTIES.split())
 """Functions of EES that give a property of a substance."""
 
 WRITE_IN_PYTHON = 'write the function in Python, and name its file by use python "properties.py"'

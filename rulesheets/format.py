@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 from rulesheets.syntax.nodes import (
     And,
@@ -251,29 +252,31 @@ def _commented(lines: list[str], comment: str, column: int) -> list[str]:
 # --- units and variables --------------------------------------------------------
 
 
-def _units(rows: Sequence[UnitRow | CommentLine]) -> Iterator[str]:
+def _lines(rows: Iterable[Any], texts: Iterable[list[str]], column: int) -> Iterator[str]:
+    """Rows with their texts, comments in a column; comment lines, and single blank lines, between them."""
+    shown = iter(texts)
     for index, row in enumerate(rows):
         if row.gap and index:
             yield ""
         if isinstance(row, CommentLine):
             yield _INDENT + _comment(row.text)
         else:
-            meaning = f" = {row.meaning}" if row.meaning else ""
-            yield from _commented([f"{_INDENT}{', '.join(row.names)}{meaning}"], row.comment, 0)
+            yield from _commented([_INDENT + line for line in next(shown)], row.comment, column)
+
+
+def _units(rows: Sequence[UnitRow | CommentLine]) -> Iterator[str]:
+    units = (row for row in rows if isinstance(row, UnitRow))
+    yield from _lines(rows, ([" = ".join(filter(None, (", ".join(u.names), u.meaning)))] for u in units), 0)
 
 
 def _variables(rows: Sequence[VariableRow | CommentLine]) -> Iterator[str]:
     cells = [_cells(row) for row in rows if isinstance(row, VariableRow)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    shown = iter(cells)
-    for index, row in enumerate(rows):
-        if row.gap and index:
-            yield ""
-        if isinstance(row, CommentLine):
-            yield _INDENT + _comment(row.text)
-        else:
-            parts = [cell.ljust(width) for cell, width in zip(next(shown), widths, strict=True) if width]
-            yield from _commented([_INDENT + " ".join(parts).rstrip()], row.comment, _row_width(widths))
+    texts = (
+        [" ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width).rstrip()]
+        for row in cells
+    )
+    yield from _lines(rows, texts, _row_width(widths))
 
 
 def _row_width(widths: Sequence[int]) -> int:
@@ -324,22 +327,12 @@ def _end(number: float, expression: Expression | None) -> str:
 # --- rules and functions --------------------------------------------------------
 
 
-def _rules(rules: Iterable[Rule | Mark | CommentLine]) -> Iterator[str]:
-    lines = [(rule, _rule(rule)) for rule in rules]
-    ends = [len(text[-1]) for rule, text in lines if not isinstance(rule, CommentLine) and rule.comment]
-    column = max((end for end in ends if end <= _WIDE), default=0)
-    for index, (rule, text) in enumerate(lines):
-        if rule.gap and index:
-            yield ""
-        yield from text if isinstance(rule, CommentLine) else _commented(text, rule.comment, column)
-
-
-def _rule(rule: Rule | Mark | CommentLine) -> list[str]:
-    if isinstance(rule, CommentLine):
-        lines = [_comment(rule.text)]
-    else:
-        lines = [_mark(rule)] if isinstance(rule, Mark) else rule_lines(rule.body)
-    return [_INDENT + line for line in lines]
+def _rules(rules: Sequence[Rule | Mark | CommentLine]) -> Iterator[str]:
+    said = [rule for rule in rules if not isinstance(rule, CommentLine)]
+    texts = [[_mark(rule)] if isinstance(rule, Mark) else rule_lines(rule.body) for rule in said]
+    pairs = zip(said, texts, strict=True)
+    ends = [len(_INDENT) + len(text[-1]) for rule, text in pairs if rule.comment]
+    yield from _lines(rules, texts, max((end for end in ends if end <= _WIDE), default=0))
 
 
 def _mark(mark: Mark) -> str:
