@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from sympy import Mul, Pow
 from sympy.printing.latex import LatexPrinter
