@@ -1,12 +1,8 @@
-"""A block that its tearing makes polynomials in one tear or two: every answer, by an exact count of roots.
+"""A block that its tearing makes a polynomial in one tear: every answer, by an exact count of roots.
 
 The known numbers are taken as the exact fractions that floats are, and the steps are followed in polynomials
-of the tears with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
+of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
 the tear is an angle θ, the polynomials are those of t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
-
-With two tears x and y the two residuals are polynomials p and q of both. Where they have a common root, their
-resultant, a polynomial of x, is 0 (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*, section
-3.6): its real roots are counted, and at each of them the roots y of p are tried.
 
 ``counted``: whether the answers of a block with one tear, found otherwise, are all, because every root of
 its eliminant is accounted for.
@@ -15,11 +11,9 @@ its eliminant is accounted for.
 from __future__ import annotations
 
 import math
-from cmath import isfinite
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
-from itertools import zip_longest
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -32,12 +26,11 @@ from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
+from solver.numerics.polynomials import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD
 from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
-HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
-"""Degree of two residuals in the second tear, and of their resultant in the first."""
 
 Polynomial: TypeAlias = Sequence[Fraction]
 """Coefficients, lowest degree first."""
@@ -61,28 +54,35 @@ class NotPolynomial(Exception):
     """Something that is no polynomial of low degree, or whose coefficients are not exact."""
 
 
-def _algebra() -> Any:
-    """Polynomials of sympy, which waits for the first block that needs it."""
-    from rulesheets.algebra import polynomials
-
-    return polynomials
-
-
-class _Steps:
-    """The steps of a block followed in polynomials of its tears, or of the tangent of half of one."""
+class Steps:
+    """The steps of a block followed in polynomials of its tear, or of the tangent of half of it."""
 
     def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
-        self.exact, self.turn, self.tears = _algebra().exact, turn, question.kernel.block.tears
-        self.generators = _algebra().generators(*reversed(self.tears))
-        (t, *_) = self.generators
-        self.circle = 1 + t**2
-        self.cosine, self.sine = (1 - t**2, self.circle, 1), (2 * t, 2 * t, 1)
+        tears = question.kernel.block.tears
+        begun, self.turn, self.tear = self.begin(tears), turn, tears[0]
+        t, one = begun[self.tear], self.exact(1.0)
+        self.circle = one + t**2
+        self.cosine, self.sine = (one - t**2, self.circle, 1), (2 * t, 2 * t, 1)
         self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
         if turn is None:
-            self.values |= {n: (x, x, 0) for n, x in zip(reversed(self.tears), self.generators, strict=True)}
+            self.values |= {tear: (x, x, 0) for tear, x in begun.items()}
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
+
+    def begin(self, tears: Sequence[str]) -> dict[str, Any]:
+        """The tears as polynomials."""
+        return {tears[0]: np.poly1d(np.array([Fraction(1), Fraction(0)]))}
+
+    def exact(self, number: float) -> Any:
+        return np.poly1d(np.array([Fraction(number)]))
+
+    def constant(self, polynomial: Any) -> Any:
+        """None of a polynomial of a higher degree than 0."""
+        return None if polynomial.order else polynomial[0]
+
+    def degree(self, polynomial: Any) -> int:
+        return int(polynomial.order)
 
     def residuals(self, question: Question) -> list[Ratio]:
         """What must vanish. Raises NotPolynomial."""
@@ -100,25 +100,30 @@ class _Steps:
             case Sum(terms):
                 return reduce(self._plus, map(self._value, terms))
             case Product(left, right):
-                return _times(self._value(left), self._value(right))
+                return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
                 divisor, gross, power = self._value(right)
-                number = divisor.coeff(1)
-                if not divisor.is_ground or power or CANCELLED * abs(number) <= gross.coeff(1):
+                number = self.constant(divisor)
+                if number is None or power or CANCELLED * abs(number) <= self.constant(gross):
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / number)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
-                return reduce(_times, [self._value(base)] * int(exponent))
+                return reduce(self._times, [self._value(base)] * int(exponent))
             case Call(function, (argument,)) if self.turn is not None:
                 return self._wave(function, argument, self.turn)
             case _:
                 raise NotPolynomial
 
+    def _times(self, a: Ratio, b: Ratio) -> Ratio:
+        expect_time()
+        if self.degree(a[0]) + self.degree(b[0]) > HIGHEST_DEGREE:
+            raise NotPolynomial
+        return a[0] * b[0], a[1] * b[1], a[2] + b[2]
+
     def _number(self, number: float) -> Ratio:
         if not math.isfinite(number):
             raise NotPolynomial
-        one = self.generators[0].ring.one
-        return one * self.exact(number), one * self.exact(abs(number)), 0
+        return self.exact(number), self.exact(abs(number)), 0
 
     def _plus(self, a: Ratio, b: Ratio) -> Ratio:
         power = max(a[2], b[2])
@@ -142,7 +147,7 @@ class _Steps:
 
     def _angle(self, node: Expression) -> tuple[int, float]:
         match node:
-            case Name(name) if name == self.tears[0]:
+            case Name(name) if name == self.tear:
                 return 1, 0.0
             case Negative(operand):
                 sign, offset = self._angle(operand)
@@ -161,22 +166,16 @@ def _scaled(ratio: Ratio, factor: Any) -> Ratio:
     return ratio[0] * factor, ratio[1] * abs(factor), ratio[2]
 
 
-def _times(a: Ratio, b: Ratio) -> Ratio:
-    expect_time()
-    if any(m + n > HIGHEST_DEGREE for m, n in zip(a[0].degrees(), b[0].degrees(), strict=True)):
-        raise NotPolynomial
-    return a[0] * b[0], a[1] * b[1], a[2] + b[2]
-
-
 def _closing(question: Question, forms: Forms, turn: float | None = None) -> tuple[list[Fraction], int]:
     """What must vanish in the only tear, or in the tangent of half of it; how often ∞ is a root then.
 
     Raises NotPolynomial, and OverflowError.
     """
-    ((polynomial, gross, power),) = _Steps(question, forms, turn).residuals(question)
-    if any(CANCELLED * abs(c) <= gross.get(powers, 0) for powers, c in polynomial.items()):
+    ((polynomial, gross, power),) = Steps(question, forms, turn).residuals(question)
+    found = [polynomial[k] for k in range(polynomial.order + 1)]
+    if any(c and CANCELLED * abs(c) <= gross[k] for k, c in enumerate(found)):
         raise NotPolynomial
-    return _algebra().coefficients(polynomial), 2 * power - max(polynomial.degree(), 0)
+    return found, 2 * power - polynomial.order
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
@@ -195,12 +194,12 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         polynomial, at_half_turn = _closing(question, forms, turn)
     except (NotPolynomial, OverflowError):
         return False
-    simple = _algebra().simple_part(polynomial)
-    roots = _algebra().real_roots(simple, *(_widened(*domain) if turn is None else ()), simple=True)
+    simple = simple_part(polynomial)
+    roots = real_roots(simple, *(_widened(*domain) if turn is None else ()))
     if roots is None or doubtful_extremum(simple):
         return False
     if turn is not None:
-        roots = [2.0 * math.atan(t) * turn / math.tau for t in roots] + [turn / 2] * (at_half_turn > 0)
+        roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (at_half_turn > 0)
     trial = Candidates(question)
     several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
     for root in roots:
@@ -270,9 +269,7 @@ def doubtful_extremum(polynomial: Polynomial) -> bool:
     """Whether an extremum may be a double root but for the rounding of the inputs."""
     if len(polynomial) <= 2:
         return False
-    extrema = _algebra().real_roots(
-        _algebra().simple_part([k * c for k, c in enumerate(polynomial)][1:]), simple=True
-    )
+    extrema = real_roots(simple_part([k * c for k, c in enumerate(polynomial)][1:]))
     if extrema is None:
         return True
     for x in map(Fraction, extrema):
@@ -293,114 +290,6 @@ def point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> di
     return {name: point[name] for name in question.unknowns}
 
 
-REAL = 1e-4
-"""How far from the real axis a root may be, relative to its size, that may be a real one but for rounding."""
-KEPT = Fraction(1, 10**8)
-"""Share of its terms that a polynomial may keep at the real part of such a root, however far that is."""
-OFF = 1e-3
-"""A point of two tears that misses an equation by more than this, relative to its terms, is no answer."""
-BESIDE = 2.0**-20
-FADED = Fraction(1, 2**10)
-"""Share of its size so far beside a root which is left of a residual that holds there whatever y is."""
-REFINED = 1e-2
-"""Relative distance of an answer from the point that was refined to it."""
-
-
-def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
-    """The same of two tears; False where the block is no such system, or rounding leaves a doubt."""
-    tears = question.kernel.block.tears
-    if len(tears) != 2 or any(question.turn(tear) is not None for tear in tears):
-        return False
-    forms = explicit_forms(question)
-    if forms is None:
-        return False
-    try:
-        p, q = (polynomial for polynomial, _, _ in _Steps(question, forms).residuals(question))
-    except (NotPolynomial, OverflowError):
-        return False
-    if not 0 < max(p.degree(), q.degree()) <= HIGHEST_OF_TWO:
-        return False
-    resultant = _algebra().coefficients(p.resultant(q))
-    if not 0 < len(resultant) <= HIGHEST_RESULTANT + 1:
-        return False
-    simple = _algebra().simple_part(resultant)
-    roots = _algebra().real_roots(simple, simple=True)
-    if roots is None or doubtful_extremum(simple):
-        return False
-    trial = Candidates(question)
-    for x in roots:
-        expect_time()
-        beside = Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE)
-        pairs = [(_at(f, x), _at(f, beside)) for f in (p, q)]
-        pairs = [(here, there) for here, there in pairs if _size(here) > FADED * _size(there)]
-        if not pairs:
-            return False  # both hold for any y: a curve, of which this x may be but a part
-        try:
-            found = list(_real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)))
-        except OverflowError:
-            return False
-        if not all(_tried_beside(question, trial, forms, {tears[0]: x, tears[1]: y}) for y in found):
-            return False
-    candidates.take(trial)
-    return True
-
-
-def _at(polynomial: Any, x: float | Fraction) -> list[Fraction]:
-    """A polynomial of both tears as one of the second, the first being x."""
-    found: list[Fraction] = _algebra().coefficients(polynomial.evaluate(1, _algebra().exact(x)))
-    return found
-
-
-def _size(polynomial: Polynomial) -> Fraction:
-    return max(map(abs, polynomial), default=Fraction(0))
-
-
-def _real_parts(polynomial: Polynomial, beside: Polynomial) -> Iterator[float]:
-    """The real parts of the roots that may be real but for the rounding of the coefficients.
-
-    ``beside``: the polynomial at a first tear that is further off than its digits are.
-    """
-    pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
-    slack = [abs(c) * KEPT + abs(other - c) for c, other in pairs]
-    for root in _roots(polynomial):
-        real, size = Fraction(complex(root).real), Fraction(abs(root))
-        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
-        if abs(complex(root).imag) <= REAL * abs(root) or kept <= sum(
-            share * size**k for k, share in enumerate(slack)
-        ):
-            yield complex(root).real
-
-
-def _roots(polynomial: Polynomial) -> list[complex]:
-    """All roots, to floats. Raises OverflowError where one is beyond these."""
-    largest = _size(polynomial) or Fraction(1)
-    with np.errstate(all="ignore"):  # seen to below
-        try:
-            roots: list[complex] = np.roots([float(c / largest) for c in reversed(polynomial)]).tolist()
-        except np.linalg.LinAlgError:
-            raise OverflowError from None
-    if not all(map(isfinite, roots)):
-        raise OverflowError
-    return roots
-
-
-def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
-    """Whether it is plain that the point with these tears is an answer (then kept), or that it is none."""
-    point = point_at(question, forms, tears)
-    if point is None:
-        return False
-    if astray(question, point, OFF):
-        return True
-    outside = trial.outside
-    trial.refine(list(point.values()))
-    return trial.outside is not outside or any(_near(question, point, one.values) for one in trial.answers)
-
-
-def _near(question: Question, point: Mapping[str, float], other: Mapping[str, float]) -> bool:
-    sizes = zip(point.items(), question.scale(), strict=True)
-    return all(abs(v - other[name]) <= REFINED * max(abs(v), 1e-3 * scale) for (name, v), scale in sizes)
-
-
 def counted(question: Question, candidates: Candidates) -> bool:
     """Whether the answers are known to be all; one that was missing is added to them.
 
@@ -419,8 +308,8 @@ def counted(question: Question, candidates: Candidates) -> bool:
     found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
     if found is None or any(_may_be_free(question, factor) for factor in found.indeterminate):
         return False
-    simple = _algebra().simple_part(found.polynomial)
-    roots = _algebra().real_roots(simple, *question.domain(block.tears[0]), simple=True)
+    simple = simple_part(found.polynomial)
+    roots = real_roots(simple, *question.domain(block.tears[0]))
     if roots is None or doubtful_extremum(simple):
         return False
     return all(_settled(question, candidates, forms, root) for root in roots)
@@ -429,7 +318,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
 def _may_be_free(question: Question, factor: Polynomial) -> bool:
     """Whether the rules admit a zero of a factor that an explicit form divides by, and into."""
     tear = question.kernel.block.tears[0]
-    zeros = _algebra().real_roots(_algebra().simple_part(factor), *question.domain(tear), simple=True)
+    zeros = real_roots(simple_part(factor), *question.domain(tear))
     return zeros is None or any(_is_admitted(question, tear, zero) for zero in zeros)
 
 

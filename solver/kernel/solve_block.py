@@ -26,7 +26,6 @@ from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.polynomial_block import (
     counted,
     solve_as_polynomial,
-    solve_by_resultant,
 )
 from solver.kernel.question import Budget, Question
 from solver.kernel.sparse_search import search_sparsely
@@ -250,8 +249,11 @@ class _Search:
         return linear._replace(attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        methods = (solve_as_polynomial, solve_by_resultant)
-        solved = any(method(self.question, self.candidates) for method in methods)
+        if len(self.kernel.block.tears) == 2:
+            from solver.kernel.resultant_block import solve_by_resultant as method  # brings sympy
+        else:
+            method = solve_as_polynomial
+        solved = method(self.question, self.candidates)
         return self._all(Method.POLYNOMIAL) if solved else None
 
     def _formula(self) -> BlockOutcome | None:
