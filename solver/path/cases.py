@@ -5,21 +5,17 @@ of ``left - right`` of one comparison is assumed; it settles every comparison of
 expressions, and ``and``, ``or`` and ``not`` follow by three-valued logic (S. C. Kleene, *Introduction to
 Metamathematics*, 1952, section 64).
 
-Assumed signs must leave every quantity a value: with known values in, ``left - right`` is read as an affine
-form; forms that differ by a factor and a constant bound the same quantity (``x - a < 0`` and ``2*x >= b``).
-What is not affine counts as an unknown of its own (``x^2``, ``sin(t)``). Bounds are exact fractions, relaxed
-by the rounding errors of both sides: underflow aside, nothing is excluded that a comparison of floats admits.
+Assumed signs must leave every quantity a value: comparisons of one expression with known numbers
+bound it (``income < 1e4`` and ``income >= 4e4``), those of two unknown expressions bound their difference.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from fractions import Fraction
-from functools import lru_cache, reduce
 from itertools import chain, islice, product
 from sys import float_info
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Equation, Model, Requirement, Value
@@ -30,13 +26,9 @@ from rulesheets.syntax.nodes import (
     Condition,
     Expression,
     Name,
-    Negative,
     Not,
     Number,
     Or,
-    Product,
-    Quotient,
-    Sum,
     Symbol,
 )
 
@@ -201,18 +193,12 @@ def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:
 MAX_ALTERNATIVES = 256
 """Combinations of the terms of ``and`` and ``or`` that are tried; beyond, nothing is excluded."""
 
-ZERO = Fraction(0)
-ROUNDING = Fraction(float_info.epsilon)
-EQUALITY = 17
-"""The tolerance of ``=`` between numbers, 16 ε of the larger, in ε of either."""
-
-UNKNOWN_SIZE = Fraction(2) ** -26
-"""Relaxation in the constant where a bounded quantity, such as ``x - y``, says nothing of the size of its
-terms: good for terms 1e8 times as large."""
+EQUALITY = 17 * float_info.epsilon
+"""The tolerance of ``=`` between numbers, relative: 16 ε of the larger."""
 
 Signed: TypeAlias = tuple[Pair, int]
-Quantity: TypeAlias = frozenset[tuple[Expression, Fraction]]
-Bound: TypeAlias = tuple[Fraction | float, int]
+Quantity: TypeAlias = tuple[Expression, ...]
+Bound: TypeAlias = tuple[float, int]
 """A number, and where the bound is strict 1 for a lower and -1 for an upper one: then bounds compare."""
 
 _UNBOUNDED: tuple[Bound, Bound] = ((-math.inf, 0), (math.inf, 0))
@@ -230,8 +216,7 @@ def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
     """Whether the assumed signs leave every quantity a value."""
     bounds: dict[Quantity, list[tuple[Bound, Bound]]] = {}
     for pair, sign in signs:
-        names = (name for side in pair for name in nodes.names(side) if name in known)
-        found = _bounds(pair, sign, tuple((name, known[name]) for name in names))
+        found = _bounds(pair, sign, known)
         if found is not None:
             bounds.setdefault(found[0], []).append(found[1])
     return all(
@@ -266,112 +251,25 @@ def _ways(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
             return [()]
 
 
-@lru_cache(4096)
-def _bounds(
-    pair: Pair, sign: int, values: tuple[tuple[str, Value], ...]
-) -> tuple[Quantity, tuple[Bound, Bound]] | None:
+def _bounds(pair: Pair, sign: int, known: Mapping[str, Value]) -> tuple[Quantity, tuple[Bound, Bound]] | None:
     """The quantity that a comparison bounds, with its bounds; None where it bounds none."""
-    known = dict(values)
+    if sign == DIFFERENT:
+        return None
     try:
-        left, right = (_affine(side, known) for side in pair)
-    except (Undefined, OverflowError):
+        left, right = (_number(side, known) for side in pair)
+    except Undefined:
         return None
-    difference = left.plus(right.times(Fraction(-1)))
-    slopes = {part: slope for part, slope in difference.slopes.items() if slope}
-    if not slopes or sign == DIFFERENT:
+    if right is None and (left is not None or repr(pair[0]) > repr(pair[1])):
+        pair, left, right, sign = pair[::-1], right, left, -sign
+    if left is not None:
         return None
-    lead = slopes[min(slopes, key=repr)]
-    at = -difference.constant / lead
-    last = int(left.zero or right.zero)  # the sign of a rounded result is that of the exact one
-    places = max(difference.operations - last, 0) + (EQUALITY if sign == EQUAL else 0)
-    slack = _slack(difference, lead, at, places * ROUNDING) if places else Fraction(0)
-    if slack is None:
-        return None
-    if lead < 0 and sign != EQUAL:
-        sign = -sign
-    low: Bound = (at - slack, int(sign == GREATER and not slack))
-    high: Bound = (at + slack, -int(sign == LESS and not slack))
-    return (
-        frozenset((part, slope / lead) for part, slope in slopes.items()),
-        (
-            low if sign in (GREATER, AT_LEAST, EQUAL) else _UNBOUNDED[0],
-            high if sign in (LESS, AT_MOST, EQUAL) else _UNBOUNDED[1],
-        ),
-    )
+    at, slack = (0.0, 1.0) if right is None else (right, EQUALITY * abs(right))
+    slack = slack if sign == EQUAL else 0.0
+    low: Bound = (at - slack, int(sign == GREATER)) if sign in (GREATER, AT_LEAST, EQUAL) else _UNBOUNDED[0]
+    high: Bound = (at + slack, -int(sign == LESS)) if sign in (LESS, AT_MOST, EQUAL) else _UNBOUNDED[1]
+    return pair if right is None else pair[:1], (low, high)
 
 
-def _slack(difference: _Affine, lead: Fraction, at: Fraction, error: Fraction) -> Fraction | None:
-    """How far from ``at`` the rounding of sides with this relative ``error`` may put a value."""
-    if len(difference.sizes) > 1:
-        return UNKNOWN_SIZE * difference.size / abs(lead) if error < EQUALITY * ROUNDING else None
-    (size,) = difference.sizes.values()
-    if 2 * error * size > abs(lead):
-        return None
-    return 2 * error * (size * abs(at) + difference.size) / abs(lead)
-
-
-class _Affine(NamedTuple):
-    """``Σ slope · part + constant``; sizes are the same sums of absolute values.
-
-    ``operations`` counts those that round when floats compute it.
-    """
-
-    slopes: Mapping[Expression, Fraction]
-    sizes: Mapping[Expression, Fraction]
-    constant: Fraction
-    size: Fraction
-    operations: int = 0
-
-    @property
-    def zero(self) -> bool:
-        return not self.sizes and not self.constant
-
-    def plus(self, other: _Affine) -> _Affine:
-        return _Affine(
-            _sum(self.slopes, other.slopes),
-            _sum(self.sizes, other.sizes),
-            self.constant + other.constant,
-            self.size + other.size,
-            self.operations + other.operations,
-        )
-
-    def times(self, factor: Fraction) -> _Affine:
-        size = abs(factor)
-        exact = abs(math.frexp(factor)[0]) == 0.5
-        return _Affine(
-            {part: slope * factor for part, slope in self.slopes.items()},
-            {part: each * size for part, each in self.sizes.items()},
-            self.constant * factor,
-            self.size * size,
-            self.operations + (not exact),
-        )
-
-
-def _sum(
-    left: Mapping[Expression, Fraction], right: Mapping[Expression, Fraction]
-) -> dict[Expression, Fraction]:
-    return {part: left.get(part, ZERO) + right.get(part, ZERO) for part in (*left, *right)}
-
-
-def _affine(expression: Expression, known: Mapping[str, Value]) -> _Affine:
-    """Raises Undefined where a known part has no value."""
-    if all(name in known for name in nodes.names(expression)):
-        constant = Fraction(value(expression, known))
-        return _Affine({}, {}, constant, abs(constant))
-    match expression:
-        case Negative(operand):
-            return _affine(operand, known).times(Fraction(-1))
-        case Sum(terms):
-            total = reduce(_Affine.plus, (_affine(term, known) for term in terms))
-            return total._replace(operations=total.operations + len(terms) - 1)
-        case Product(left, right):
-            one, other = _affine(left, known), _affine(right, known)
-            if not one.sizes:
-                return other.times(one.constant)
-            if not other.sizes:
-                return one.times(other.constant)
-        case Quotient(left, right):
-            divisor = _affine(right, known)
-            if not divisor.sizes and divisor.constant:
-                return _affine(left, known).times(1 / divisor.constant)
-    return _Affine({expression: Fraction(1)}, {expression: Fraction(1)}, ZERO, ZERO)
+def _number(side: Expression, known: Mapping[str, Value]) -> float | None:
+    """The value of a side, None where that waits on an unknown. Raises Undefined where it has none."""
+    return value(side, known) if all(name in known for name in nodes.names(side)) else None
