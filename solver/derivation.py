@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from importlib import import_module
+from dataclasses import dataclass
 from sys import float_info
 from typing import NamedTuple, TypeAlias
 
@@ -23,6 +23,7 @@ from rulesheets.syntax.nodes import (
     substitute,
     subtract,
 )
+from solver.facts import Shown
 from solver.path.cases import activity, outcomes
 from solver.path.isolate import TARGET, Isolation, isolate
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
@@ -157,7 +158,8 @@ class Together(NamedTuple):
 Link: TypeAlias = Direct | Together
 
 
-class Derivation(NamedTuple):
+@dataclass(frozen=True)
+class Derivation(Shown):
     """Where the value of ``name`` comes from.
 
     ``inputs`` are the given values that it rests on, in the order of the sheet; ``assumed`` are symbols
@@ -172,15 +174,6 @@ class Derivation(NamedTuple):
     assumed: tuple[Known, ...] = ()
     links: tuple[Link, ...] = ()
     diagnoses: tuple[Diagnosis, ...] = ()
-
-    def _repr_html_(self) -> str:
-        # by name: the report stands above what it shows
-        html: str = import_module("solver.report.html").derivation_html(self)
-        return html
-
-    def _repr_latex_(self) -> str:
-        latex: str = "" if self.value is None else import_module("solver.report.why").why_latex(self)
-        return latex
 
 
 def why(result: Result, name: str) -> Derivation:

@@ -5,10 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeAlias
+from importlib import import_module
+from typing import Any, TypeAlias
 
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Comparison
+
+
+class Shown:
+    """What a notebook shows as HTML and as LaTeX: by the report, which stands above it and is met by name."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        report: Any = import_module("solver.report.html")
+        return str(report.html(self))
+
+    def _repr_latex_(self) -> str:
+        report: Any = import_module("solver.report.html")
+        return str(report.latex(self))
 
 
 class Status(Enum):

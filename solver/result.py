@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.model import Value
-from solver.facts import Status
+from solver.facts import Shown, Status
 from solver.files.columns import Columns, free_name
 from solver.files.replacing import expect_no_input
 from solver.files.tables import write_table
@@ -101,7 +101,7 @@ class Solution(Mapping[str, Value]):
 
 
 @dataclass(frozen=True)
-class Result:
+class Result(Shown):
     """``solutions`` are distinct, the primary one first; ``complete`` where they are known to be all.
 
     ``inputs`` are the values that were given (after overrides and clearing), ``guesses`` likewise.
@@ -137,17 +137,6 @@ class Result:
             raise UnknownName(name, self.model.variables)
         known = self.solutions[0] if self.solutions else self.partial
         return known.get(name)
-
-    def _repr_html_(self) -> str:
-        """The variable sheet, as a notebook shows it."""
-        # by name: the report stands above what it shows
-        html: str = import_module("solver.report.html").result_html(self)
-        return html
-
-    def _repr_latex_(self) -> str:
-        """The outputs, typeset."""
-        latex: str = import_module("solver.report.html").result_latex(self)
-        return latex
 
     def __repr__(self) -> str:
         from rulesheets.diagnosis import plural
@@ -210,7 +199,7 @@ Column: TypeAlias = ArrayLike
 CODES = {status: code for code, status in enumerate(Status)}
 
 
-class Table(Mapping[str, NDArray[Any]]):
+class Table(Mapping[str, NDArray[Any]], Shown):
     """Columns (n,) by name: the inputs that were swept, then the wanted variables.
 
     A wanted value is NaN where its row is not solved (None in a column of symbols). ``status``
@@ -252,20 +241,11 @@ class Table(Mapping[str, NDArray[Any]]):
         return import_module("polars").DataFrame(self._frame())
 
     def _frame(self) -> dict[str, Any]:
-        return {**self._columns, free_name("status", self._columns): self._words()}
+        return {**self._columns, free_name("status", self._columns): self.words()}
 
-    def _words(self) -> list[str]:
+    def words(self) -> list[str]:
+        """The status of each row, as a word."""
         return [str(self.STATUSES[code]) for code in self.status]
-
-    def _repr_html_(self) -> str:
-        """The first rows, as a notebook shows them."""
-        # by name: the report stands above what it shows
-        html: str = import_module("solver.report.html").table_html(self._columns, self._words())
-        return html
-
-    def _repr_latex_(self) -> str:
-        latex: str = import_module("solver.report.html").table_latex(self._columns, self._words())
-        return latex
 
     def __repr__(self) -> str:
         names = ", ".join(self._columns)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
@@ -14,6 +13,7 @@ from rulesheets.input_messages import no_tolerance
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value
 from solver.derivatives.total_derivatives import Near, Total, active_comparisons, one_sided, totals
+from solver.facts import Shown
 from solver.path.cases import Pair
 
 
@@ -83,7 +83,7 @@ SAME = 1e-12
 
 
 @dataclass(frozen=True)
-class Sensitivities(Mapping[tuple[str, str], "float | None"]):
+class Sensitivities(Mapping[tuple[str, str], "float | None"], Shown):
     """``table["vB", "thetaAO"]`` is d(vB)/d(thetaAO) in calculation units, None where there is none.
 
     Every derivative is that of the one answer that it was asked of, all other inputs held. ``diagnoses``
@@ -107,15 +107,6 @@ class Sensitivities(Mapping[tuple[str, str], "float | None"]):
 
     def __len__(self) -> int:
         return len(self.outputs) * len(self.inputs)
-
-    def _repr_html_(self) -> str:
-        # by name: the report stands above what it shows
-        html: str = import_module("solver.report.html").sensitivities_html(self)
-        return html
-
-    def _repr_latex_(self) -> str:
-        latex: str = import_module("solver.report.html").sensitivities_latex(self)
-        return latex
 
     def unit(self, output: str, given: str) -> str:
         """``rad/s/deg``, ``1/deg``, blank where neither has a unit."""

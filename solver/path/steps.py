@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
-if TYPE_CHECKING:
-    from typing import TypeAlias
+from solver.facts import Shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +79,7 @@ def equations_of(step: Step) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class Path(Shown):
     """Steps in order; a path that ends in ``Decide`` or ``Assume`` goes on once the outcome is there.
 
     ``undetermined`` are the unknowns that no step reaches.
@@ -89,15 +87,6 @@ class Path:
 
     steps: tuple[Step, ...]
     undetermined: tuple[str, ...] = ()
-
-    def _repr_html_(self) -> str:
-        # by name: the report stands above what it shows
-        html: str = import_module("solver.report.html").path_html(self)
-        return html
-
-    def _repr_latex_(self) -> str:
-        latex: str = import_module("solver.report.html").path_latex(self)
-        return latex
 
     @property
     def branches(self) -> int:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import singledispatch
 from html import escape
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.algebra.printing import ROWS, html_table, more
 from rulesheets.diagnosis import plural, render
@@ -21,8 +22,8 @@ from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, e
 from solver.report.path import Plain, Tex, equation, told
 from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
 from solver.report.table import table
-from solver.report.why import ESCAPED, Page, iterated
-from solver.result import Result, Samples
+from solver.report.why import ESCAPED, Page, iterated, why_latex
+from solver.result import Result, Samples, Table
 
 NONE = "none"
 """What stands for a derivative that does not exist, or cannot be told."""
@@ -194,10 +195,23 @@ def _statistics(samples: Samples, name: str) -> dict[str, object]:
     }
 
 
+@singledispatch
+def html(shown: Any) -> str:
+    """What a notebook shows of a result, a table, a path, a derivation, or sensitivities."""
+    raise TypeError(type(shown))
+
+
+@singledispatch
+def latex(shown: Any) -> str:
+    """The same as LaTeX."""
+    raise TypeError(type(shown))
+
+
 ANSWERS = 4
 """Answers side by side at most; of more the first alone is shown."""
 
 
+@html.register
 def result_html(result: Result) -> str:
     """The variable sheet of a result and what there is to say of it."""
     rows = displayed(result, sheet_rows(result, every=len(result.solutions) <= ANSWERS))
@@ -222,6 +236,7 @@ def result_html(result: Result) -> str:
     return f"<div>{html_table(heads, cells, numeric)}{said}{others}{notes}</div>"
 
 
+@latex.register
 def result_latex(result: Result) -> str:
     """The outputs of the primary answer, a row each."""
     known = result.solutions[0] if result.solutions else result.partial
@@ -234,9 +249,10 @@ def result_latex(result: Result) -> str:
     return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
 
-def table_latex(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> str:
+@latex.register
+def table_latex(table: Table) -> str:
     """The first rows of a table as an array."""
-    return _array((*columns, "status"), _rows(columns, status))
+    return _array((*table, "status"), _rows(table))
 
 
 def _array(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -246,17 +262,24 @@ def _array(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"\\begin{{array}}{{{'r' * len(heads)}}}\n{body}\n\\end{{array}}"
 
 
-def _rows(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    shown = [column[:ROWS].tolist() for column in columns.values()]
-    return ((*map(readable, row), said) for *row, said in zip(*shown, status[:ROWS], strict=True))
+def _rows(table: Table) -> Iterator[tuple[str, ...]]:
+    shown = [column[:ROWS].tolist() for column in table.values()]
+    return ((*map(readable, row), said) for *row, said in zip(*shown, table.words()[:ROWS], strict=True))
 
 
-def table_html(columns: Mapping[str, NDArray[np.generic]], status: Sequence[str]) -> str:
+@html.register
+def table_html(table: Table) -> str:
     """The first rows of a table, and how many more there are."""
-    heads = (*columns, "status")
-    return f"<div>{html_table(heads, _rows(columns, status), range(len(heads) - 1))}{more(len(status))}</div>"
+    rows = html_table((*table, "status"), _rows(table), range(len(table)))
+    return f"<div>{rows}{more(len(table.status))}</div>"
 
 
+@latex.register
+def derivation_latex(derivation: Derivation) -> str:
+    return "" if derivation.value is None else why_latex(derivation)
+
+
+@html.register
 def derivation_html(derivation: Derivation) -> str:
     """The inputs, then the steps with their rules."""
     page = Page(derivation, Plain())
@@ -284,11 +307,13 @@ def _steps(page: Page, link: Direct | Together) -> Iterator[tuple[str, str, str]
 PATH_HEADS = ("Step", "Finds", "By rules")
 
 
+@html.register
 def path_html(path: Path) -> str:
     """The steps in order, rules by their numbers in the model."""
     return f"<div>{html_table(PATH_HEADS, _steps_of(path))}</div>"
 
 
+@latex.register
 def path_latex(path: Path) -> str:
     return _array(PATH_HEADS, _steps_of(path))
 
@@ -312,6 +337,7 @@ def _found(step: Step) -> str:
             return "(case by case)"
 
 
+@html.register
 def sensitivities_html(found: Sensitivities) -> str:
     """Outputs down, inputs across, in the units that are shown."""
     heads, *rows = cells(found, found.inputs)
@@ -319,6 +345,7 @@ def sensitivities_html(found: Sensitivities) -> str:
     return f"<div>{html_table(heads, rows, range(1, len(heads)))}{notes}</div>"
 
 
+@latex.register
 def sensitivities_latex(found: Sensitivities) -> str:
     heads, *rows = cells(found, found.inputs)
     return _array(heads, rows)
