@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -11,12 +11,12 @@ from rulesheets.diagnosis import Diagnosis, render
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.units.quantity import displaying
-from solver.derivation import Derivation, Direct, Guard, Together
+from solver.derivation import Derivation, Together
 from solver.facts import Status
 from solver.page.figures import geometry, outline
 from solver.path.steps import equations_of
 from solver.report.path import Places, Plain, Tex, rule_text, told
-from solver.report.why import Page, iterated
+from solver.report.why import Line, Page
 from solver.result import Result
 
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
@@ -73,10 +73,10 @@ def _rule(model: Model, group: list[Equation]) -> dict[str, Any]:
 
 def typeset(model: Model) -> list[list[str]]:
     """Every rule as LaTeX, a line for each of its equations with the condition that selects it."""
-    return [[_line(model, equation) for equation in group] for group in rule_groups(model)]
+    return [[_typeset(model, equation) for equation in group] for group in rule_groups(model)]
 
 
-def _line(model: Model, equation: Equation) -> str:
+def _typeset(model: Model, equation: Equation) -> str:
     notation = Tex()
     body = f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
     if equation.guard:
@@ -170,40 +170,18 @@ def derived(derivation: Derivation) -> dict[str, Any]:
     """The inputs that a number rests on, then every step with its formula, its rule and its conditions."""
     page = Page(derivation, Tex())
     given = [page.known(known) for known in (*derivation.inputs, *derivation.assumed)]
-    lines = [line for link in derivation.links for line in _lines(page, link)]
+    lines = [
+        _line_of(page, line, isinstance(link, Together))
+        for link in derivation.links
+        for line in page.lines(link)
+    ]
     return {"head": page.head(), "given": given, "lines": lines}
 
 
-def _lines(page: Page, link: Direct | Together) -> Iterator[dict[str, Any]]:
-    if isinstance(link, Direct):
-        yield _direct(page, link)
-        return
-    for inner in link.order:
-        yield _direct(page, inner, within=True)
-    for closing in link.closing:
-        sides = (closing.equation.left, closing.equation.right)
-        formula = " = ".join(page.notation.expression(side) for side in sides)
-        yield _formula_line(page, formula, closing.equation, closing.guards, within=True)
-    for known in iterated(link):
-        value = page.notation.value(known.value)
-        yield {"tex": f"{page.name(known.name)} = {value}", "unit": page.unit(known), "within": True}
-
-
-def _direct(page: Page, link: Direct, within: bool = False) -> dict[str, Any]:
-    formula = " = ".join((page.name(link.found.name), *page.chain(link)))
-    return _formula_line(page, formula, link.equation, link.guards, within) | {"unit": page.unit(link.found)}
-
-
-def _formula_line(
-    page: Page, formula: str, equation: Equation, guards: tuple[Guard, ...], within: bool
-) -> dict[str, Any]:
-    place, rule = page.rule(equation)
-    because = [f"{word} {said}" for word, said in _conditions(guards)]
-    return {"tex": formula, "unit": "", "place": place, "rule": rule, "because": because, "within": within}
-
-
-def _conditions(guards: tuple[Guard, ...]) -> Iterator[tuple[str, str]]:
-    for word, assumed in (("because", False), ("assuming", True)):
-        outcomes = [(guard.condition, guard.holds) for guard in guards if guard.assumed is assumed]
-        if outcomes:
-            yield word, Plain().conditions(outcomes)
+def _line_of(page: Page, line: Line, within: bool) -> dict[str, Any]:
+    shown = {"tex": line.formula, "unit": line.unit, "within": within}
+    if line.equation is None:
+        return shown
+    place, rule = page.rule(line.equation)
+    because = [f"{word} {said}" for word, said, _ in page.guards(line.guards, Plain())]
+    return {**shown, "place": place, "rule": rule, "because": because}

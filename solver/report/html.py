@@ -15,14 +15,14 @@ from rulesheets.format import readable
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
-from solver.derivation import Derivation, Direct, Together
+from solver.derivation import Derivation
 from solver.derivatives.sensitivities import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.report.path import Plain, Tex, equation, told
+from solver.report.path import Plain, Tex, told
 from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
 from solver.report.table import table
-from solver.report.why import ESCAPED, Page, iterated, why_latex
+from solver.report.why import ESCAPED, Line, Page, why_latex
 from solver.result import Result, Samples, Table
 
 NONE = "none"
@@ -285,23 +285,16 @@ def derivation_html(derivation: Derivation) -> str:
     page = Page(derivation, Plain())
     known = (*derivation.inputs, *derivation.assumed)
     given = [(page.known(one), "", "given") for one in known if one.name != derivation.name]
-    steps = [row for link in derivation.links for row in _steps(page, link)]
+    steps = [_row_of(page, line) for link in derivation.links for line in page.lines(link)]
     notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in derivation.diagnoses)
     table = html_table(("", "Rule", "Place"), (*given, *steps)) if given or steps else ""
     return f"<div><b>{escape(page.head())}</b>{table}{notes}</div>"
 
 
-def _steps(page: Page, link: Direct | Together) -> Iterator[tuple[str, str, str]]:
-    if isinstance(link, Direct):
-        chain = " = ".join((page.name(link.found.name), *page.chain(link)))
-        yield chain + page.unit(link.found), *page.rule(link.equation)[::-1]
-        return
-    for inner in link.order:
-        yield from _steps(page, inner)
-    for closing in link.closing:
-        yield f"such that {equation(page.notation, closing.equation)}", *page.rule(closing.equation)[::-1]
-    for known in iterated(link):
-        yield page.known(known), "", "by iteration"
+def _row_of(page: Page, line: Line) -> tuple[str, str, str]:
+    said = f"{'such that ' * line.closing}{line.formula}{line.unit}"
+    place, rule = ("by iteration", "") if line.equation is None else page.rule(line.equation)
+    return said, rule, place
 
 
 PATH_HEADS = ("Step", "Finds", "By rules")

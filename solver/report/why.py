@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from rulesheets.diagnosis import plural
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
-from solver.derivation import Closing, Derivation, Direct, Guard, Known, Link, Together
-from solver.report.path import Notation, Places, Plain, Tex, equation
+from solver.derivation import Derivation, Direct, Guard, Known, Link, Together
+from solver.report.path import Notation, Places, Plain, Tex
 from solver.report.table import columns
 
 MARGIN = "    "
@@ -32,8 +34,27 @@ def why_latex(derivation: Derivation) -> str:
     return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One equation of a step: ``left`` equals each of the ``chain``, the last in the ``unit``.
+
+    ``closing``: a rule that an iteration has made hold. What the iteration itself gave has no ``equation``.
+    """
+
+    left: str
+    chain: tuple[str, ...]
+    unit: str = ""
+    equation: Equation | None = None
+    guards: tuple[Guard, ...] = ()
+    closing: bool = False
+
+    @property
+    def formula(self) -> str:
+        return " = ".join((self.left, *self.chain))
+
+
 class Page:
-    """What the three forms have in common: one derivation, one notation."""
+    """What the forms have in common: one derivation, one notation."""
 
     def __init__(self, derivation: Derivation, notation: Notation) -> None:
         self.derivation, self.notation = derivation, notation
@@ -73,7 +94,24 @@ class Page:
         """``AO = 3 mm``."""
         return f"{known.name} = {Plain().value(known.value)}{self.unit(known)}"
 
-    def chain(self, link: Direct) -> tuple[str, ...]:
+    def lines(self, link: Link) -> Iterator[Line]:
+        """The equations of a step: of a block what follows from tears, what closes it, and what it gave."""
+        for one in (link,) if isinstance(link, Direct) else link.order:
+            yield self.given(one.found, self._chain(one), one.equation, one.guards)
+        if isinstance(link, Direct):
+            return
+        for closing in link.closing:
+            left, right = map(self.notation.expression, (closing.equation.left, closing.equation.right))
+            yield Line(left, (right,), "", closing.equation, closing.guards, closing=True)
+        explicit = {inner.found.name for inner in link.order}
+        for known in link.found:
+            if known.name not in explicit:
+                yield self.given(known, (self.notation.value(known.value),))
+
+    def given(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
+        return Line(self.name(known.name), chain, self.unit(known), *rule)
+
+    def _chain(self, link: Direct) -> tuple[str, ...]:
         """What equals the unknown: its form, the form with numbers, its value; each said once."""
         value = self.notation.value(link.found.value)
         if link.form is None:
@@ -85,19 +123,18 @@ class Page:
     def rule(self, equation: Equation) -> tuple[str, str]:
         return self.places.of(equation), self.places.said(equation)
 
-    def guards(self, guards: Sequence[Guard]) -> Iterator[tuple[str, str, str]]:
+    def guards(
+        self, guards: Sequence[Guard], notation: Notation | None = None
+    ) -> Iterator[tuple[str, str, str]]:
         """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in guards if guard.assumed is assumed]
             if group:
-                yield word, *self._conditions(group)
-
-    def _conditions(self, guards: Sequence[Guard]) -> tuple[str, str]:
-        outcomes = [(guard.condition, guard.holds) for guard in guards]
-        known = dict.fromkeys(known for guard in guards for known in guard.read)
-        read = ", ".join(f"{one.name} = {Plain().value(one.value)}" for one in known)
-        said = read == Plain().conditions(outcomes)
-        return self.notation.conditions(outcomes), "" if said else read
+                outcomes = [(guard.condition, guard.holds) for guard in group]
+                known = dict.fromkeys(known for guard in group for known in guard.read)
+                read = ", ".join(f"{one.name} = {Plain().value(one.value)}" for one in known)
+                said = (notation or self.notation).conditions(outcomes)
+                yield word, said, "" if read == Plain().conditions(outcomes) else read
 
 
 class _Listed(Page):
@@ -112,15 +149,25 @@ class _Listed(Page):
         if self.derivation.assumed:
             yield self.by_case + self.table(self.derivation.assumed)
         if self.derivation.links:
-            yield "\n".join(self.lines())
+            yield "\n".join(self.steps())
 
-    def lines(self) -> Iterator[str]:
+    def steps(self) -> Iterator[str]:
         links = self.derivation.links
         for number, link in enumerate(links, 1):
             bullet = self.bullet(number, len(links))
-            first, *rest = self.direct(link) if isinstance(link, Direct) else self.together(link)
+            first, *rest = self.step(link)
             yield bullet + first
             yield from (" " * len(bullet) + line if line else "" for line in rest)
+
+    def step(self, link: Link) -> Iterator[str]:
+        if isinstance(link, Together):
+            yield from self.heading(link)
+        for line in self.lines(link):
+            told = self.told(line)
+            yield from told if isinstance(link, Direct) else self.within(told)
+
+    def word(self, line: Line) -> str:
+        return "such that " if line.closing else "" if line.equation else "which gives "
 
     def table(self, knowns: Iterable[Known]) -> str:
         raise NotImplementedError
@@ -128,10 +175,15 @@ class _Listed(Page):
     def bullet(self, number: int, count: int) -> str:
         raise NotImplementedError
 
-    def direct(self, link: Direct) -> Iterator[str]:
+    def heading(self, link: Together) -> Iterator[str]:
         raise NotImplementedError
 
-    def together(self, link: Together) -> Iterator[str]:
+    def told(self, line: Line) -> list[str]:
+        """An equation with its rule, and what selected that."""
+        raise NotImplementedError
+
+    def within(self, told: Sequence[str]) -> Iterator[str]:
+        """The same as a part of a block."""
         raise NotImplementedError
 
 
@@ -143,29 +195,23 @@ class _Text(_Listed):
     def bullet(self, number: int, count: int) -> str:
         return f"{number:>{len(str(count))}}  "
 
-    def direct(self, link: Direct) -> Iterator[str]:
-        yield f"{link.found.name} = {' = '.join(self.chain(link))}{self.unit(link.found)}"
-        yield from self._reasons(link)
+    def told(self, line: Line) -> list[str]:
+        found = [f"{self.word(line)}{line.formula}{line.unit}"]
+        if line.equation is not None:
+            found.append(MARGIN + "  ".join(self.rule(line.equation)))
+        for word, condition, read in self.guards(line.guards):
+            found.append(f"{MARGIN}{word} {condition}" + (f"   ({read})" if read else ""))
+        return found
 
-    def _reasons(self, link: Direct | Closing) -> Iterator[str]:
-        place, rule = self.rule(link.equation)
-        yield f"{MARGIN}{place}  {rule}"
-        for word, condition, read in self.guards(link.guards):
-            yield f"{MARGIN}{word} {condition}" + (f"   ({read})" if read else "")
+    def within(self, told: Sequence[str]) -> Iterator[str]:
+        return (MARGIN + line for line in told)
 
-    def together(self, link: Together) -> Iterator[str]:
+    def heading(self, link: Together) -> Iterator[str]:
         if len(link.found) == 1:
             yield f"{link.found[0].name}: by iteration"
         else:
             names = ", ".join(known.name for known in link.found)
             yield f"{names}: together, iterating on {', '.join(link.tears)}"
-        for inner in link.order:
-            yield from (MARGIN + line for line in self.direct(inner))
-        for closing in link.closing:
-            yield f"{MARGIN}such that {equation(self.notation, closing.equation)}"
-            yield from (MARGIN + line for line in self._reasons(closing))
-        for known in iterated(link):
-            yield f"{MARGIN}which gives {self.known(known)}"
 
 
 class _Markdown(_Listed):
@@ -188,73 +234,42 @@ class _Markdown(_Listed):
     def bullet(self, number: int, count: int) -> str:
         return f"{number}. "
 
-    def direct(self, link: Direct) -> Iterator[str]:
-        chain = " = ".join((self.name(link.found.name), *self.chain(link)))
-        yield f"${chain}${_plain(self.unit(link.found))}  "
-        yield from self._reasons(link)
+    def told(self, line: Line) -> list[str]:
+        found = [f"{self.word(line)}${line.formula}${_plain(line.unit)}"]
+        if line.equation is not None:
+            place, rule = self.rule(line.equation)
+            found.append(f"{code_span(rule)} ({_plain(place)})")
+        for word, condition, read in self.guards(line.guards):
+            found.append(f"{word} ${condition}$" + (f" ({code_span(read)})" if read else ""))
+        return [*(f"{line}  " for line in found[:-1]), found[-1]]
 
-    def _reasons(self, link: Direct | Closing) -> Iterator[str]:
-        place, rule = self.rule(link.equation)
-        lines = [f"{code_span(rule)} ({_plain(place)})"]
-        for word, condition, read in self.guards(link.guards):
-            lines.append(f"{word} ${condition}$" + (f" ({code_span(read)})" if read else ""))
-        yield from (f"{line}  " for line in lines[:-1])
-        yield lines[-1]
+    def within(self, told: Sequence[str]) -> Iterator[str]:
+        return (f"{'  ' if number else '- '}{line}" for number, line in enumerate(told))
 
-    def together(self, link: Together) -> Iterator[str]:
+    def heading(self, link: Together) -> Iterator[str]:
         names = ", ".join(f"${self.name(known.name)}$" for known in link.found)
         tears = ", ".join(f"${self.name(name)}$" for name in link.tears)
         yield f"{names} by iteration:" if len(link.found) == 1 else f"{names} together, iterating on {tears}:"
         yield ""
-        for inner in link.order:
-            yield from _item(self.direct(inner))
-        for closing in link.closing:
-            head = f"such that ${equation(self.notation, closing.equation)}$  "
-            yield from _item((head, *self._reasons(closing)))
-        for known in iterated(link):
-            yield f"- which gives {self.known(known)}"
 
 
 class _Latex(Page):
     def rows(self) -> Iterator[str]:
         for known in (*self.derivation.inputs, *self.derivation.assumed):
-            yield self.known(known)
+            yield self._row(self.given(known, (self.notation.value(known.value),)))
         for link in self.derivation.links:
-            yield from self._of(link)
+            yield from map(self._row, self.lines(link))
 
-    def known(self, known: Known) -> str:
-        value = self.notation.value(known.value)
-        return f"  {self.name(known.name)} &= {value}{self._upright(known)}"
-
-    def _upright(self, known: Known) -> str:
-        r"""A unit in upright letters: ``\ \text{rad/s}``."""
-        unit = self.unit(known).strip().translate(ESCAPED)
-        return rf"\ \text{{{unit}}}" if unit else ""
-
-    def _of(self, link: Link) -> Iterator[str]:
-        if isinstance(link, Direct):
-            yield self._direct(link)
-            return
-        for inner in link.order:
-            yield self._direct(inner)
-        for closing in link.closing:
-            sides = closing.equation.left, closing.equation.right
-            left, right = map(self.notation.expression, sides)
-            yield f"  % closes the block: {self._place(closing)}\n  {left} &= {right}{self._why(closing)}"
-        yield from map(self.known, iterated(link))
-
-    def _direct(self, link: Direct) -> str:
-        chain = " = ".join(self.chain(link))
-        row = f"  {self.name(link.found.name)} &= {chain}{self._upright(link.found)}"
-        return f"  % {self._place(link)}\n{row}{self._why(link)}"
-
-    def _place(self, link: Direct | Closing) -> str:
-        return "  ".join(self.rule(link.equation))
-
-    def _why(self, link: Direct | Closing) -> str:
-        guards = self.guards(link.guards)
+    def _row(self, line: Line) -> str:
+        row = f"  {line.left} &= {' = '.join(line.chain)}"
+        if unit := line.unit.strip().translate(ESCAPED):
+            row += rf"\ \text{{{unit}}}"
+        if line.equation is not None:
+            place = "  ".join(self.rule(line.equation))
+            row = f"  % {'closes the block: ' * line.closing}{place}\n{row}"
+        guards = self.guards(line.guards)
         said = r",\ ".join(rf"\text{{{word} }} {condition}" for word, condition, _ in guards)
-        return f" && {said}" if said else ""
+        return f"{row} && {said}" if said else row
 
 
 ESCAPED = str.maketrans(
@@ -273,15 +288,3 @@ def code_span(text: str) -> str:
     fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
     pad = " " if text.startswith("`") or text.endswith("`") else ""
     return f"{fence}{pad}{text}{pad}{fence}"
-
-
-def _item(lines: Iterable[str]) -> Iterator[str]:
-    first, *rest = lines
-    yield f"- {first}"
-    yield from (f"  {line}" for line in rest)
-
-
-def iterated(link: Together) -> tuple[Known, ...]:
-    """The unknowns of a block that follow from no other: what the iteration gave."""
-    explicit = {inner.found.name for inner in link.order}
-    return tuple(known for known in link.found if known.name not in explicit)
