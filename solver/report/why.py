@@ -97,7 +97,7 @@ class Page:
     def lines(self, link: Link) -> Iterator[Line]:
         """The equations of a step: of a block what follows from tears, what closes it, and what it gave."""
         for one in (link,) if isinstance(link, Direct) else link.order:
-            yield self.given(one.found, self._chain(one), one.equation, one.guards)
+            yield self.known_line(one.found, self._chain(one), one.equation, one.guards)
         if isinstance(link, Direct):
             return
         for closing in link.closing:
@@ -106,9 +106,9 @@ class Page:
         explicit = {inner.found.name for inner in link.order}
         for known in link.found:
             if known.name not in explicit:
-                yield self.given(known, (self.notation.value(known.value),))
+                yield self.known_line(known, (self.notation.value(known.value),))
 
-    def given(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
+    def known_line(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
         return Line(self.name(known.name), chain, self.unit(known), *rule)
 
     def _chain(self, link: Direct) -> tuple[str, ...]:
@@ -256,7 +256,7 @@ class _Markdown(_Listed):
 class _Latex(Page):
     def rows(self) -> Iterator[str]:
         for known in (*self.derivation.inputs, *self.derivation.assumed):
-            yield self._row(self.given(known, (self.notation.value(known.value),)))
+            yield self._row(self.known_line(known, (self.notation.value(known.value),)))
         for link in self.derivation.links:
             yield from map(self._row, self.lines(link))
 
