@@ -192,10 +192,14 @@ _ONE = _Term({})
 
 
 class _Rows:
-    """Linear equations between decades; variables by name, numbers of free size by an integer."""
+    """Linear equations between decades; variables by name, numbers of free size by an integer.
 
-    def __init__(self, names: Sequence[str], vanishing: Collection[str]) -> None:
-        self.vanishing = vanishing
+    ``exact`` ones hold of scalings that leave the rules unchanged: functions of numbers, and what they make
+    of them, do not scale.
+    """
+
+    def __init__(self, names: Sequence[str], vanishing: Collection[str], exact: bool = False) -> None:
+        self.vanishing, self.exact = vanishing, exact
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0
@@ -239,6 +243,8 @@ class _Rows:
 
     def _any(self) -> _Term:
         """A number whose size nothing tells."""
+        if self.exact:
+            return _ONE
         self.free += 1
         return _Term({self.free - 1: 1.0}, exact=False)
 
@@ -276,8 +282,11 @@ class _Rows:
         return None if one is None or other is None else one.plus(other, sign)
 
     def _power(self, base: Expression, exponent: Expression) -> _Term:
-        self._term(base)
         self._size_one(exponent)
+        if self.exact:
+            self._size_one(base)
+        else:
+            self._term(base)
         return self._any()
 
     def _call(self, function: str, arguments: Sequence[Expression]) -> _Term | None:
@@ -292,7 +301,7 @@ class _Rows:
             return _ONE
         if not arguments:
             return _Term({}, log10(pi)) if function == "pi" else _ONE
-        if function not in _LOGARITHMS:
+        if self.exact or function not in _LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
         return self._any() if function in _UNBOUNDED else _ONE
 
@@ -328,11 +337,11 @@ class Scalings:
     """``exponents`` (names, k): how each variable changes under k independent scalings of the rules."""
 
     def __init__(self, equations: Sequence[Equation], names: Sequence[str]) -> None:
-        self.places = {name: i for i, name in enumerate(names)}
-        self._zero: list[Vector] = []
+        rows = _Rows(names, (), exact=True)
         for equation in equations:
-            self._alike(self._exponents(equation.left), self._exponents(equation.right))
-        self.exponents = _null_space(np.array(self._zero).reshape(-1, len(names)))
+            rows.read(equation)
+        self.places = rows.places
+        self.exponents = _null_space(rows.parts(len(names), 0)[0])
 
     def sizes(self, known: Mapping[str, float]) -> Mapping[str, float]:
         """The size of every variable that fits the ``known`` numbers best (in the mean of logarithms)."""
@@ -341,59 +350,6 @@ class Scalings:
         scaling = np.linalg.lstsq(rows, np.array(list(given.values())), rcond=RANK)[0]
         exponents = np.clip(self.exponents @ scaling, -200.0, 200.0)
         return dict(zip(self.places, np.exp(exponents).tolist(), strict=True))
-
-    def _alike(self, *terms: Vector | None) -> Vector | None:
-        """Note that the terms scale alike; None is a zero, which scales anyhow."""
-        first = next((term for term in terms if term is not None), None)
-        if first is not None:
-            self._zero += [term - first for term in terms if term is not None and term is not first]
-        return first
-
-    def _fixed(self, *terms: Vector | None) -> Vector:
-        """Note that the terms do not scale; nor does what is made of them."""
-        self._zero += [term for term in terms if term is not None]
-        return self._none()
-
-    def _none(self) -> Vector:
-        return np.zeros(len(self.places))
-
-    def _exponents(self, node: Expression) -> Vector | None:
-        match node:
-            case Number(value):
-                return self._none() if value else None
-            case Name(name):
-                vector = self._none()
-                vector[self.places[name]] = 1.0
-                return vector
-            case Negative(operand):
-                return self._exponents(operand)
-            case Sum(terms):
-                return self._alike(*map(self._exponents, terms))
-            case Product(left, right):
-                return _sum(self._exponents(left), self._exponents(right), 1.0)
-            case Quotient(left, right):
-                return _sum(self._exponents(left), self._exponents(right), -1.0)
-            case Power(base, Number(exponent)):
-                inner = self._exponents(base)
-                return None if inner is None else exponent * inner
-            case Power(base, exponent):
-                return self._fixed(self._exponents(base), self._exponents(exponent))
-            case Call("sqrt", (argument,)):
-                inner = self._exponents(argument)
-                return None if inner is None else 0.5 * inner
-            case Call(function, arguments) if function in _ALIKE:
-                return self._alike(*map(self._exponents, arguments))
-            case Call(function, arguments) if function in _DIRECTIONS:
-                self._alike(*map(self._exponents, arguments))
-                return self._none()
-            case Call(_, arguments):
-                return self._fixed(*map(self._exponents, arguments))
-            case _:
-                return self._none()
-
-
-def _sum(left: Vector | None, right: Vector | None, sign: float) -> Vector | None:
-    return None if left is None or right is None else left + sign * right
 
 
 def _null_space(matrix: NDArray[Any]) -> NDArray[np.float64]:
