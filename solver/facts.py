@@ -74,17 +74,6 @@ class Indeterminacy:
 
 
 @dataclass(frozen=True, slots=True)
-class Fixed:
-    """By ``equations`` the given ``name`` would be ``value``, whatever ``unknown`` is, and not ``given``."""
-
-    name: str
-    value: float
-    given: float
-    unknown: str
-    equations: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Filled:
     """``equation`` has no value at an answer, and was taken by its ``limit``."""
 
@@ -258,7 +247,6 @@ Fact: TypeAlias = (
     | Beside
     | Uncovered
     | Filled
-    | Fixed
     | Truncated
     | OutOfTime
 )
