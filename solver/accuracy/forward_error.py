@@ -16,86 +16,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.accuracy.alike import Evaluated, evaluated
-from solver.accuracy.rule_check import blur, check_rule, sides
+from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
-from solver.numerics.linear_algebra import any_rank, as_matrix, factorise, null_direction, sparse_matrix
+from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import UNIT_ROUNDOFF
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
-
-# --- roots of higher multiplicity: they may be off as far as the rules hold along their null direction ---
-#
-# Where two answers coincide the rules vary in the second order along the direction in which they do so, and
-# half of the digits are known. Where more do, the rules are flatter still. That is found out by going along,
-# ever farther, coming back to the curve by Gauss–Newton steps across the direction, and checking the rules.
-
-FIRST = 64.0
-"""How much farther than at a double root the rules have to hold for it to be one of more."""
-FACTOR = 4.0
-FARTHEST = 1e-2
-"""Beside the size of the unknowns."""
-CORRECTIONS = 4
-
-
-def flat_reach(
-    equations: Sequence[Equation], values: Mapping[str, Value], direction: Mapping[str, float], reach: float
-) -> float:
-    """``reach``, in units of ``direction``, where the rules fail beyond it; else as far as they hold."""
-    flat = _Flat(equations, values, direction)
-    size = max((abs(float(values[name])) for name in direction), default=0.0) or 1.0
-    if not flat.holds(FIRST * reach):
-        return reach
-    reach *= FIRST
-    while reach < FARTHEST * size and flat.holds(reach):
-        reach *= FACTOR
-    return reach
-
-
-class _Flat:
-    def __init__(
-        self, equations: Sequence[Equation], values: Mapping[str, Value], direction: Mapping[str, float]
-    ) -> None:
-        self.equations, self.values, self.direction = equations, dict(values), direction
-
-    def holds(self, reach: float) -> bool:
-        """Whether the rules hold at that distance, on either side."""
-        return any(self._holds(sign * reach) for sign in (1.0, -1.0))
-
-    def _holds(self, far: float) -> bool:
-        there = dict(self.values)
-        for name, part in self.direction.items():
-            there[name] = float(there[name]) + far * part
-        try:
-            for _ in range(CORRECTIONS if len(self.direction) > 1 else 0):
-                self._correct(there)
-            return all(check_rule(equation, there).holds for equation in self.equations)
-        except (Undefined, ArithmeticError):
-            return False
-
-    def _correct(self, there: dict[str, Value]) -> None:
-        """One Gauss–Newton step, by no part along the direction."""
-
-        names = list(self.direction)
-        sizes = [abs(number) or 1.0 for number in (float(self.values[name]) for name in names)]
-        rows, misses = [[self.direction[name] for name in names]], [0.0]
-        for equation in self.equations:
-            left, right = (derivatives(side, there)[1] for side in (equation.left, equation.right))
-            rows.append([left.get(name, 0.0) - right.get(name, 0.0) for name in names])
-            misses.append(value(equation.right, there) - value(equation.left, there))
-        for name, step in zip(names, any_rank(rows, sizes).solve(misses), strict=True):
-            there[name] = float(there[name]) + step
-
 
 SAMPLES = 16
 CANCELLED = 1e-12
 """Share of its terms that a difference may be no more of than their rounding."""
 HALF = 2.0**-26
 """Relative error of a number of which half the digits are known."""
-FREE = 1e-9
-"""Share of the largest unknown from which on one moves along a null direction."""
 DENSE = 400
 """Unknowns from which on a block is factored as a sparse matrix."""
 MANY = 30
@@ -217,7 +152,7 @@ class _Propagation:
             self.cancelled = True
         if row is None or not any(row.off):
             self.errors[unknown] = [0.0 if row else math.inf] * SAMPLES
-        elif slope == 0.0 or math.isnan(slope) or (self.doubles and self._vanishes([equation], (unknown,))):
+        elif slope == 0.0 or math.isnan(slope):
             self.errors[unknown] = [math.inf] * SAMPLES
         else:
             self.errors[unknown] = [_finite(-off / slope) for off in row.off]
@@ -261,9 +196,6 @@ class _Propagation:
             [self._row(equation, unknowns) for equation in equations] if len(present) == len(unknowns) else []
         )
         solved = self._solved([row for row in rows if row], unknowns) if rows and all(rows) else None
-        if solved is not None and self.doubles and self._vanishes(equations, unknowns):
-            self._free(rows, unknowns)
-            return
         for place, name in enumerate(unknowns):
             self.errors[name] = [math.inf] * SAMPLES if solved is None else [s[place] for s in solved]
 
@@ -302,54 +234,13 @@ class _Propagation:
     # --- at a double root ---
 
     def _spread(self, double: DoubleRoot, unknowns: Sequence[str]) -> None:
-        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go,
-        or as far as the rules hold."""
+        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go."""
         numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
         along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
         reach = HALF * max([1.0, *along])
-        moving = {n: d for n, d in double.direction.items() if d and n in numbers}
-        if moving:
-            equations = [self.model.equations[index] for index in double.equations]
-            if all(name in self.values for equation in equations for name in equation.names):
-                reach = flat_reach(equations, self.values, moving, reach)
         for name in unknowns:
             far = reach * double.direction.get(name, 0.0)
             self.errors[name] = [far * sign for sign in _signs(double.equations[0])]
-
-    def _vanishes(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> bool:
-        """Whether the determinant of the rules may be 0 within the errors of what is known."""
-        reads = {name for equation in equations for name in equation.names}
-        if not any(any(self.errors.get(name, ())) for name in reads):
-            return False
-        here = self._determinant(equations, unknowns, 0.0)
-        return any(
-            there * here <= 0.0 or abs(there - here) > 0.5 * abs(here)
-            for share in (1.0, -1.0)
-            for there in (self._determinant(equations, unknowns, share),)
-        )
-
-    def _determinant(self, equations: Sequence[Equation], unknowns: Sequence[str], share: float) -> float:
-        moved = dict(self.values)
-        for name, errors in self.errors.items():
-            if isinstance(number := moved.get(name), float) and math.isfinite(errors[0]):
-                moved[name] = number + share * errors[0]
-        try:
-            found = [slopes(equation, moved) for equation in equations]
-        except Undefined:
-            return 0.0
-        if len(unknowns) == 1:
-            return found[0].get(unknowns[0], 0.0)
-
-        with np.errstate(all="ignore"):  # an infinite one is large enough
-            return float(np.linalg.det([[row.get(name, 0.0) for name in unknowns] for row in found]))
-
-    def _free(self, rows: Sequence[_Row | None], unknowns: Sequence[str]) -> None:
-
-        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows if row is not None]
-        numbers = [float(self.values[name]) for name in unknowns]
-        for name, number, moves in zip(unknowns, numbers, null_direction(matrix, numbers), strict=True):
-            far = math.inf if abs(moves) > FREE else HALF * abs(number)
-            self.errors[name] = [far] * SAMPLES
 
     def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
         """The errors of the unknowns for every choice of signs; None where they are not determined."""
