@@ -15,13 +15,11 @@ from contextlib import suppress
 from dataclasses import replace
 
 from rulesheets.deadline import TimeIsUp, grace
-from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.evaluate.number import equal
+from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Model, Value, Variable
-from rulesheets.syntax.nodes import Comparison, Condition, Name, names
+from rulesheets.syntax.nodes import Comparison, Name, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
-from solver.path.cases import comparisons
 from solver.path.planner import planner
 from solver.solution.explore import explore
 from solver.solution.leaves import CutOff, Exploration, Leaf, leaf_errors
@@ -110,7 +108,6 @@ def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
         or any(errors[name] > limit * numbers[name] for name in asked if name in numbers)
         or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
         or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
-        or any(_undecided(condition, values, errors) for condition in model.conditions)
     )
 
 
@@ -126,24 +123,6 @@ def _within_errors(
         if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
             return True
     return False
-
-
-def _undecided(condition: Condition, values: Mapping[str, Value], errors: Mapping[str, float]) -> bool:
-    """Whether numbers came out equal in a comparison that are not known to be the same."""
-    near: list[bool] = []
-
-    def same(comparison: Comparison, left: float, right: float) -> bool:
-        meets = equal(left, right)
-        near.append(meets and (left != right or any(errors.get(name) for name in names(comparison))))
-        return meets
-
-    for comparison in comparisons(condition):
-        if comparison.operator in ("=", "<>"):
-            try:
-                holds(comparison, values, (), same)
-            except (KeyError, Undefined):
-                continue
-    return any(near)
 
 
 # --- requirements on single unknowns as ranges: a search that cannot cover everything keeps to them ---
