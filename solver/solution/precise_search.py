@@ -33,7 +33,6 @@ from solver.accuracy.rule_check import gross, half_unit
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
-from solver.kernel.chain import Chain
 from solver.kernel.enclosure import Enclosure, slope_chain
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
@@ -347,9 +346,8 @@ class _Block:
     def _settled(self) -> bool:
         """Whether what floats could not settle is settled now, so that these are all the roots."""
         points = [self.system.point(root) for root in self.roots]
-        doubles = [answer.values for answer in self.double]
-        known, here = self.system.known, self.question.here
-        return settled(self.floats.stretches, here, known, points, doubles, self.system.digits)
+        doubles = [answer.values for answer in self.double] * 2
+        return settled(self.floats.stretches, self.question.here, (*points, *doubles))
 
     def _inside(self, point: Mapping[str, Any]) -> Mapping[str, Any]:
         """The point, wrapped, with what lies beyond an end of its range by rounding alone on that end."""
@@ -397,8 +395,7 @@ def _same(one: Leaf, other: Leaf, judged: Sequence[str]) -> bool:
 
 # --- short stretches of a tear on which the residual is convex or concave: it has two roots there at most ---
 #
-# If f'' ≥ m > 0 on a stretch, f ≥ f(x) − f'(x)²/2m there, for any x of it. So a value and a slope, in many
-# digits, tell that there is no root; and two roots, once they are found, are all.
+# So once two roots are found there, or a double one, these are all.
 
 MARGIN = 8.0
 """Widths by which a stretch is widened on both sides to look for its roots."""
@@ -408,35 +405,26 @@ ALIKE = 1e-6
 def settled(
     stretches: Sequence[Stretch],
     floats: Mapping[str, Value],
-    known: Mapping[str, Any],
     roots: Sequence[Mapping[str, Any]],
-    doubles: Sequence[Mapping[str, Any]],
-    digits: int,
 ) -> bool:
-    """Whether all roots on the stretches are among ``roots`` (and the ``doubles``, which count twice).
-
-    ``known``: the values that are given, in many digits; ``floats``: the same in floats.
-    """
-    for stretch in stretches:
-        slope = slope_chain(stretch.chain)
-        curvature = None if slope is None else _least_curvature(stretch, slope, floats)
-        if slope is None or curvature is None:
-            return False
-        count = sum(_lies_on(stretch, root, floats) for root in roots)
-        count += 2 * sum(_lies_on(stretch, root, floats) for root in doubles)
-        if count < 2 and (count or not _excludes(stretch, slope, curvature, known, digits)):
-            return False
-    return bool(stretches)
+    """Whether the stretches hold no more than the ``roots``, a double one twice; ``floats`` are given."""
+    return bool(stretches) and all(
+        sum(_lies_on(stretch, root, floats) for root in roots) >= 2 and _is_curved(stretch, floats)
+        for stretch in stretches
+    )
 
 
-def _least_curvature(stretch: Stretch, slope: Chain, floats: Mapping[str, Value]) -> float | None:
-    """The value of f'' that is least in size, if f'' is proven not to vanish on the stretch."""
+def _is_curved(stretch: Stretch, floats: Mapping[str, Value]) -> bool:
+    """Whether f'' is proven not to vanish on the stretch."""
+    slope = slope_chain(stretch.chain)
+    if slope is None:
+        return False
     numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
     enclosure = Enclosure(slope, tuple(numbers))
     if enclosure.slopes is None:
-        return None
+        return False
     ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
-    return float(low) if low > 0.0 else float(high) if high < 0.0 else None
+    return low > 0.0 or high < 0.0
 
 
 def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
@@ -455,22 +443,3 @@ def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Val
         if abs(found - meant) > ALIKE * max(abs(found), abs(meant), 1e-300):
             return False
     return True
-
-
-def _excludes(
-    stretch: Stretch, slope: Chain, curvature: float, known: Mapping[str, Any], digits: int
-) -> bool:
-    """Whether f has no root on the stretch: tried at its middle, and where Newton's method leads for f'."""
-    x = 0.5 * (stretch.low + stretch.high)
-    for _ in range(4):
-        values = {**known, slope.tears[0]: x}
-        try:
-            for item in slope.assignments:
-                values[item.name] = extended(item.expression, values, digits)
-        except (Undefined, OverflowError):
-            return False
-        value, steepness = values[stretch.chain.residuals[0]], values[slope.residuals[0]]
-        if value * curvature > 0 and abs(value) * 2 * abs(curvature) > 1.001 * steepness * steepness:
-            return True
-        x = min(max(x + float(-steepness / curvature), stretch.low), stretch.high)
-    return False
