@@ -6,7 +6,7 @@ block has no answer, its equations may be 0/0 where there would be one.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -43,7 +43,6 @@ from solver.verdicts.verdict import Verdict, judge
 # A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
 # such a product does not tie that unknown to the others. Without it the rules may determine what was left
 # open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
-# The same goes for rules of a block that say the same thing at these values: one of them is left out.
 
 DIGITS = (50, 100)
 """A factor is 0 that is so to as many digits as are looked at."""
@@ -68,15 +67,11 @@ def look_behind(
     if coincide or verdict.status not in (Status.SINGULAR, Status.PARTIAL):
         return None
     void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
-    lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
-    if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
+    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void.values()):
         return None
-    values = _shared(found.leaves)
-    reduced, open_ = _reduced(model, values)
-    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
-    if not open_ and not repeated:
+    reduced, open_ = _reduced(model, _shared(found.leaves))
+    if not open_:
         return None
-    reduced = _left_out(reduced, repeated)
     again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
     told = judge(reduced, again, inputs, guesses)._replace(reread=True)
     if told.status is Status.INFEASIBLE:
@@ -120,32 +115,6 @@ def _stands(model: Model, leaf: Leaf) -> bool:
         if all(decided.get(p.condition) is p.holds for p in rule.guard)
         and all(n in values for n in rule.names)
     )
-
-
-def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
-    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
-    from solver.numerics.linear_algebra import null_direction
-
-    equations = [model.equations[index] for index in fact.equations]
-    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
-    at = {**values, **dict.fromkeys(unknowns, 1.0)}
-    try:
-        slopes = [[derivatives(side, at)[1] for side in (e.left, e.right)] for e in equations]
-    except Undefined:
-        return None
-    rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
-    sizes = [max(map(abs, row), default=0.0) for row in rows]
-    if len(rows) != len(unknowns) or not all(sizes):
-        return None
-    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
-    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
-    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
-
-
-def _left_out(model: Model, places: Collection[int]) -> Model:
-    """The model with rules that say nothing in these places."""
-    equations = (replace(e, left=ZERO, right=ZERO) if e.index in places else e for e in model.equations)
-    return replace(model, equations=tuple(equations))
 
 
 def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
