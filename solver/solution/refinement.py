@@ -20,7 +20,6 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Name, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
-from solver.path.planner import planner
 from solver.solution.explore import explore
 from solver.solution.leaves import CutOff, Exploration, Leaf, leaf_errors
 from solver.solution.precise_search import explore_precisely
@@ -127,10 +126,6 @@ def _within_errors(
 
 # --- requirements on single unknowns as ranges: a search that cannot cover everything keeps to them ---
 
-WIDE = 1e6
-"""The width of a range beyond which it tells a search next to nothing."""
-TURNS = 4
-"""The same for angles, in turns."""
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
@@ -142,55 +137,10 @@ def explore_required(
     judged: Sequence[str],
     always: bool = False,
 ) -> Exploration:
-    """As ``explore_refined``; where that leaves something open, again within what requirements allow, and
-    without ranges that are too wide to be of help.
+    """As ``explore_refined``; where that leaves something open, again within what requirements allow.
 
     Answers that break a requirement remain known from the first search.
     """
-    found = _within_requirements(model, inputs, want, guesses, judged, always)
-    free = None if found.complete else _without_wide_ranges(model)
-    if free is None:
-        return found
-    try:
-        others = explore_refined(free, inputs, want, guesses, judged, always)
-    except TimeIsUp:
-        raise CutOff(certain(model, found, judged), inputs) from None
-    inside = (leaf for leaf in others.leaves if leaf.solved and _admitted(model, leaf, inputs))
-    return replace(found, leaves=(*inside, *found.leaves))
-
-
-def _admitted(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bool:
-    return all(
-        model.variables[name].admits(number)
-        for name, number in leaf.branch.values.items()
-        if isinstance(number, float) and name not in inputs
-    )
-
-
-def _without_wide_ranges(model: Model) -> Model | None:
-    """The model without ranges that are very wide, or many turns; None where there are none."""
-    if "_unbounded" not in model.__dict__:
-        turn = planner(model).graph.turn
-        variables = {
-            name: replace(v, low=-math.inf, high=math.inf, low_open=False, high_open=False)
-            if v.high - v.low >= (TURNS * t if (t := turn(name)) else WIDE) and math.isfinite(v.high - v.low)
-            else v
-            for name, v in model.variables.items()
-        }
-        changed = variables != dict(model.variables)
-        model.__dict__["_unbounded"] = replace(model, variables=variables) if changed else None
-    found: Model | None = model.__dict__["_unbounded"]
-    return found
-
-
-def _within_requirements(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-    always: bool,
-) -> Exploration:
     found = explore_refined(model, inputs, want, guesses, judged, always)
     if found.complete or not model.requirements:
         return found

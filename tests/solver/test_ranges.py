@@ -59,7 +59,6 @@ def test_a_range_of_one_point_that_is_a_multiple_root(rules: str, point: int) ->
 
 
 WIDE = {
-    "sines": ("x", "x*sin(x) = 1"),
     "crank": ("a b", "3*cosd(a) + 8*cosd(b) = 9.79\n3*sind(a) = 2 + 8*sind(b)"),
     "triangle": ("A B C", "2*sind(B) = 3*sind(A)\n3^2 = 2^2 + 4^2 - 2*2*4*cosd(B)\nA + B + C = 180"),
     "four bars": ("a b", "2*cos(a) + 3*cos(b) = 4\n2*sin(a) - 3*sin(b) = 0.5"),
