@@ -21,7 +21,7 @@ from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, kept
 from solver.result import CODES, Column, Table
-from solver.solution.leaves import Exploration
+from solver.solution.leaves import Asked, Exploration
 from solver.trace.guards import Pattern
 from solver.trace.program import Program
 from solver.trace.python import with_resort
@@ -251,7 +251,7 @@ class Plan:
         try:
             with time_limit(self.timeout):
                 values, limits = self._values(numbers), self.model.limits
-                said = conclude(self.model, values, self.want, self.guesses, self.want, limits=limits)
+                said = conclude(Asked(self.model, values, self.want, self.guesses, self.want), limits=limits)
                 return said.verdict, said.found
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())

@@ -17,7 +17,7 @@ from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.ranking.ranking import unlikely
 from solver.result import Result, Solution
-from solver.solution.leaves import CutOff, Exploration, Leaf, infinite, leaf_errors
+from solver.solution.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.solution.refinement import explore_required
 from solver.verdicts.conclusion import conclude
 from solver.verdicts.verdict import Verdict, judge
@@ -31,7 +31,6 @@ GRACE = 2.0
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
-    from solver.derivatives.total_derivatives import Near
     from solver.facts import Gap
 
 
@@ -65,16 +64,17 @@ def solve(
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else variables_named(want, model)
+    asked = Asked(model, given, wanted, hints, posted(model) if wanted is None else wanted)
     if prove:
         from solver.solution.proof import require_proof
 
         require_proof()
     try:
         with time_limit(timeout), _rare_collection():
-            return _solved(model, given, wanted, hints, prove, limits or model.limits)
+            return _solved(asked, prove, limits or model.limits)
     except TimeIsUp as up:
         found = up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
-        return _cut_off(model, found, given, wanted, hints)
+        return _cut_off(asked, found)
 
 
 @contextmanager
@@ -88,43 +88,25 @@ def _rare_collection() -> Iterator[None]:
         gc.set_threshold(*usual)
 
 
-def _solved(
-    model: Model,
-    given: Mapping[str, Value],
-    wanted: tuple[str, ...] | None,
-    hints: Mapping[str, float],
-    prove: bool,
-    limits: bool,
-) -> Result:
-    judged = wanted if wanted is not None else posted(model)
-    said = conclude(model, given, wanted, hints, judged, prove=prove, limits=limits)
-    found, verdict = said.found, said.verdict
-    near = partial(_near, model, wanted, judged)
-    result = _result(model, said.model, verdict, found.complete, given, hints, judged, near, prove)
+def _solved(asked: Asked, prove: bool, limits: bool) -> Result:
+    said = conclude(asked, prove=prove, limits=limits)
+    found = said.found
+    result = _result(asked, said.model, said.verdict, found.complete, prove)
     if result.status is Status.SOLVED and not result.complete:
         result = _with_gaps(result, found.gaps)
     return result
 
 
-def _cut_off(
-    model: Model,
-    reached: CutOff,
-    given: Mapping[str, Value],
-    wanted: tuple[str, ...] | None,
-    hints: Mapping[str, float],
-) -> Result:
+def _cut_off(asked: Asked, reached: CutOff) -> Result:
     """What is known when the time is up: the answers found until then, else the values determined."""
-    judged = wanted if wanted is not None else posted(model)
-    unknown = tuple(name for name in model.variables if name not in reached.known)
-    verdict = judge(model, reached.found, given, hints)
-    fact = OutOfTime(tuple(name for name in reached.known if name not in given))
+    unknown = tuple(name for name in asked.model.variables if name not in reached.known)
+    verdict = judge(asked, reached.found)
+    fact = OutOfTime(tuple(name for name in reached.known if name not in asked.inputs))
     if verdict.status is Status.SOLVED:
         verdict = verdict._replace(facts=(fact,))
     else:
         verdict = Verdict(Status.FAILED, (), (fact,), unknown)
-    result = _result(
-        model, model, verdict, False, given, hints, judged, partial(_near, model, wanted, judged), False
-    )
+    result = _result(asked, asked.model, verdict, False, False)
     return result if result.solutions else replace(result, partial=reached.known)
 
 
@@ -143,18 +125,9 @@ def posted(model: Model) -> tuple[str, ...]:
     return names or tuple(model.variables)
 
 
-def _result(
-    model: Model,
-    by: Model,
-    verdict: Verdict,
-    complete: bool,
-    inputs: Mapping[str, Value],
-    guesses: Mapping[str, float],
-    judged: tuple[str, ...],
-    near: Near,
-    prove: bool,
-) -> Result:
+def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bool) -> Result:
     """The result of a verdict that was come to ``by`` the rules as they are read at these values."""
+    model, inputs, _, guesses, judged = asked
     answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
     solutions = _solutions(by, verdict.leaves, inputs, guesses, prove) if answered else ()
     primary = verdict.leaves[0] if verdict.leaves else None
@@ -174,11 +147,11 @@ def _result(
         partial=_determined(verdict, inputs),
         origins={} if primary is None else primary.branch.origins,
         attempts={} if primary is None else primary.branch.attempts,
-        near=near,
+        near=partial(_near, asked),
     )
 
 
-def _infinite(model: Model, leaf: Leaf | None, judged: tuple[str, ...]) -> set[str]:
+def _infinite(model: Model, leaf: Leaf | None, judged: Sequence[str]) -> set[str]:
     """The names that stay blank in a leaf without spoiling it."""
     return set() if leaf is None else {name for name in judged if infinite(model, leaf.branch, name)}
 
@@ -189,19 +162,16 @@ def _known_to_be_all(status: Status, complete: bool) -> bool:
 
 
 def _near(
-    model: Model,
-    wanted: tuple[str, ...] | None,
-    judged: tuple[str, ...],
-    inputs: Mapping[str, Value],
-    guesses: Mapping[str, float],
+    asked: Asked, inputs: Mapping[str, Value], guesses: Mapping[str, float]
 ) -> Mapping[str, Value] | None:
     """The answer nearest to the guesses, None where there is none."""
-    verdict = judge(model, explore_required(model, inputs, wanted, guesses, judged), inputs, guesses)
+    asked = asked._replace(inputs=inputs, guesses=guesses)
+    verdict = judge(asked, explore_required(asked))
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 
 def _explained(
-    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: tuple[str, ...]
+    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
 ) -> tuple[Diagnosis, ...]:
     """What there is to say; of an answer that nothing stood in the way of, nothing."""
     branches = [leaf.branch for leaf in verdict.leaves]

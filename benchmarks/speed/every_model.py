@@ -21,6 +21,7 @@ from rulesheets.model import Model
 from solver.facts import Status
 from solver.plan import Plan
 from solver.result import CODES
+from solver.solution.leaves import Asked
 from solver.solution.refinement import explore_refined
 from solver.trace.llvm import available
 
@@ -166,9 +167,8 @@ def _differences(model: Model, plan: Plan, driver: str, value: float) -> Differe
         if verdict.status is not Status.SOLVED or any(codes):
             continue
         scales = _scales(model, plan, driver, float(number))
-        exact = explore_refined(
-            model, {**plan.given, driver: float(number)}, plan.want, plan.guesses, plan.want, always=True
-        )
+        inputs = {**plan.given, driver: float(number)}
+        exact = explore_refined(Asked(model, inputs, plan.want, plan.guesses, plan.want), always=True)
         for name, scale in scales.items():
             expected = exact.leaves[0].branch.values[name]
             if isinstance(expected, float):

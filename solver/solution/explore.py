@@ -24,6 +24,7 @@ from solver.path.graph import ModelGraph
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.leaves import (
+    Asked,
     Branch,
     Casework,
     CutOff,
@@ -269,22 +270,18 @@ Rest: TypeAlias = Callable[[Branch], bool]
 
 
 def explore(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
+    asked: Asked,
     thorough: bool = False,
     brief: bool = False,
     enough: Callable[[Leaf], bool] | None = None,
 ) -> Exploration:
-    """Every answer for these inputs. ``want`` prunes the path; ``judged`` are the names a leaf must have.
+    """Every answer for these inputs.
 
     ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
     of a block are left out, and so are curves of answers where it has none. ``enough``: the search ends at
     the first such answer. Raises CutOff where a limit in time is met.
     """
-    explorer = Explorer(model, inputs, want, guesses, judged, enough)
+    explorer = Explorer(asked, enough)
     explorer.budget.thorough = thorough
     explorer.budget.brief = brief
     return explorer.run()
@@ -293,15 +290,8 @@ def explore(
 class Explorer:
     """Follows every way in floats; a subclass may solve the steps in another arithmetic."""
 
-    def __init__(
-        self,
-        model: Model,
-        inputs: Mapping[str, Value],
-        want: Sequence[str] | None,
-        guesses: Mapping[str, float],
-        judged: Sequence[str],
-        enough: Callable[[Leaf], bool] | None = None,
-    ) -> None:
+    def __init__(self, asked: Asked, enough: Callable[[Leaf], bool] | None = None) -> None:
+        model, inputs, want, guesses, judged = asked
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
         self.planner = planner(model)

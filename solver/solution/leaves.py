@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
@@ -114,11 +114,6 @@ def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: 
 
 
 if TYPE_CHECKING:
-    from typing import Any, TypeAlias
-
-    from solver.kernel.candidates import BlockOutcome
-    from solver.path.steps import SolveBlock
-
     Sense: TypeAlias = tuple[tuple[int, ...], tuple[str, ...]]
 
 
@@ -298,6 +293,19 @@ def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
             return equations, unknowns
         case _:
             return (), ()
+
+
+class Asked(NamedTuple):
+    """A question. ``want`` prunes the path, ``judged`` are the names that an answer must have.
+
+    ``guesses`` say which answer comes first.
+    """
+
+    model: Model
+    inputs: Mapping[str, Value]
+    want: Sequence[str] | None
+    guesses: Mapping[str, float]
+    judged: Sequence[str]
 
 
 Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome]"

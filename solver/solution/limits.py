@@ -23,7 +23,7 @@ from solver.facts import Filled
 from solver.numerics.tolerances import BACKWARD
 from solver.path.cases import activity, outcomes
 from solver.solution.explore import explore
-from solver.solution.leaves import Exploration, Leaf, unmet
+from solver.solution.leaves import Asked, Exploration, Leaf, unmet
 from solver.solution.precise_search import explore_precisely
 from solver.solution.refinement import explore_required
 
@@ -42,38 +42,24 @@ TINY = 1e-30
 """How far beside an answer a rule is evaluated, relative to its values."""
 
 
-def with_limits(
-    model: Model,
-    found: Exploration,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-) -> tuple[Model, Exploration]:
+def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     """What is found with limits, and the model with the limits that stand for parts of its rules."""
-    by, found = _forward(model, found, inputs, want, guesses, judged)
+    by, found = _forward(asked, found)
     if any(leaf.solved for leaf in found.leaves) and found.complete:
         return by, found
-    more = answers_between(model, inputs, want, guesses, judged)
+    more = answers_between(asked)
     if not more:
         return by, found
     leaves = (*(leaf for leaf in found.leaves if leaf.solved), *more)
-    return model, replace(found, leaves=leaves, complete=False)
+    return asked.model, replace(found, leaves=leaves, complete=False)
 
 
 # --- forward --------------------------------------------------------------------------
 
 
-def _forward(
-    model: Model,
-    found: Exploration,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-) -> tuple[Model, Exploration]:
+def _forward(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     """Limits put in for what is 0/0 at values that do not depend on them, and explored again."""
-    by = model
+    by = asked.model
     filled: dict[int, float] = {}
     for _ in range(ROUNDS):
         ends = (*found.leaves, *found.dead)
@@ -85,7 +71,7 @@ def _forward(
         equations = tuple(limits[e.index][0] if e.index in limits else e for e in by.equations)
         filled |= {index: limit for index, (_, limit) in limits.items()}
         by = replace(by, equations=equations)
-        found = explore_required(by, inputs, want, guesses, judged)
+        found = explore_required(asked._replace(model=by))
     facts = tuple(Filled(*pair) for pair in filled.items())
     for leaf in found.leaves:
         leaf.branch.facts = (*leaf.branch.facts, *facts)
@@ -115,19 +101,14 @@ def _replaced(side: Expression, part: Expression, by: Expression) -> Expression:
 # --- backward -------------------------------------------------------------------------
 
 
-def answers_between(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-) -> tuple[Leaf, ...]:
+def answers_between(asked: Asked) -> tuple[Leaf, ...]:
     """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to."""
+    model, inputs = asked.model, asked.inputs
     if not any(map(_has_quotient, model.equations)):
         return ()
     for name in _movable(model, inputs):
         moved = (number for step in STEPS for number in _moved(inputs[name], step))
-        beside = (_beside(model, {**inputs, name: number}, want, guesses, judged) for number in moved)
+        beside = (_beside(asked._replace(inputs={**inputs, name: number})) for number in moved)
         sides = list(takewhile(bool, beside))
         if len(sides) < 2 * len(STEPS):
             continue
@@ -162,18 +143,12 @@ def _moved(number: Value, step: float) -> tuple[float, float]:
     return number + step * size, number - step * size
 
 
-def _beside(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-) -> tuple[Leaf, ...]:
-    floats = explore(model, inputs, want, guesses, judged, brief=True)
+def _beside(asked: Asked) -> tuple[Leaf, ...]:
+    floats = explore(asked, brief=True)
     ended = any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.dead))
     if not ended and not floats.delicate:
         return ()
-    found = explore_precisely(model, inputs, want, guesses, judged, floats) or floats
+    found = explore_precisely(asked, floats) or floats
     return tuple(leaf for leaf in found.leaves if leaf.solved)
 
 

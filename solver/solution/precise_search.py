@@ -42,7 +42,7 @@ from solver.path.cases import activity
 from solver.path.isolate import Isolation
 from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution.explore import Explorer
-from solver.solution.leaves import Branch, Casework, Exploration, Leaf
+from solver.solution.leaves import Asked, Branch, Casework, Exploration, Leaf
 
 AGREEMENT = 1e-18
 """Relative difference of two precisions that no float can show."""
@@ -55,24 +55,17 @@ INVERSE = math.exp(-1.0)
 """A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a larger."""
 
 
-def explore_precisely(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-    floats: Exploration,
-) -> Exploration | None:
+def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
     """The exploration on which two precisions agree; None if none do. ``floats`` is the one in floats."""
 
     def precisely(digits: int) -> Exploration | None:
         try:
-            return _PreciseSearch(model, inputs, want, guesses, judged, floats, digits).run()
+            return _PreciseSearch(asked, floats, digits).run()
         except Unresolved:
             return None
 
     for rough, fine in pairwise(map(precisely, DIGITS)):
-        if rough is not None and fine is not None and _agree(rough, fine, judged):
+        if rough is not None and fine is not None and _agree(rough, fine, asked.judged):
             return fine
     return None
 
@@ -119,20 +112,11 @@ class _PreciseCasework(Casework):
 class _PreciseSearch(Explorer):
     """Follows every branch with values of so many digits, and with the floats next to them."""
 
-    def __init__(
-        self,
-        model: Model,
-        inputs: Mapping[str, Value],
-        want: Sequence[str] | None,
-        guesses: Mapping[str, float],
-        judged: Sequence[str],
-        floats: Exploration,
-        digits: int,
-    ) -> None:
-        super().__init__(model, inputs, want, guesses, judged)
+    def __init__(self, asked: Asked, floats: Exploration, digits: int) -> None:
+        super().__init__(asked)
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
-        self.casework: _PreciseCasework = _PreciseCasework(model, self.inputs, digits)
+        self.casework: _PreciseCasework = _PreciseCasework(self.model, self.inputs, digits)
 
     def _system(self, equations: Sequence[int], unknowns: Sequence[str], branch: Branch) -> ManyDigits:
         rules = [self.model.equations[index] for index in equations]

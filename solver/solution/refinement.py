@@ -10,7 +10,7 @@ leave no digit of a value.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ from rulesheets.syntax.nodes import Comparison, Name, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
 from solver.solution.explore import explore
-from solver.solution.leaves import CutOff, Exploration, Leaf, leaf_errors
+from solver.solution.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors
 from solver.solution.precise_search import explore_precisely
 
 VAGUE = 1e-13
@@ -40,73 +40,67 @@ MAX_STEPS = 2_000
 """Steps of a path, over all answers, that are worth following in extended precision."""
 
 
-def explore_refined(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-    always: bool = False,
-) -> Exploration:
+def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     """As ``explore``, with every judged value that has a number right to the last digit of a float.
 
     Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
     needed or not. Raises CutOff where a limit in time is met.
     """
     try:
-        found = explore(model, inputs, want, guesses, judged, thorough=always)
+        found = explore(asked, thorough=always)
     except CutOff as reached:
-        known = inputs if reached.found.delicate else reached.known
-        raise CutOff(certain(model, reached.found, judged), known) from None
+        known = asked.inputs if reached.found.delicate else reached.known
+        raise CutOff(certain(asked, reached.found), known) from None
     try:
-        if not always and not _delicate(model, found, judged):
+        if not always and not _delicate(asked, found):
             return found
-        precise = explore_precisely(model, inputs, want, guesses, judged, found)
-        return precise or _meaningful(model, found, judged)
+        return explore_precisely(asked, found) or _meaningful(asked, found)
     except TimeIsUp:
-        raise CutOff(certain(model, found, judged), inputs) from None
+        raise CutOff(certain(asked, found), asked.inputs) from None
 
 
-def _meaningful(model: Model, found: Exploration, judged: Sequence[str]) -> Exploration:
+def _meaningful(asked: Asked, found: Exploration) -> Exploration:
     """The exploration without answers that are nothing but rounding: the sine of 1e90 + x is any number for
     values of 1e90 that are next to one another, and the rule holds whatever x is."""
-    leaves = tuple(leaf for leaf in found.leaves if not (leaf.solved and _meaningless(model, leaf, judged)))
+    leaves = tuple(leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf)))
     return found if len(leaves) == len(found.leaves) else replace(found, leaves=leaves, complete=False)
 
 
-def _meaningless(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
-    errors, values = leaf_errors(model, leaf).error, leaf.branch.values
-    numbers = ((name, v) for name in judged if isinstance(v := values.get(name), float) and v)
+def _meaningless(asked: Asked, leaf: Leaf) -> bool:
+    errors, values = leaf_errors(asked.model, leaf).error, leaf.branch.values
+    numbers = ((name, v) for name in asked.judged if isinstance(v := values.get(name), float) and v)
     return any(MEANINGLESS * abs(v) < errors[name] < math.inf for name, v in numbers)
 
 
-def certain(model: Model, found: Exploration, judged: Sequence[str]) -> Exploration:
+def certain(asked: Asked, found: Exploration) -> Exploration:
     """The answers that floats are sure of: the only part of a search that was cut off that tells anything."""
     leaves: tuple[Leaf, ...] = ()
     with grace(GRACE), suppress(TimeIsUp):
         if not found.delicate:
-            leaves = tuple(one for one in found.leaves if one.solved and not _vague(model, one, judged))
+            leaves = tuple(one for one in found.leaves if one.solved and not _vague(asked, one))
     return replace(found, leaves=leaves, dead=(), adrift=(), complete=False)
 
 
-def _delicate(model: Model, found: Exploration, judged: Sequence[str]) -> bool:
+def _delicate(asked: Asked, found: Exploration) -> bool:
     """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
     leaves = (*found.leaves, *found.dead)
     if sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS:
         return False
-    return found.delicate or any(_vague(model, leaf, judged) for leaf in leaves)
+    return found.delicate or any(_vague(asked, leaf) for leaf in leaves)
 
 
-def _vague(model: Model, leaf: Leaf, judged: Sequence[str]) -> bool:
-    told, values = leaf_errors(model, leaf), leaf.branch.values
+def _vague(asked: Asked, leaf: Leaf) -> bool:
+    told, values = leaf_errors(asked.model, leaf), leaf.branch.values
     errors = told.error
     numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
-    asked, limit = (judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
+    names, limit = (asked.judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
     return (
         told.cancelled
-        or any(errors[name] > limit * numbers[name] for name in asked if name in numbers)
+        or any(errors[name] > limit * numbers[name] for name in names if name in numbers)
         or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
-        or any(isinstance(c, Conflict) and _within_errors(model, c, values, errors) for c in leaf.conflicts)
+        or any(
+            isinstance(c, Conflict) and _within_errors(asked.model, c, values, errors) for c in leaf.conflicts
+        )
     )
 
 
@@ -129,28 +123,21 @@ def _within_errors(
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
-def explore_required(
-    model: Model,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-    always: bool = False,
-) -> Exploration:
+def explore_required(asked: Asked, always: bool = False) -> Exploration:
     """As ``explore_refined``; where that leaves something open, again within what requirements allow.
 
     Answers that break a requirement remain known from the first search.
     """
-    found = explore_refined(model, inputs, want, guesses, judged, always)
-    if found.complete or not model.requirements:
+    found = explore_refined(asked, always)
+    if found.complete or not asked.model.requirements:
         return found
-    within = narrowed(model, inputs)
+    within = narrowed(asked.model, asked.inputs)
     if within is None:
         return found
     try:
-        inside = explore_refined(within, inputs, want, guesses, judged, always)
+        inside = explore_refined(asked._replace(model=within), always)
     except TimeIsUp:
-        raise CutOff(certain(model, found, judged), inputs) from None
+        raise CutOff(certain(asked, found), asked.inputs) from None
     better = _solved(inside) >= _solved(found) if inside.complete else _solved(inside) > 0 == _solved(found)
     return replace(inside, dead=inside.dead or found.dead) if better else found
 

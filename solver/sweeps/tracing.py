@@ -32,6 +32,7 @@ from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph
 from solver.result import Table
 from solver.solution.explore import explore
+from solver.solution.leaves import Asked
 from solver.verdicts.verdict import judge
 
 
@@ -336,8 +337,8 @@ class Filling:
 
     def _solved(self, z: Vector) -> tuple[Status, dict[str, Value]]:
         inputs = {**self.system.fixed, **self.wrapped(z)}
-        found = explore(self.model, inputs, self.want, {}, self.want)
-        verdict = judge(self.model, found, inputs, {})
+        asked = Asked(self.model, inputs, self.want, {}, self.want)
+        verdict = judge(asked, explore(asked))
         values = verdict.leaves[0].branch.values if verdict.leaves else inputs
         return verdict.status, {name: values[name] for name in self.want if name in values}
 

@@ -33,7 +33,7 @@ from rulesheets.syntax.nodes import (
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, DoubleRoot, Filled, NoRoot, RankLoss, Status
 from solver.path.cases import activity
-from solver.solution.leaves import Exploration, Leaf, indeterminacy
+from solver.solution.leaves import Asked, Exploration, Leaf, indeterminacy
 from solver.solution.limits import answers_between
 from solver.solution.refinement import explore_refined, explore_required
 from solver.verdicts.verdict import Verdict, judge
@@ -49,14 +49,7 @@ DIGITS = (50, 100)
 
 
 def look_behind(
-    model: Model,
-    found: Exploration,
-    verdict: Verdict,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-    always: bool = False,
+    asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and what comes of them; None where that is no more.
 
@@ -69,19 +62,21 @@ def look_behind(
     void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
     if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void.values()):
         return None
+    model = asked.model
     reduced, open_ = _reduced(model, _shared(found.leaves))
     if not open_:
         return None
-    again = explore_refined(reduced, inputs, want, guesses, judged, always=always)
-    told = judge(reduced, again, inputs, guesses)._replace(reread=True)
+    by = asked._replace(model=reduced)
+    again = explore_refined(by, always)
+    told = judge(by, again)._replace(reread=True)
     if told.status is Status.INFEASIBLE:
         return reduced, again, told
     if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
         return None
     if told.status is Status.SOLVED:
         return reduced, again, told
-    if told.status not in (Status.PARTIAL, Status.SINGULAR) or _known(told, judged) <= _known(
-        verdict, judged
+    if told.status not in (Status.PARTIAL, Status.SINGULAR) or _known(told, asked.judged) <= _known(
+        verdict, asked.judged
     ):
         return None
     if verdict.status is Status.PARTIAL:
@@ -196,20 +191,13 @@ NEAR = 1e-4
 """Share of the change that its variables make of it, below which a side of a quotient may be 0."""
 
 
-def at_a_limit(
-    model: Model,
-    verdict: Verdict,
-    inputs: Mapping[str, Value],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-) -> Verdict | None:
+def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
     """The verdict that rules are undefined where there is an answer in the limit; None if there is none."""
-    if not any(_near_zero_by_zero(model, verdict)):
+    if not any(_near_zero_by_zero(asked.model, verdict)):
         return None
-    for leaf in answers_between(model, inputs, want, guesses, judged):
+    for leaf in answers_between(asked):
         filled = (fact.equation for fact in leaf.branch.facts if isinstance(fact, Filled))
-        facts = tuple(indeterminacy(model.equations[index], leaf.branch.values) for index in filled)
+        facts = tuple(indeterminacy(asked.model.equations[index], leaf.branch.values) for index in filled)
         return Verdict(Status.SINGULAR, verdict.leaves, tuple(filter(None, facts)), verdict.undetermined)
     return None
 
@@ -250,32 +238,23 @@ class Conclusion(NamedTuple):
     model: Model
 
 
-def conclude(
-    model: Model,
-    given: Mapping[str, Value],
-    wanted: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    judged: Sequence[str],
-    *,
-    prove: bool = False,
-    limits: bool = False,
-) -> Conclusion:
+def conclude(asked: Asked, *, prove: bool = False, limits: bool = False) -> Conclusion:
     """The verdict on these inputs. When the time is up after the first verdict, that is the last.
 
     Raises TimeIsUp before there is one.
     """
-    found = explore_required(model, given, wanted, guesses, judged, always=prove)
-    verdict, by = judge(model, found, given, guesses), model
+    found = explore_required(asked, always=prove)
+    verdict, by = judge(asked, found), asked.model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):
-            behind = look_behind(model, found, verdict, given, wanted, guesses, judged, always=prove)
+            behind = look_behind(asked, found, verdict, always=prove)
             by, found, verdict = behind or (by, found, verdict)
     with suppress(TimeIsUp):
         if limits:
             from solver.solution.limits import with_limits
 
-            by, found = with_limits(model, found, given, wanted, guesses, judged)
-            verdict = judge(by, found, given, guesses)._replace(reread=by is not model)
+            by, found = with_limits(asked, found)
+            verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED:
-            verdict = at_a_limit(model, verdict, given, wanted, guesses, judged) or verdict
+            verdict = at_a_limit(asked, verdict) or verdict
     return Conclusion(verdict, found, by)

@@ -13,7 +13,7 @@ from rulesheets.syntax import nodes
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.solution.explore import explore
-from solver.solution.leaves import Exploration, Leaf
+from solver.solution.leaves import Asked, Exploration, Leaf
 
 MAX_CANDIDATES = 200
 MAX_SETS = 400
@@ -169,7 +169,7 @@ def _contradictory(
         return False
     part = restricted(model, rules)
     values = {name: inputs[name] for name in given if name in part.variables}
-    found = patience.shown(explore(part, values, None, {}, (), brief=True, enough=_possible))
+    found = patience.shown(explore(Asked(part, values, None, {}, ()), brief=True, enough=_possible))
     return not any(map(_possible, found.leaves)) and bool(found.dead or found.leaves)
 
 
@@ -195,7 +195,7 @@ def cures(
         if patience.lost:
             break
         rest = {n: v for n, v in inputs.items() if n != name}
-        tried = patience.shown(explore(model, rest, None, {}, judged, brief=True))
+        tried = patience.shown(explore(Asked(model, rest, None, {}, judged), brief=True))
         leaves = [leaf for leaf in tried.leaves if leaf.solved]
         values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
         if values:
@@ -240,7 +240,7 @@ def bounds(
             if patience.lost or not model.variables[name].admits(value):
                 return False
             moved = {**inputs, name: value}
-            tried = explore(model, moved, judged, {}, judged, brief=True, enough=_solved)
+            tried = explore(Asked(model, moved, judged, {}, judged), brief=True, enough=_solved)
             return any(map(_solved, patience.shown(tried).leaves))
 
         edge = _edge(feasible, given)

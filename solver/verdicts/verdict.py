@@ -29,7 +29,7 @@ from solver.facts import (
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
-from solver.solution.leaves import Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
+from solver.solution.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 
 ROUNDED = 2.0**-51
 """Relative difference of two floats next to the same number."""
@@ -55,10 +55,9 @@ class Verdict(NamedTuple):
     reread: bool = False
 
 
-def judge(
-    model: Model, found: Exploration, inputs: Mapping[str, Value], guesses: Mapping[str, float]
-) -> Verdict:
+def judge(asked: Asked, found: Exploration) -> Verdict:
     """The status of a solve, by what its leaves reached."""
+    model, inputs = asked.model, asked.inputs
     loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
     uncovered = _uncovered(model, found, inputs) if loose else ()
     if loose and not (uncovered and any(leaf.solved and not leaf.on_edge for leaf in found.leaves)):
@@ -66,7 +65,7 @@ def judge(
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
-    solved = _ordered(model, near or solved, inputs, guesses)
+    solved = _ordered(asked, near or solved)
     solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
     if solved:
         if not _unsettled(solved[0]):
@@ -81,7 +80,7 @@ def judge(
         leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)
         leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
-        verdict = _unfinished(model, _ordered(model, leaves, inputs, guesses), inputs)
+        verdict = _unfinished(model, _ordered(asked, leaves), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
         if verdict.status is Status.INFEASIBLE and found.dead:
@@ -345,14 +344,14 @@ def _equal(a: Value, b: Value, tolerance: float) -> bool:
     return abs(a - b) <= tolerance * max(abs(a), abs(b))
 
 
-def _ordered(
-    model: Model, leaves: list[Leaf], inputs: Mapping[str, Value], guesses: Mapping[str, float]
-) -> list[Leaf]:
+def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
     """Leaves by the rule of ``solver.ranking``."""
     if len(leaves) < 2:
         return leaves
     from solver.ranking.ranking import Ranking  # a sheet with one answer needs no numpy
 
     among = {name for leaf in leaves for name in leaf.branch.values}
-    order = Ranking(model, inputs, among, guesses).order([leaf.branch.values for leaf in leaves], inputs)
+    order = Ranking(asked.model, asked.inputs, among, asked.guesses).order(
+        [leaf.branch.values for leaf in leaves], asked.inputs
+    )
     return [leaves[place] for place in order]

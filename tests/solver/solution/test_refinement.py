@@ -12,6 +12,7 @@ import pytest
 
 import rulesheets
 import solver
+from solver.solution.leaves import Asked
 from solver.solution.refinement import explore_refined
 from solver.solving import posted
 from solver.verdicts.verdict import Verdict, judge
@@ -71,8 +72,8 @@ def judged(name: str, given: dict[str, Any]) -> Verdict:
     sheet = model(name)
     own = {n: v.value for n, v in sheet.variables.items() if v.value is not None}
     inputs = {n: v for n, v in {**own, **given}.items() if v is not None}
-    asked = posted(sheet)
-    return judge(sheet, explore_refined(sheet, inputs, None, {}, asked), inputs, {})
+    asked = Asked(sheet, inputs, None, {}, posted(sheet))
+    return judge(asked, explore_refined(asked))
 
 
 @pytest.mark.parametrize(("offset", "side", "outer"), ENDS[::3])
