@@ -186,9 +186,9 @@ class Builder:
         name, arguments, closing = children
         return nodes.Call(name.lower(), arguments, self._span(self._start(name), self._end(closing)))
 
-    def group(self, children: Children) -> nodes.Expression:
+    def group(self, children: Children) -> Any:
         opening, inner, closing = children
-        return replace(inner, span=self._span(self._start(opening), self._end(closing)))  # type: ignore[no-any-return]
+        return replace(inner, span=self._span(self._start(opening), self._end(closing)))
 
     def expressions(self, children: Children) -> Expressions:
         return tuple(child for child in children if child is not None)
@@ -218,9 +218,7 @@ class Builder:
         operator = _RELATIONS.get(sign, str(sign))
         return nodes.Comparison(operator, left, right, self._around((left, right)))
 
-    def grouped(self, children: Children) -> nodes.Condition:
-        opening, inner, closing = children
-        return replace(inner, span=self._span(self._start(opening), self._end(closing)))  # type: ignore[no-any-return]
+    grouped = group
 
     def conjunction(self, children: Children) -> nodes.Condition:
         return nodes.And(tuple(children), self._around(children))
