@@ -35,6 +35,8 @@ Form: TypeAlias = Callable[..., Any]
 
 def _form(row: Function) -> Form:
     match row.sympy:
+        case None if row.definition is not None:
+            return partial(_by_definition, row)
         case None:
             return _named(row)
         case str() as name:
@@ -42,6 +44,11 @@ def _form(row: Function) -> Form:
             return form
         case form:
             return partial(form, sympy)
+
+
+def _by_definition(row: Function, *arguments: Any) -> Any:
+    template, places = row.defined(arguments)
+    return AS_MATHEMATICS.expression(template).subs(places, simultaneous=True)
 
 
 def _named(row: Function) -> Form:

@@ -89,6 +89,8 @@ def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
 
 def _form(row: Function) -> Callable[..., Ball]:
     match row.ball:
+        case None if row.definition is not None:
+            return partial(_by_definition, row)
         case None:
             return lambda *arguments: arb(0, "inf")
         case str() as name:
@@ -96,6 +98,13 @@ def _form(row: Function) -> Callable[..., Ball]:
             return function
         case form:
             return partial(form, arb)
+
+
+def _by_definition(row: Function, *arguments: Ball) -> Ball:
+    try:
+        return enclosing_ball(*row.defined(arguments))
+    except Undefined:
+        return arb(0, "inf")
 
 
 FUNCTIONS = Forms(TABLE, _form)

@@ -51,6 +51,8 @@ def _functions(thread: int, digits: int) -> Mapping[str, Callable[..., Extended]
 def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
     """The function over the reals: complex and infinite answers are refused."""
     match row.digits:
+        case None if row.definition is not None:
+            function = partial(_defined, row, mp.dps)
         case None:
             return partial(_missing, row.name)
         case str() as name:
@@ -68,6 +70,14 @@ def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
         return mp.mpf(result)
 
     return value
+
+
+def _defined(row: Function, digits: int, *arguments: Extended) -> Extended:
+    template, places = row.defined(arguments)
+    try:
+        return Digits(places, digits).of(template)
+    except Undefined as undefined:
+        raise ValueError(f"{row.name} has no value: {undefined}") from undefined
 
 
 def _missing(name: str, *arguments: Extended) -> Extended:
@@ -108,7 +118,7 @@ def extended_derivatives(
 def in_many_digits(expression: Expression) -> bool:
     """Whether every function in it is known to more digits than those of floats."""
     calls = (part for part in walk(expression) if isinstance(part, Call))
-    return all(TABLE[call.function].digits is not None for call in calls)
+    return all(TABLE[call.function].digits or TABLE[call.function].definition for call in calls)
 
 
 class Digits(Arithmetic[Extended]):

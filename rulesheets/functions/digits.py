@@ -33,21 +33,6 @@ def truncated(mp: Any, x: Extended) -> Extended:
     return mp.floor(x) if x >= 0 else mp.ceil(x)
 
 
-def frac(mp: Any, x: Extended) -> Extended:
-    return x - truncated(mp, x)
-
-
-def rounded(mp: Any, x: Extended) -> Extended:
-    return mp.sign(x) * mp.floor(abs(x) + mp.mpf(0.5))
-
-
-def mod(mp: Any, x: Extended, y: Extended) -> Extended:
-    if y == 0:
-        raise ValueError("remainder of a division by 0")
-    remainder = abs(x) % abs(y)
-    return remainder if x >= 0 else -remainder
-
-
 def lgamma(mp: Any, x: Extended) -> Extended:
     return mp.ln(abs(mp.gamma(x))) if x < 0 else mp.loggamma(x)
 
@@ -120,14 +105,6 @@ def of_order(name: str) -> Callable[[Any, Extended, Extended], Extended]:
 
 def ball_truncated(arb: Any, x: Any) -> Any:
     return x.floor() if x >= 0 else x.ceil() if x <= 0 else x.floor().union(x.ceil())
-
-
-def ball_rounded(arb: Any, x: Any) -> Any:
-    return x.sgn() * (abs(x) + arb(0.5)).floor()
-
-
-def ball_mod(arb: Any, x: Any, y: Any) -> Any:
-    return x - y * ball_truncated(arb, x / y)
 
 
 def ball_step(arb: Any, x: Any, a: Any) -> Any:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.nodes import Expression, Name
 
 Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
 Slopes: TypeAlias = Callable[..., Expression | tuple[Expression | None, ...]]
@@ -58,6 +58,7 @@ class Function:
     - ``digits``: a context of mpmath and its numbers. Missing: floats are all there is.
     - ``ball``: ``arb`` of python-flint and balls. Missing: nothing is proven in many digits.
     - ``sympy``: sympy and its expressions. Missing: an undefined function of this name.
+    - ``definition``: trees, by other functions; the form in digits, balls or sympy where that is missing.
 
     ``slopes(*arguments)`` are the partial derivatives as trees (one need not be a tuple), None for one
     without a formula. At a jump or a kink they are those of one side. ``inverse`` is there for functions
@@ -85,6 +86,7 @@ class Function:
     digits: Facet = None
     ball: Facet = None
     sympy: Facet = None
+    definition: Callable[..., Expression] | None = None
     domain: tuple[float, float] = (-inf, inf)
     ulps: float = 1.0
     smooth: bool = True
@@ -131,6 +133,12 @@ class Function:
         """Whether the function can be called with ``count`` arguments."""
         least, most = self.arity
         return least <= count and (most is None or count <= most)
+
+    def defined(self, arguments: tuple[Any, ...]) -> tuple[Expression, dict[str, Any]]:
+        """Its definition by the places of its arguments, as names, and the arguments by these."""
+        assert self.definition is not None
+        places = {str(place): argument for place, argument in enumerate(arguments)}
+        return self.definition(*map(Name, places)), places
 
     def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
         """The partial derivatives by every argument, None where there is no formula."""

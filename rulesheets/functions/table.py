@@ -45,15 +45,12 @@ def _opposite(name: str, half_turn: Expression) -> Branches:
 
 
 def _row(*, name: str, **facets: Any) -> Function:
-    """A row whose forms in the libraries have the name of the function, unless it says otherwise."""
-    return Function(name=name, **{"array": name, "digits": name, "ball": name, "sympy": name} | facets)
+    """A row whose forms in the libraries have its name, unless it says otherwise or has a definition."""
+    named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
+    return Function(name=name, **dict.fromkeys(named, name) | facets)
 
 
 _special = partial(_row, ulps=16.0)
-
-
-def _truncated(s: Any, x: Any) -> Any:
-    return s.sign(x) * s.floor(s.Abs(x))
 
 
 def _least(*numbers: float) -> float:
@@ -133,7 +130,7 @@ _PARTS = (
         interval=each_end(floats.int_),
         digits=digits.truncated,
         ball=digits.ball_truncated,
-        sympy=_truncated,
+        sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x)),
         smooth=False,
         jumps=True,
         steady=digits.same_whole,
@@ -145,9 +142,7 @@ _PARTS = (
         value=floats.frac,
         slopes=lambda x: ONE,
         interval=forms.frac,
-        digits=digits.frac,
-        ball=lambda arb, x: x - digits.ball_truncated(arb, x),
-        sympy=lambda s, x: x - _truncated(s, x),
+        definition=lambda x: x - call("int", x),
         smooth=False,
         jumps=True,
         steady=digits.same_whole,
@@ -160,9 +155,7 @@ _PARTS = (
         array="round_",
         slopes=flat,
         interval=each_end(floats.round_),
-        digits=digits.rounded,
-        ball=digits.ball_rounded,
-        sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x) + s.Rational(1, 2)),
+        definition=lambda x: call("sgn", x) * call("int", call("abs", x) + ONE / 2.0),
         smooth=False,
         jumps=True,
         steady=lambda x: digits.same_whole(x + x.sgn() / 2),
@@ -176,9 +169,7 @@ _PARTS = (
         array="fmod",
         slopes=lambda x, y: (ONE, -call("int", x / y)),
         interval=forms.mod,
-        digits=digits.mod,
-        ball=digits.ball_mod,
-        sympy=lambda s, x, y: x - y * _truncated(s, x / y),
+        definition=lambda x, y: x - y * call("int", x / y),
         smooth=False,
         jumps=True,
         steady=lambda x, y: digits.same_whole(x / y),
@@ -281,8 +272,7 @@ _EXPONENTIAL = (
             inverse=Inverse(lambda t: (Number(10.0) ** t,)),
             interval=Monotone(math.log10, POSITIVE),
             digits="log10",
-            ball=lambda arb, x: x.log() / arb.const_log10(),
-            sympy=lambda s, x: s.log(x) / s.log(10),
+            definition=lambda x: call("ln", x) / call("ln", Number(10.0)),
             domain=POSITIVE,
         )
         for name, example in (("log", "log(1000) = 3"), ("log10", "log10(0.01) = -2"))
@@ -296,21 +286,17 @@ def _named(name: str) -> dict[str, Any]:
 
 
 def _of_degrees(name: str) -> dict[str, Any]:
-    """The forms of a function of an angle in degrees, and of those in radians in the libraries."""
+    """The forms of a function of an angle in degrees."""
     return {
         "digits": getattr(digits, f"{name}d"),
         "ball": lambda arb, x: getattr(x / 180, f"{name}_pi")(),
-        "sympy": lambda s, x: getattr(s, name)(s.pi * x / 180),
+        "definition": lambda x: call(name, call("pi") * x / 180.0),
     }
 
 
 def _in_degrees(name: str) -> dict[str, Any]:
-    """The forms of a function whose result is an angle in degrees."""
-    return {
-        "digits": lambda mp, x: getattr(mp, name)(x) / mp.pi * 180,
-        "ball": lambda arb, x: getattr(x, name)() / arb.pi() * 180,
-        "sympy": lambda s, *x: getattr(s, name)(*x) * 180 / s.pi,
-    }
+    """What a function whose result is an angle in degrees is."""
+    return {"definition": lambda *x: call(name, *x) / call("pi") * 180.0}
 
 
 def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
@@ -322,7 +308,9 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
     sin, cos, tan, asin, acos, atan = (
         getattr(floats, name + end) for name in ("sin", "cos", "tan", "asin", "acos", "atan")
     )
-    direction = {"digits": digits.atan2d, "ball": digits.ball_direction} if degrees else {}
+    direction = (
+        {"digits": digits.atan2d, "ball": digits.ball_direction} if degrees else {"digits": digits.atan2}
+    )
     return (
         _row(
             name=f"sin{end}",
@@ -404,7 +392,7 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             angle=turn,
             steady=digits.on_one_side,
             alike=True,
-            **gives("atan2") | {"digits": digits.atan2} | direction,
+            **gives("atan2") | direction,
         ),
     )
 
@@ -497,7 +485,7 @@ _SPECIAL = (
         interval=Valley(math.lgamma, forms.LGAMMA_LEAST),
         digits=digits.lgamma,
         ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
-        sympy=lambda s, x: s.log(s.Abs(s.gamma(x))),
+        definition=lambda x: call("ln", call("abs", call("gamma", x))),
     ),
     _special(
         name="digamma",
@@ -516,7 +504,9 @@ _SPECIAL = (
         ulps=64.0,
         array="special.beta",
         slopes=slopes.beta,
-        ball=lambda arb, a, b: a.gamma() * b.gamma() / (a + b).gamma(),
+        digits="beta",
+        sympy="beta",
+        definition=lambda a, b: call("gamma", a) * call("gamma", b) / call("gamma", a + b),
         nonzero=True,
     ),
     _special(
