@@ -134,7 +134,7 @@ class Mismatch(NamedTuple):
     left: Expression
     right: Expression | None
     forms: tuple[Form, Form]
-    why: frozenset[int]
+    why: frozenset[int] = frozenset()
     factor: float | None = None
     call: Call | None = None
 
@@ -262,30 +262,23 @@ class Dimensions:
         if form.open or form.dimension:
             rest = {b: e for b, e in form.known.items() if b not in ASIDE}
             wanted = Form({**rest, SIZE: math.nan}, form.open, form.why)
-            self._meet(index, node, None, wanted, (form, Form()), call)
+            self._meet(wanted, Mismatch(index, node, None, (form, Form()), call=call))
         elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
             wanted = Form(angle)
-            self._compare(index, node, None, form.plus(wanted, -1), (form, wanted), call)
+            self._compare(form.plus(wanted, -1), Mismatch(index, node, None, (form, wanted), call=call))
 
     # --- equations between exponents ---
 
     def _equate(self, index: int, left: Expression, right: Expression, one: Form, other: Form) -> None:
         if not (one.any or other.any or bare(left) or bare(right)):
-            self._meet(index, left, right, one.plus(other, -1), (one, other))
+            self._meet(one.plus(other, -1), Mismatch(index, left, right, (one, other)))
 
-    def _meet(
-        self,
-        index: int,
-        left: Expression,
-        right: Expression | None,
-        form: Form,
-        forms: tuple[Form, Form],
-        call: Call | None = None,
-    ) -> None:
+    def _meet(self, form: Form, claim: Mismatch) -> None:
         """``form`` is 0: that settles one of its open variables, or contradicts what is known."""
+        index = claim.statement
         form = self._resolved(form)
         if not form.open:
-            self._compare(index, left, right, form, forms, call)
+            self._compare(form, claim)
             return
         name = min(form.open)
         rest = Form(form.known, {n: e for n, e in form.open.items() if n != name}, form.why | {index})
@@ -294,29 +287,21 @@ class Dimensions:
             found.known = {**found.known, SIZE: math.nan}
         self.forms[name] = found
 
-    def _compare(
-        self,
-        index: int,
-        left: Expression,
-        right: Expression | None,
-        form: Form,
-        forms: tuple[Form, Form],
-        call: Call | None = None,
-    ) -> None:
+    def _compare(self, form: Form, claim: Mismatch) -> None:
         """``form`` has nothing open: note what is not 0 in it."""
         if not form.known:
             return
         factor = None
         if not form.dimension:
             size = form.known.get(SIZE, 0.0)
-            counted = ANGLE in form.known and not (forms[0].dimension or forms[1].dimension)
+            counted = ANGLE in form.known and not any(side.dimension for side in claim.forms)
             if counted or not abs(size) > 1e-9:  # revolutions may be a number of them
                 return
             factor = float(f"{math.exp(size):.12g}")
-            if self._explained(factor, index):
+            if self._explained(factor, claim.statement):
                 return
-        one, other = (self._resolved(side) for side in forms)
-        self.mismatches.append(Mismatch(index, left, right, (one, other), form.why, factor, call))
+        one, other = (self._resolved(side) for side in claim.forms)
+        self.mismatches.append(claim._replace(forms=(one, other), why=form.why, factor=factor))
 
     def _resolved(self, form: Form) -> Form:
         """The form with variables that were open when it was made, and are not any more, filled in."""
