@@ -128,7 +128,7 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
-    from solver.chart import FALSE, Mark
+    from solver.facts import FALSE, Mark
     from solver.pictures.chart import stability_picture
 
     marks = []

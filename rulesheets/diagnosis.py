@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterable
-from difflib import get_close_matches
 from enum import Enum
 from functools import cache
 from typing import NamedTuple
@@ -212,6 +211,8 @@ def closest(word: str, known: Iterable[str]) -> str | None:
         if candidate.lower() == word.lower() and candidate != word:
             return candidate
     folded = {candidate.lower(): candidate for candidate in reversed(candidates)}
+    from difflib import get_close_matches  # only mistakes need it
+
     near = get_close_matches(word.lower(), list(reversed(folded)), n=1, cutoff=0.6)
     return folded[near[0]] if near else None
 

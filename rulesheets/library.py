@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache, cached_property, reduce
 from operator import mul
-from pathlib import Path
 from typing import Any
 
 ANGLE = "rad"
@@ -198,7 +198,7 @@ SHORTEST = 4
 """Letters of the shortest name that pint is asked for."""
 MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})
 
-_FILE = Path(__file__).parent / "units" / "units.txt"
+_FILE = os.path.join(os.path.dirname(__file__), "units", "units.txt")
 _NAMES = re.compile(r"~?[^\W\d_](?:\w*[^\W\d])?|[^\w\s\[\]()^*/·⋅=+-]+\w*")
 _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/\d+)?"
 _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
@@ -221,7 +221,8 @@ class Library:
     @cached_property
     def _definitions(self) -> dict[str, tuple[str, str, bool]]:
         """Name → the first of its names, what that means, and whether it takes prefixes."""
-        shipped = _FILE.read_text(encoding="utf-8").splitlines()
+        with open(_FILE, encoding="utf-8") as file:
+            shipped = file.read().splitlines()
         lines = (line for line in (*shipped, *self.own) if line.strip() and not line.startswith("#"))
         return {name: found for line in lines for name, found in _defined(line)}
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from solver.derivation import Derivation as Derivation
     from solver.derivation import why as why
     from solver.facts import Status as Status
+    from solver.facts import Unsolved as Unsolved
     from solver.interaction import interact as interact
     from solver.pictures.drawing import draw as draw
     from solver.plan import Plan as Plan
-    from solver.plan import Unsolved as Unsolved
     from solver.plan import prepare as prepare
     from solver.result import Result as Result
     from solver.result import Samples as Samples
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 _NAMES = {
     "rulesheets.loading": "load loads",
     "solver.derivation": "Derivation why",
-    "solver.facts": "Status",
+    "solver.facts": "Status Unsolved",
     "solver.interaction": "interact",
     "solver.pictures.drawing": "draw",
-    "solver.plan": "Plan Unsolved prepare",
+    "solver.plan": "Plan prepare",
     "solver.result": "Result Samples Solution Table",
     "solver.solving": "solve",
     "solver.sweeps.sweep": "monte_carlo sweep",

@@ -17,19 +17,17 @@ from rulesheets.evaluate.digits import context
 from rulesheets.model import Model, Value
 from solver.accuracy.digits import ManyDigits, Work
 from solver.derivatives.linearization import Linearization, active_equations, linearize
-from solver.facts import Status
+from solver.facts import FALSE, Mark, Status, Unsolved
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
 from solver.numerics.termination import scaled_norm
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
-from solver.plan import Plan, Unsolved, prepare
+from solver.plan import Plan, prepare
 from solver.solution.proof import can_prove
 from solver.solving import solve
 
 DIGITS = 60
-FALSE = 1e-6
-"""A relative error beyond which what is called an answer is a false one (or a thousand tolerances)."""
 OFF = 0.05
 """How far off the answer iterations begin, relative to each unknown."""
 TOLERANCES, FEW = tuple(10.0**-k for k in range(2, 16)), (1e-6, 1e-12)
@@ -40,25 +38,6 @@ LEAST_TIME, LEAST_RUNS, MOST_RUNS = 0.02, 3, 200
 
 State: TypeAlias = Mapping[str, Any]
 """Numbers of many digits by name, and symbols."""
-
-
-class Mark(NamedTuple):
-    """One method on one case.
-
-    ``error`` is the worst relative one over the wanted variables, nan where there is no answer; ``status``
-    is solved, false, or what was said instead. ``at`` is the value of the varied input; ``radius`` the
-    worst relative error that a proof leaves possible.
-    """
-
-    method: str
-    family: str
-    tolerance: float | None
-    status: str
-    error: float
-    iterations: int | None
-    seconds: float
-    at: float | None = None
-    radius: float | None = None
 
 
 class Mode(NamedTuple):

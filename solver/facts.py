@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import Enum
 from importlib import import_module
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
+from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Comparison
+
+FALSE = 1e-6
+"""A relative error beyond which what is called an answer is a false one (or a thousand tolerances)."""
 
 
 class Shown:
@@ -45,8 +49,26 @@ class Status(Enum):
         return 0 if self is Status.SOLVED else 1
 
 
-@dataclass(frozen=True, slots=True)
-class NoValue:
+class Unsolved(Exception):
+    """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences, found when asked for."""
+
+    def __init__(
+        self, status: Status, diagnoses: tuple[Diagnosis, ...] | Callable[[], tuple[Diagnosis, ...]]
+    ) -> None:
+        super().__init__(status)
+        self.status, self._diagnoses = status, diagnoses
+
+    @property
+    def diagnoses(self) -> tuple[Diagnosis, ...]:
+        if callable(self._diagnoses):
+            self._diagnoses = self._diagnoses()
+        return self._diagnoses
+
+    def __str__(self) -> str:
+        return f"{self.status}: " + "; ".join(d.message for d in self.diagnoses)
+
+
+class NoValue(NamedTuple):
     """Solving ``equation`` for ``unknown`` needs what can't be: ``reading`` says it (``cosd = 1.08``).
 
     ``pole``: the unknown would have to be infinite (a product with 0 that is not 0).
@@ -58,8 +80,7 @@ class NoValue:
     pole: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Indeterminacy:
+class Indeterminacy(NamedTuple):
     """At ``values`` the rule of ``equation`` is of the ``form`` 0/0, and has no value.
 
     ``limit`` is the two-sided limit of its part that is, None where there is none; ``is_open``: it depends on
@@ -70,27 +91,24 @@ class Indeterminacy:
     form: str
     limit: float | None
     is_open: bool
-    values: Mapping[str, Value] = field(default_factory=dict)
+    values: Mapping[str, Value] = {}
 
 
-@dataclass(frozen=True, slots=True)
-class Filled:
+class Filled(NamedTuple):
     """``equation`` has no value at an answer, and was taken by its ``limit``."""
 
     equation: int
     limit: float
 
 
-@dataclass(frozen=True, slots=True)
-class AsksNothing:
+class AsksNothing(NamedTuple):
     """At these values ``equation`` holds whatever ``unknown`` is."""
 
     equation: int
     unknown: str
 
 
-@dataclass(frozen=True, slots=True)
-class OutOfRange:
+class OutOfRange(NamedTuple):
     """``equation`` gives ``unknown`` a value outside the range that the sheet declares for it."""
 
     equation: int
@@ -98,17 +116,15 @@ class OutOfRange:
     value: float
 
 
-@dataclass(frozen=True, slots=True)
-class Conflict:
+class Conflict(NamedTuple):
     """Rules that can't hold together: ``equation`` misses by ``miss`` (left minus right)."""
 
     equations: tuple[int, ...]
     miss: float | None
-    values: Mapping[str, Value] = field(default_factory=dict)
+    values: Mapping[str, Value] = {}
 
 
-@dataclass(frozen=True, slots=True)
-class NoRoot:
+class NoRoot(NamedTuple):
     """A simultaneous block without a solution: ``proven``, or only not found.
 
     ``best`` is the nearest miss, ``misses`` what each equation is off there.
@@ -117,12 +133,11 @@ class NoRoot:
     equations: tuple[int, ...]
     unknowns: tuple[str, ...]
     proven: bool
-    best: Mapping[str, float] = field(default_factory=dict)
+    best: Mapping[str, float] = {}
     misses: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class RankLoss:
+class RankLoss(NamedTuple):
     """A block whose equations do not determine ``free``, which moves along ``direction``.
 
     ``everywhere``: linear equations that say the same thing whatever the values (under-determined);
@@ -135,8 +150,7 @@ class RankLoss:
     everywhere: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Beside:
+class Beside(NamedTuple):
     """Beside isolated answers ``equations`` have a curve of others, where ``values`` leave ``free`` open."""
 
     equations: tuple[int, ...]
@@ -144,16 +158,14 @@ class Beside:
     values: tuple[tuple[str, float], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Uncovered:
+class Uncovered(NamedTuple):
     """A case that nothing contradicts, and in which the rules leave ``free`` undetermined."""
 
     case: tuple[Comparison, ...]
     free: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class DoubleRoot:
+class DoubleRoot(NamedTuple):
     """An answer where two coincide: to first order ``unknowns`` can move along ``direction``."""
 
     equations: tuple[int, ...]
@@ -161,16 +173,14 @@ class DoubleRoot:
     direction: Mapping[str, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Unfixed:
+class Unfixed(NamedTuple):
     """At the double root of ``double`` the rules do not determine ``unknowns``."""
 
     unknowns: tuple[str, ...]
     double: DoubleRoot
 
 
-@dataclass(frozen=True, slots=True)
-class RestsOnRounding:
+class RestsOnRounding(NamedTuple):
     """``equation`` divides by what is no more than the last places of given numbers: ``unknown`` may have any
     value, and so may all of ``unknowns``, which follow from it."""
 
@@ -179,16 +189,14 @@ class RestsOnRounding:
     unknowns: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class BeyondFloats:
+class BeyondFloats(NamedTuple):
     """``equation`` solved for ``unknown`` does not hold at any float: too large, too small, too near."""
 
     equation: int
     unknown: str
 
 
-@dataclass(frozen=True, slots=True)
-class Unmet:
+class Unmet(NamedTuple):
     """Requirement number ``requirement`` does not hold at ``values``: its sides are ``miss`` apart.
 
     ``miss`` is None where they are no numbers.
@@ -196,18 +204,16 @@ class Unmet:
 
     requirement: int
     miss: float | None
-    values: Mapping[str, Value] = field(default_factory=dict)
+    values: Mapping[str, Value] = {}
 
 
-@dataclass(frozen=True, slots=True)
-class Truncated:
+class Truncated(NamedTuple):
     """A limit was met; there may be more answers."""
 
     what: str
 
 
-@dataclass(frozen=True, slots=True)
-class OutOfTime:
+class OutOfTime(NamedTuple):
     """The search was cut off; ``known`` are the unknowns that had a value by then."""
 
     known: tuple[str, ...]
@@ -271,8 +277,7 @@ class Method(Enum):
         self.told, self.short = told, short
 
 
-@dataclass(frozen=True, slots=True)
-class Attempt:
+class Attempt(NamedTuple):
     """``found`` answers that were new. ``complete`` where it proved that there are no others.
 
     ``iterations`` are those of all starts together, 0 where the method counts none.
@@ -284,18 +289,16 @@ class Attempt:
     iterations: int = 0
 
 
-@dataclass(frozen=True)
-class ProvedRoots:
+class ProvedRoots(NamedTuple):
     """As many ``roots``, two or none, are proved to be next to what floats see as a double root of
     ``unknowns``; of two, ``apart`` says how far from each other they lie, at least."""
 
     unknowns: tuple[str, ...]
     roots: int
-    apart: Mapping[str, float] = field(default_factory=dict)
+    apart: Mapping[str, float] = {}
 
 
-@dataclass(frozen=True)
-class Proof:
+class Proof(NamedTuple):
     """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
 
     ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
@@ -305,8 +308,27 @@ class Proof:
     """
 
     proved: bool
-    radius: Mapping[str, float] = field(default_factory=dict)
+    radius: Mapping[str, float] = {}
     nearest: bool = False
     obstacle: str = ""
     double: tuple[str, ...] = ()
     beside: ProvedRoots | None = None
+
+
+class Mark(NamedTuple):
+    """One method on one case.
+
+    ``error`` is the worst relative one over the wanted variables, nan where there is no answer; ``status``
+    is solved, false, or what was said instead. ``at`` is the value of the varied input; ``radius`` the
+    worst relative error that a proof leaves possible.
+    """
+
+    method: str
+    family: str
+    tolerance: float | None
+    status: str
+    error: float
+    iterations: int | None
+    seconds: float
+    at: float | None = None
+    radius: float | None = None

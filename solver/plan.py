@@ -15,7 +15,7 @@ from rulesheets.diagnosis import Diagnosis, meant, plural
 from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import is_symbol, override, quantities, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
-from solver.facts import OutOfTime, Status
+from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.columns import column_of, free_name
 from solver.interruption import WATCH, Interrupted
 from solver.path.planner import planner
@@ -98,25 +98,6 @@ def _is_number(given: Any) -> bool:
 
 
 Array: TypeAlias = NDArray[Any]
-
-
-class Unsolved(Exception):
-    """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences, found when asked for."""
-
-    def __init__(
-        self, status: Status, diagnoses: tuple[Diagnosis, ...] | Callable[[], tuple[Diagnosis, ...]]
-    ) -> None:
-        super().__init__(status)
-        self.status, self._diagnoses = status, diagnoses
-
-    @property
-    def diagnoses(self) -> tuple[Diagnosis, ...]:
-        if callable(self._diagnoses):
-            self._diagnoses = self._diagnoses()
-        return self._diagnoses
-
-    def __str__(self) -> str:
-        return f"{self.status}: " + "; ".join(d.message for d in self.diagnoses)
 
 
 class Plan:

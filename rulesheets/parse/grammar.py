@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import threading
 from collections.abc import Callable, Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from lark import Lark
@@ -31,7 +31,7 @@ _ONLY_IN = {"LOCAL": "mark", "PLUS_MINUS": "row", "PERCENT": "row"}
 MOST_SHAPES = 10_000
 """Shapes of rules that are remembered at a time."""
 
-_GRAMMAR = Path(__file__).parent.parent / "rules.lark"
+_GRAMMAR = os.path.join(os.path.dirname(__file__), os.pardir, "rules.lark")
 
 
 class Unparsed(Exception):
@@ -59,8 +59,8 @@ class Grammar(threading.local):
         self, name: str, start: list[str], edit: Callable[[TerminalDef], object] | None = None
     ) -> Lark:
         """A parser whose tables lark keeps on disk, where there is a folder for that."""
-        return Lark(
-            _GRAMMAR.read_text(encoding="utf-8"),
+        return Lark.open(
+            _GRAMMAR,
             parser="lalr",
             start=start,
             transformer=self._builder,

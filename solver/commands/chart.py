@@ -12,10 +12,11 @@ from io import StringIO
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.syntax.source import escaped
-from solver.chart import Mark, measure
+from solver.chart import measure
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.commands.running import Command
+from solver.facts import Mark
 from solver.files.replacing import write_file
 from solver.pictures.drawing import require_matplotlib
 from solver.report.table import table

@@ -16,12 +16,11 @@ from rulesheets.units.quantity import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
 from solver.commands.running import Command
-from solver.facts import Status
+from solver.facts import Status, Unsolved
 from solver.files.replacing import write_file
 from solver.pictures.diagram import variables
 from solver.pictures.drawing import chosen, left_out, views
 from solver.pictures.layout import View
-from solver.plan import Unsolved
 from solver.report.text import MEANINGS
 from solver.result import Result
 from solver.solving import solve

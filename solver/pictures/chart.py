@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from solver.chart import FALSE, Mark
+from solver.facts import FALSE, Mark
 from solver.pictures.plot import INK, tidy
 
 FLOOR, HIGHEST = 1e-17, 1e4

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 from rulesheets.diagnosis import RuleSheetError, error, suggestion
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Figure as Declared
-from solver.facts import Status
+from solver.facts import Status, Unsolved
 from solver.pictures.diagram import diagram, lacking
 from solver.pictures.layout import View
-from solver.plan import Unsolved
 from solver.result import Result
 
 if TYPE_CHECKING:

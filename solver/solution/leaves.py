@@ -151,9 +151,9 @@ def _renamed(fact: Any, names: dict[int, int]) -> Any:
     """A fact about a block with its equations under other numbers."""
     match fact:
         case NoValue() | OutOfRange() | AsksNothing():
-            return replace(fact, equation=names[fact.equation])
+            return fact._replace(equation=names[fact.equation])
         case _:
-            return replace(fact, equations=tuple(names[equation] for equation in fact.equations))
+            return fact._replace(equations=tuple(names[equation] for equation in fact.equations))
 
 
 @dataclass

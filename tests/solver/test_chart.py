@@ -14,9 +14,10 @@ pytest.importorskip("matplotlib")
 
 import rulesheets
 import solver
-from solver.chart import Mark, measure, mode_at, plain_newton
+from solver.chart import measure, mode_at, plain_newton
 from solver.cli import main
 from solver.commands.chart import COLUMNS, chart_csv, stability_table
+from solver.facts import Mark
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, scipy_root
 from solver.pictures.chart import speed_picture, stability_picture
