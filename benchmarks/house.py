@@ -39,7 +39,7 @@ def enter(frame, event, argument):
             files.add(code.co_filename)
             functions.add(code)
             calls += 1
-from solver.cli import main
+from solver.__main__ import main
 sys.setprofile(enter)
 main(sys.argv[1:])
 sys.setprofile(None)

@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 
 ROOT = Path(__file__).parent.parent
-COMMAND = "import sys; from solver.cli import main; sys.exit(main())"
+COMMAND = "import sys; from solver.__main__ import main; sys.exit(main())"
 CRANK = ("solve", "offset_slider_crank")
 REPETITIONS = 15
 

@@ -1,9 +1,100 @@
-"""``python -m solver`` is the ``backsolve`` command."""
+"""The ``backsolve`` command: picks the command, reports what is wrong, never shows a traceback.
+
+Only the command that is asked for is imported, and help imports nothing.
+"""
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Sequence
 
-from solver.cli import main
+from solver.commands import COMMANDS, WRONG
 
-sys.exit(main())
+INTERRUPTED = 130
+BROKEN_PIPE = 141
+
+USAGE = """\
+usage: backsolve COMMAND …
+
+Write what you know as rules in any order; Backsolve solves them forward or backward.
+
+commands:
+{commands}
+
+`backsolve COMMAND --help` tells the options of a command, `backsolve --version` the version.
+A sheet is a file, a folder with a model.tk, or the name of a sheet that `backsolve models` lists."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or command."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    _open_streams()
+    _print_anything()
+    try:
+        code = _dispatch(words)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        _silence_stdout()
+        return BROKEN_PIPE
+    except OSError as failure:
+        _silence_stdout()
+        print(f"error: the output cannot be written: {failure.strerror or failure}", file=sys.stderr)
+        return WRONG
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except (MemoryError, RecursionError):
+        print("error: this sheet is too large for the memory of this machine", file=sys.stderr)
+        return WRONG
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage())
+        return 0 if words else WRONG
+    if words[0] == "--version":
+        print(_version())
+        return 0
+    from solver.commands.running import run, unknown_command  # help needs nothing of what this brings
+
+    if words[0] not in COMMANDS:
+        return unknown_command(words[0], COMMANDS)
+    return run(words[0], words[1:])
+
+
+def usage() -> str:
+    width = max(map(len, COMMANDS))
+    lines = (f"  {name:<{width}}  {summary}" for name, (_, summary) in COMMANDS.items())
+    return USAGE.format(commands="\n".join(lines))
+
+
+def _version() -> str:
+    from importlib.metadata import version  # takes longer to import than help does
+
+    return f"backsolve {version('backsolve')}"
+
+
+def _open_streams() -> None:
+    """Streams that the caller has closed lead nowhere; no file that is opened later takes their place."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w"))  # noqa: SIM115
+
+
+def _print_anything() -> None:
+    """A terminal that cannot show a character shows a mark for it."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+
+
+def _silence_stdout() -> None:
+    """Nobody reads on: what is still buffered goes nowhere, so that the exit raises nothing."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from importlib import import_module
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.model import Value
@@ -14,20 +13,6 @@ from rulesheets.syntax.nodes import Comparison
 
 FALSE = 1e-6
 """A relative error beyond which what is called an answer is a false one (or a thousand tolerances)."""
-
-
-class Shown:
-    """What a notebook shows as HTML and as LaTeX: by the report, which stands above it and is met by name."""
-
-    __slots__ = ()
-
-    def _repr_html_(self) -> str:
-        report: Any = import_module("solver.report.html")
-        return str(report.html(self))
-
-    def _repr_latex_(self) -> str:
-        report: Any = import_module("solver.report.html")
-        return str(report.latex(self))
 
 
 class Status(Enum):

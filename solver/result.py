@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.model import Value
-from solver.facts import Shown, Status
+from solver.facts import Status
 from solver.files.columns import Columns, free_name
 from solver.files.replacing import expect_no_input
 from solver.files.tables import write_table
+from solver.path.steps import Shown
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis

@@ -39,7 +39,6 @@ FLOORS = (
     ("solver.page",),
     ("solver.editor", "solver.interaction"),
     ("solver.commands",),
-    ("solver.cli",),
     ("solver.__main__",),
 )
 """Rooms of the solver, the lowest floor first. A module imports from its own room and from floors below."""

@@ -146,7 +146,7 @@ def test_all_other_modules_are_imported_without_extras() -> None:
     assert (done.returncode, done.stderr, done.stdout) == (0, "", f"{len(names)}\n")
 
 
-COMMAND = "from solver.cli import main\nsys.exit(main(sys.argv[1:]))"
+COMMAND = "from solver.__main__ import main\nsys.exit(main(sys.argv[1:]))"
 CRANK = "offset_slider_crank"
 
 

@@ -17,7 +17,7 @@ from unittest.mock import patch
 import pytest
 
 from rulesheets.functions import TABLE
-from solver.cli import main
+from solver.__main__ import main
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

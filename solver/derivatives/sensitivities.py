@@ -13,8 +13,8 @@ from rulesheets.input_messages import no_tolerance
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value
 from solver.derivatives.total_derivatives import Near, Total, active_comparisons, one_sided, totals
-from solver.facts import Shown
 from solver.path.cases import Pair
+from solver.path.steps import Shown
 
 
 class Reason(NamedTuple):

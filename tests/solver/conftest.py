@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import pytest
 
-from solver.cli import main
+from solver.__main__ import main
 
 Run: TypeAlias = Callable[..., tuple[int, str, str]]
 """Exit code, standard output and standard error of a command, given by its words."""

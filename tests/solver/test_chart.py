@@ -14,8 +14,8 @@ pytest.importorskip("matplotlib")
 
 import rulesheets
 import solver
+from solver.__main__ import main
 from solver.chart import measure, mode_at, plain_newton
-from solver.cli import main
 from solver.commands.chart import COLUMNS, chart_csv, stability_table
 from solver.facts import Mark
 from solver.numerics.elimination import eliminate

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from solver.cli import BROKEN_PIPE, COMMANDS, INTERRUPTED
+from solver.__main__ import BROKEN_PIPE, COMMANDS, INTERRUPTED
 from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent
@@ -55,7 +55,7 @@ def test_the_published_slider_crank(run: Run) -> None:
 
 def test_a_sheet_of_direct_steps_loads_no_heavy_package() -> None:
     code = (
-        "import sys; from solver.cli import main; main(['solve', 'offset_slider_crank'])\n"
+        "import sys; from solver.__main__ import main; main(['solve', 'offset_slider_crank'])\n"
         "heavy = {'sympy', 'pint', 'rich', 'matplotlib'} & set(sys.modules)\n"
         "sys.exit(' '.join(heavy) or 0)"
     )
@@ -377,7 +377,8 @@ def test_a_sheet_that_is_not_there(
 @pytest.mark.parametrize("words", [["--help"], *([command, "--help"] for command in COMMANDS)])
 def test_help_waits_for_no_heavy_library(words: list[str]) -> None:
     heavy = ("sympy", "matplotlib", *(() if words[1:] else ("numpy",)))
-    code = f"import sys, solver.cli; solver.cli.main({words!r}); print({{*{heavy!r}}} & {{*sys.modules}})"
+    run = f"import sys; from solver.__main__ import main; main({words!r})"
+    code = f"{run}; print({{*{heavy!r}}} & {{*sys.modules}})"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "set()"
     assert "usage: backsolve" in done.stdout

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rulesheets.diagnosis import catalogue
-from solver.cli import main
+from solver.__main__ import main
 
 ROOT = Path(__file__).parent.parent.parent
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from solver.cli import main
+from solver.__main__ import main
 from solver.commands.draw import _kind
 
 pytest.importorskip("matplotlib")

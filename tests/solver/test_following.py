@@ -12,7 +12,7 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.variables import read_variable_sheet
-from solver.cli import main
+from solver.__main__ import main
 from solver.sweeps.tracing import CurveTable
 
 MODELS = Path(__file__).parent.parent.parent / "models"

@@ -21,7 +21,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.balls import FUNCTIONS, around, ball, precision, whole_power
 from rulesheets.evaluate.digits import context, functions
-from solver.cli import main
+from solver.__main__ import main
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 

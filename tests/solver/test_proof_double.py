@@ -20,7 +20,7 @@ from rulesheets.evaluate import differentiate
 from rulesheets.evaluate.balls import ball, precision
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, Sum
-from solver.cli import main
+from solver.__main__ import main
 from solver.kernel.krawczyk import Square, unfolded
 
 MODELS = Path(__file__).parent.parent.parent / "models"

@@ -17,7 +17,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
-from solver.cli import main
+from solver.__main__ import main
 from solver.commands import WRONG
 from solver.files import replacing
 from solver.files.replacing import UNFINISHED, Replacement, write_file

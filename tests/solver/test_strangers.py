@@ -17,7 +17,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError, render
 from rulesheets.inputs import guarded, unguarded
 from rulesheets.variables import read_variable_sheet
-from solver.cli import main
+from solver.__main__ import main
 from solver.commands import WRONG
 from solver.derivation import why
 from solver.report.sheet import result_csv

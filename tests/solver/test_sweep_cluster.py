@@ -19,7 +19,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
-from solver.cli import main
+from solver.__main__ import main
 from solver.sweeps.grid import Zipped, grid_chunks, listed
 from solver.sweeps.sweep import work_of
 from solver.sweeps.workers import solved_pieces

@@ -24,7 +24,7 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import symbolic
-from solver.cli import INTERRUPTED, main
+from solver.__main__ import INTERRUPTED, main
 from solver.commands import sweep as progress
 from solver.commands.sweep import clock, progress_line
 from solver.facts import Status
@@ -202,7 +202,7 @@ def test_a_full_disk_leaves_the_old_file(sheet: Path, tmp_path: Path, ending: st
     file = tmp_path / f"table.{ending}"
     file.write_text("old")
     limit = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)); "
-    code = limit + "from solver.cli import main; sys.exit(main(sys.argv[1:]))"
+    code = limit + "from solver.__main__ import main; sys.exit(main(sys.argv[1:]))"
     words = ["sweep", str(sheet), "--over", "u=100:130:0.1", "-o", str(file), "--want", "v"]
     done = subprocess.run(
         [sys.executable, "-c", code, *words], cwd=ROOT, capture_output=True, text=True, timeout=60

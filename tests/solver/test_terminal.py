@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from solver.cli import COMMANDS, main
+from solver.__main__ import COMMANDS, main
 from solver.commands.about import LESSONS
 
 ROOT = Path(__file__).parents[2]

@@ -19,7 +19,7 @@ import solver
 from rulesheets import deadline
 from rulesheets.deadline import TimeIsUp, expect_time, expired, grace, time_limit
 from rulesheets.model import Model
-from solver.cli import main
+from solver.__main__ import main
 from solver.commands import WRONG
 from solver.commands import solve as solve_command
 from solver.facts import Status

@@ -232,7 +232,7 @@ def test_an_output_without_a_number_says_so() -> None:
 def test_the_command_prints_the_table_and_the_object(capsys: pytest.CaptureFixture[str]) -> None:
     import json
 
-    from solver.cli import main
+    from solver.__main__ import main
 
     assert main(["solve", "offset_slider_crank", "--json", "--sensitivity", "vB,omegaAO"]) == 0
     members = json.loads(capsys.readouterr().out)["sensitivities"]

@@ -20,7 +20,7 @@ from rulesheets.model import Tolerance
 from rulesheets.parse import parse
 from rulesheets.syntax.source import Source
 from rulesheets.variables import read_variable_sheet
-from solver.cli import main
+from solver.__main__ import main
 
 OHM = "variables\n  I = 2 ± 0.1\n  R = 6 +- 5%\n  V\n  P\nrules\n  V = I*R\n  P = V*I\n"
 

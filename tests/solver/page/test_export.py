@@ -11,7 +11,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.cli import main
+from solver.__main__ import main
 from solver.page.export import STATES, export
 
 

@@ -20,7 +20,7 @@ from starlette.websockets import WebSocketDisconnect
 import rulesheets
 import solver
 from rulesheets.loading import shipped_model
-from solver.cli import main
+from solver.__main__ import main
 from solver.page.server import application
 from solver.page.shelf import LARGEST
 

@@ -11,7 +11,7 @@ pytest.importorskip("matplotlib")
 
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError
-from solver.cli import main
+from solver.__main__ import main
 from solver.files.columns import Columns
 from solver.pictures.plot import Curves, Lattice, Maps, arranged, broken, colored, panels, titled
 

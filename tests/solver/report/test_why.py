@@ -9,7 +9,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.cli import main
+from solver.__main__ import main
 from solver.derivation import Derivation, why
 from solver.report.why import why_latex, why_markdown, why_text
 
