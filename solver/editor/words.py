@@ -1,18 +1,13 @@
-"""The words and names of a text, even while it is unfinished, and its words as a TextMate grammar.
-
-``python -m solver.editor.words`` writes the grammar for VS Code.
-"""
+"""The words and names of a text, even while it is unfinished."""
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rulesheets.functions.table import TABLE
 from rulesheets.marks import KINDS, Shape
@@ -22,7 +17,6 @@ from rulesheets.parse.sections import head_word
 HEADS = ("units", "variables", "rules", "function", "figure", "parameters", "use")
 RESERVED = ("if", "then", "else", "call", "and", "or", "not")
 KEYWORDS = (*RESERVED, "given", "in")
-FUNCTIONS = tuple(TABLE)
 MARKS = tuple(KINDS)
 
 NAME = re.compile(r"[^\W\d]\w*")
@@ -132,77 +126,6 @@ class _Place:
         return "constant" if match.group() == "pi" else "name"
 
 
-FILE = Path(__file__).parent / "vscode" / "syntaxes" / "tk.tmLanguage.json"
-
-
-def _any(words: Iterable[str]) -> str:
-    return rf"(?i:{'|'.join(sorted(words, key=lambda word: (-len(word), word)))})"
-
-
-def _is(scope: str, match: str) -> dict[str, str]:
-    return {"name": f"{scope}.tk", "match": match}
-
-
-def grammar() -> dict[str, Any]:
-    """The grammar as JSON has it; its lists of words are those of the language."""
-    return {
-        "name": "Rule sheet",
-        "scopeName": "source.tk",
-        "fileTypes": ["tk"],
-        "patterns": [{"include": "#use"}, {"include": "#code"}],
-        "repository": {
-            "use": {
-                "begin": r"^\s*(?i:(use))\b(?=\s*\")",
-                "end": "$",
-                "beginCaptures": {"1": {"name": "keyword.control.use.tk"}},
-                "patterns": [
-                    _is("string.quoted.double", r'(?:\G|(?<=,))\s*"[^"\n]*"'),
-                    _is("comment.line", r'[";][^\n]*$'),
-                ],
-            },
-            "code": {
-                "patterns": [
-                    _is("comment.line", r'"[^\n]*$'),
-                    {"include": "#parentheses"},
-                    _is("comment.line", r";[^\n]*$"),
-                    {"include": "#words"},
-                ]
-            },
-            "parentheses": {
-                "begin": r"\(",
-                "end": r"\)",
-                "patterns": [
-                    _is("comment.line", r'"[^\n]*$'),
-                    {"include": "#parentheses"},
-                    {"include": "#words"},
-                ],
-            },
-            "words": {
-                "patterns": [
-                    _is("keyword.control.section", rf"^\s*{_any(HEADS)}\b(?=\s*(?:$|[\";]|[^\W\d]))"),
-                    _is("keyword.control", rf"\b{_any(RESERVED)}\b"),
-                    _is("keyword.operator.word", r"\b(?i:given)(?=\s*\()|\b(?i:in)(?=\s*\[)"),
-                    _is("support.type.mark", rf"^\s*{_any(MARKS)}\b(?=\s*(?:\(|[^\W\d]\w*\s*[=(]))"),
-                    _is("support.function", rf"\b{_any(FUNCTIONS)}(?=\s*\()"),
-                    _is("entity.name.function", r"\b[^\W\d]\w*(?=\s*\()"),
-                    _is("variable.other", r"(?:[^\W\d]\w*(?:#\d+)?\.)+[^\W\d]\w*"),
-                    _is("constant.language", r"\bpi\b"),
-                    _is("constant.other.symbol", r"'[^\W\d]\w*"),
-                    _is("constant.numeric", r"\b(?:\d+\.?\d*|\.\d+)(?i:e[+-]?\d+)?"),
-                    _is("storage.type.unit", r"\[[^\[\],\n]*\]"),
-                    _is("keyword.operator", r"<>|<=|>=|±|\+/?-|[-+*/^=<>≤≥≠~%]"),
-                    _is("variable.other", r"[^\W\d]\w*"),
-                ]
-            },
-        },
-    }
-
-
-def written() -> str:
-    """The text of the file."""
-    return json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n"
-
-
 class Symbol(NamedTuple):
     """A name in its scope, or a rule function: ``function`` tells which. Functions are named in any case."""
 
@@ -267,7 +190,3 @@ def symbol(word: Word) -> Symbol | None:
     if word.kind == "function":
         return Symbol(word.text.lower(), "", function=True)
     return Symbol(word.text, word.scope) if word.kind == "name" else None
-
-
-if __name__ == "__main__":
-    FILE.write_text(written(), encoding="utf-8")

@@ -15,7 +15,8 @@ import pytest
 import solver
 from rulesheets.functions.table import TABLE
 from rulesheets.parse.sections import head_word
-from solver.editor.words import FILE, HEADS, RESERVED, Names, Symbol, words, written
+from solver.editor.words import HEADS, RESERVED, Names, Symbol, words
+from tests.solver.editor.grammar import FILE, written
 
 ROOT = Path(__file__).parents[3]
 SHEETS = sorted((ROOT / "models").rglob("*.tk"))
@@ -102,7 +103,7 @@ def test_pygments_loses_nothing(sheet: Path) -> None:
 
 
 def test_the_grammar_in_the_folder_is_the_one_that_is_written() -> None:
-    assert FILE.read_text(encoding="utf-8") == written()
+    assert FILE.read_text(encoding="utf-8") == written(), "python -m tests.solver.editor.grammar writes it"
 
 
 def test_textmate_tells_words_alike() -> None:
