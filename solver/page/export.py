@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import displaying
-from solver.facts import Status
 from solver.page.figures import geometry, handles, needed, outline, rectangle
 from solver.page.rail import turn
 from solver.plan import prepare
@@ -70,13 +69,9 @@ def export(
         notes = ("take larger steps, or fewer sliders",)
         message = f"{states:,} states are more than the {STATES:,} that a page holds"
         raise RuleSheetError(error("E445", message, notes=notes))
-    grid = Grid(model, inputs, guesses, axes, want)
-    rows = grid.rows(axes)
-    data = {**document(model, inputs, axes, rows), "said": SAID}
-    found = [None if row is None else grid.state(row, data["variables"]) for row in rows]
-    data["values"] = [None if state is None else state["values"] for state in found]
-    data["drawn"] = [None if state is None else state["drawn"] for state in found]
-    return Exported(_page(model.name, data), states, sum(row is not None for row in rows))
+    rows = _solved(model, inputs, guesses, axes, want)
+    solved = sum(row is not None for row in rows)
+    return Exported(_page(model.name, _document(model, inputs, axes, rows)), states, solved)
 
 
 def first_axes(model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]) -> Axes:
@@ -98,68 +93,53 @@ def _range(model: Model, name: str, value: float, points: int) -> list[Value]:
     return [low + (high - low) * k / (points - 1) for k in range(points)]
 
 
-class Grid:
-    """One plan for all states. Raises RuleSheetError for names that the model does not have."""
-
-    def __init__(
-        self,
-        model: Model,
-        inputs: Mapping[str, Value | None],
-        guesses: Mapping[str, float],
-        axes: Axes,
-        want: Sequence[str] | None,
-    ) -> None:
-        self.model = model
-        given = {name: value for name, value in inputs.items() if name not in axes}
-        known = {n: given.get(n, v.value) for n, v in model.variables.items()}
-        wanted = want or [
-            n for n, variable in model.variables.items() if variable.posted and not variable.passed
-        ]
-        self.names = [
-            n for n in dict.fromkeys((*wanted, *needed(model))) if known[n] is None and n not in axes
-        ]
-        self.plan = prepare(model, list(axes), self.names, given, guesses)
-
-    def rows(self, axes: Axes) -> list[dict[str, Value] | None]:
-        """The values of every state, None where there is no answer; the last axis runs fastest."""
-        combinations = list(product(*axes.values()))
-        table = self.plan.sweep(*(list(column) for column in zip(*combinations, strict=True)))
-        columns = {name: table[name].tolist() for name in self.names}
-        return [
-            {
-                **self.plan.given,
-                **dict(zip(axes, states, strict=True)),
-                **{n: columns[n][k] for n in self.names},
-            }
-            if tuple(Status)[table.status[k]] is Status.SOLVED
-            else None
-            for k, states in enumerate(combinations)
-        ]
-
-    def state(self, row: Mapping[str, Value], shown: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """A row as a browser draws it: the variables shown, in the units shown, and every figure."""
-        drawn = geometry(self.model, row)
-        return {
-            "values": [_number(row.get(v["name"]), v["scale"]) for v in shown],
-            "drawn": [_flat(one) for one in drawn],
-        }
+def _solved(
+    model: Model,
+    inputs: Mapping[str, Value | None],
+    guesses: Mapping[str, float],
+    axes: Axes,
+    want: Sequence[str] | None,
+) -> list[dict[str, Value] | None]:
+    """The values of every state, None where there is no answer; the last axis runs fastest."""
+    given = {name: value for name, value in inputs.items() if name not in axes}
+    known = {n: given.get(n, v.value) for n, v in model.variables.items()}
+    wanted = dict.fromkeys((*(want or [v.name for v in _shown(model)]), *needed(model)))
+    names = [n for n in wanted if known[n] is None and n not in axes]
+    plan = prepare(model, list(axes), names, given, guesses)
+    combinations = list(product(*axes.values()))
+    table = plan.sweep(*(list(column) for column in zip(*combinations, strict=True)))
+    columns = {name: table[name].tolist() for name in names}
+    return [
+        {**plan.given, **dict(zip(axes, state, strict=True)), **{n: columns[n][k] for n in names}}
+        if solved
+        else None
+        for k, (state, solved) in enumerate(zip(combinations, table.solved.tolist(), strict=True))
+    ]
 
 
-def document(
+def _shown(model: Model) -> list[Variable]:
+    return [v for v in model.variables.values() if v.posted and not v.passed]
+
+
+def _document(
     model: Model,
     inputs: Mapping[str, Value | None],
     axes: Axes,
-    rows: Sequence[dict[str, Value] | None],
+    rows: Sequence[Mapping[str, Value] | None],
 ) -> dict[str, Any]:
-    """What all states have in common; ``rows`` tell how much room the figures need."""
+    """What the browser draws: the variables in the units shown, and every figure, state by state."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
-    shown = [v for v in model.variables.values() if v.posted and not v.passed]
+    shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
     outlines = list(map(outline, model.figures))
     return {
         "name": model.name,
         "axes": [
-            {"name": name, "values": _shown(model, name, values), "at": _place(model, name, values)}
+            {
+                "name": name,
+                "values": [_number(value, displaying(model.variables[name])) for value in values],
+                "at": _place(model, name, values),
+            }
             for name, values in axes.items()
         ],
         "variables": [
@@ -174,6 +154,11 @@ def document(
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
         "figures": outlines,
         "boxes": [_box(number, figure, drawn) for number, figure in enumerate(outlines)],
+        "said": SAID,
+        "values": [
+            None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown] for row in rows
+        ],
+        "drawn": [None if some is None else list(map(_flat, some)) for some in drawn],
     }
 
 
@@ -197,11 +182,6 @@ def _flat(one: dict[str, Any] | None) -> list[float] | None:
     if one is None:
         return None
     return [_round(value) for value in (*(c for place in one["places"] for c in place), *one["angles"])]
-
-
-def _shown(model: Model, name: str, values: Sequence[Value]) -> list[Value | None]:
-    scale = displaying(model.variables[name])
-    return [_number(value, scale) for value in values]
 
 
 def _number(value: Value | None, scale: tuple[float, float]) -> Value | None:

@@ -20,7 +20,7 @@ from solver.derivatives.sensitivities import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report.path import Plain, Tex, told
-from solver.report.sheet import COLUMNS, displayed, output_heads, sheet_rows
+from solver.report.sheet import displayed, sheet_heads, sheet_rows
 from solver.report.table import table
 from solver.report.why import ESCAPED, Line, Page, why_latex
 from solver.result import Result, Samples, Table
@@ -215,15 +215,7 @@ ANSWERS = 4
 def result_html(result: Result) -> str:
     """The variable sheet of a result and what there is to say of it."""
     rows = displayed(result, sheet_rows(result, every=len(result.solutions) <= ANSWERS))
-    status, given, name, _, unit, comment = COLUMNS
-    heads = (
-        status,
-        given,
-        name,
-        *output_heads(max((len(r.outputs) for r in rows), default=1)),
-        unit,
-        comment,
-    )
+    heads = sheet_heads(rows)
     cells = (
         (row.status, readable(row.input), row.name, *map(readable, row.outputs), row.unit, row.comment)
         for row in rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Context, Decimal
 from io import StringIO
 from math import ceil, inf, isfinite, log10
@@ -193,9 +193,11 @@ def _error(answer: Mapping[str, Value], name: str) -> float:
     return answer.error.get(name, 0.0) if isinstance(answer, Solution) else inf
 
 
-def output_heads(count: int) -> Iterator[str]:
-    """``Output``, or ``Output 1``, ``Output 2``, … side by side."""
-    return iter(("Output",)) if count == 1 else (f"Output {k}" for k in range(1, count + 1))
+def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:
+    """The columns of the rows: ``Output`` once, or ``Output 1``, ``Output 2``, … side by side."""
+    count = len(rows[0].outputs) if rows else 1
+    outputs = ["Output"] if count == 1 else [f"Output {k}" for k in range(1, count + 1)]
+    return (*COLUMNS[:3], *outputs, *COLUMNS[4:])
 
 
 def result_csv(result: Result, *, every: bool = False) -> str:
@@ -205,11 +207,9 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     same inputs and guesses again: outputs are not inputs.
     """
     rows = sheet_rows(result, every=every)
-    status, given, name, _, unit, comment = COLUMNS
-    heads = output_heads(len(rows[0].outputs) if rows else 1)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow((status, given, name, *heads, unit, comment))
+    writer.writerow(sheet_heads(rows))
     for row in rows:
         outputs = map(exact, row.outputs)
         texts = map(guarded, (row.status, _given(row), row.name, *outputs, row.unit, row.comment))

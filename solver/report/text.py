@@ -15,15 +15,14 @@ from solver.facts import Attempt, Proof, ProvedRoots, Status
 from solver.path.steps import Evaluate, Path, Select, SolveBlock
 from solver.report.path import Places, path_text, rule_text
 from solver.report.sheet import (
-    COLUMNS,
     SheetRow,
     answers,
     certain,
     displayed,
     local_rows,
     magnitude,
-    output_heads,
     pruned,
+    sheet_heads,
     sheet_rows,
     tolerated,
 )
@@ -278,9 +277,8 @@ def _complaints(result: Result, color: bool) -> Iterator[str]:
 def sheet_table(rows: Iterable[SheetRow]) -> str:
     """The variable sheet as in print, one output column an answer."""
     rows = tuple(rows)
-    count = len(rows[0].outputs) if rows else 1
-    status, given, name, _, unit, comment = COLUMNS
-    header = (status, given, name, *output_heads(count), unit, comment)
+    header = sheet_heads(rows)
+    count = len(header) - 5
     names = max((len(row.name) for row in rows), default=0)
     least = (0, INPUT_WIDTH, names, *(NUMBER_WIDTH,) * count)
     cells = [_cells(row) for row in rows]
