@@ -9,7 +9,7 @@ from sys import float_info
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis
-from rulesheets.evaluate import Undefined, holds, value
+from rulesheets.evaluate import Undefined, value
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
@@ -254,15 +254,6 @@ class _Tracing:
         decided = outcomes(self.model, self.values, self.inputs)
         return next((e for e in equations if activity(e, decided)), equations[0])
 
-    def _outcome(self, condition: int, values: Mapping[str, Value]) -> bool | None:
-        """How a condition comes out at ``values``, None where they do not settle it."""
-        try:
-            return holds(self.model.conditions[condition], values, self.inputs)
-        except KeyError:
-            return None
-        except Undefined:
-            return False
-
     # --- links ---
 
     def _link(self, step: Step) -> Link:
@@ -303,7 +294,7 @@ class _Tracing:
         condition = self.model.conditions[index]
         read = self._known(n for n in dict.fromkeys(names(condition)) if n in self.values)
         before = {known.name: known.value for known in read if self._place_of(known.name) < place}
-        return Guard(condition, outcome, self._outcome(index, before) is None, read)
+        return Guard(condition, outcome, index not in outcomes(self.model, before, self.inputs), read)
 
     def _place_of(self, name: str) -> int:
         """The place on the path of the step that gave a value, -1 for what was known from the start."""

@@ -8,12 +8,12 @@ from math import isfinite
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, render
-from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.units.quantity import displaying
 from solver.derivation import Derivation, Together
 from solver.facts import Status
 from solver.page.figures import geometry, outline
+from solver.path.cases import activity, outcomes
 from solver.path.steps import equations_of
 from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.report.why import Line, Page
@@ -131,39 +131,26 @@ def finite(values: Mapping[str, Value]) -> dict[str, Value]:
 
 def _rules(result: Result) -> list[dict[str, Any]]:
     """Of each rule its state and the number of the step of the path that uses it (0: none)."""
+    known = result.solutions[0] if result.solutions else result.partial
+    decided = outcomes(result.model, known, result.inputs)
     place: dict[int, int] = {}
     for number, step in enumerate(told(result.path), 1):
         for index in equations_of(step):
-            place.setdefault(index, number)
+            if activity(result.model.equations[index], decided):
+                place.setdefault(index, number)
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
-    return [_state(result, group, place, blamed) for group in rule_groups(result.model)]
-
-
-def _state(
-    result: Result, group: list[Equation], place: Mapping[int, int], blamed: set[tuple[str, int]]
-) -> dict[str, Any]:
-    known = result.solutions[0] if result.solutions else result.partial
-    active = [equation for equation in group if _active(result, equation, known)]
-    steps = [place[equation.index] for equation in active if equation.index in place]
-    missing = sorted({name for equation in group for name in equation.names if name not in known})
-    if result.status is not Status.SOLVED and (group[0].rule.file, group[0].rule.start) in blamed:
-        state = "broken"
-    elif result.status is not Status.SOLVED and missing:
-        state = "waiting"
-    else:
+    rows = []
+    for group in rule_groups(result.model):
+        steps = [place[equation.index] for equation in group if equation.index in place]
+        missing = sorted({name for equation in group for name in equation.names if name not in known})
         state = "used" if steps else "idle"
-    return {"state": state, "step": min(steps, default=0), "waits": missing if state == "waiting" else []}
-
-
-def _active(result: Result, equation: Equation, known: Mapping[str, Value]) -> bool:
-    """Whether the conditions of an equation hold at the values that are known."""
-    try:
-        return all(
-            holds(result.model.conditions[premise.condition], known, result.inputs) is premise.holds
-            for premise in equation.guard
-        )
-    except (KeyError, Undefined):
-        return False
+        if result.status is not Status.SOLVED and (group[0].rule.file, group[0].rule.start) in blamed:
+            state = "broken"
+        elif result.status is not Status.SOLVED and missing:
+            state = "waiting"
+        waits = missing if state == "waiting" else []
+        rows.append({"state": state, "step": min(steps, default=0), "waits": waits})
+    return rows
 
 
 def derived(derivation: Derivation) -> dict[str, Any]:

@@ -9,17 +9,16 @@ input when the point is dragged.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from itertools import combinations
 from math import cos, dist, radians, sin
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, holds
 from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Figure
+from solver.path.cases import outcomes
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.pictures.diagram import Diagram, Place, diagram, lacking, variables
@@ -120,6 +119,7 @@ class _Motion:
         moving = [name for name in names if name not in result.inputs]
         self.slopes = result.sensitivity(moving, self.inputs, answer)
         self.before = diagrams(self.model, self.values)
+        self.decided = outcomes(self.model, self.values, result.inputs)
 
     def handles(self) -> Iterator[Handle]:
         taken: set[tuple[int, str]] = set()
@@ -177,18 +177,10 @@ class _Motion:
         """
         known = frozenset({*self.result.inputs} - {driver} | {name})
         asked = frozenset(wanted) - {name}
-        path = planner(self.model).path(known, self._decided(), want=asked)
+        path = planner(self.model).path(known, self.decided, want=asked)
         if asked & set(path.undetermined):
             return None
         return sum(len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps)
-
-    def _decided(self) -> dict[int, bool]:
-        """How every condition comes out at the answer."""
-        found = {}
-        for index, condition in enumerate(self.model.conditions):
-            with suppress(KeyError, Undefined):
-                found[index] = holds(condition, self.values, self.result.inputs)
-        return found
 
 
 def _posted_numbers(model: Model, values: Mapping[str, Value]) -> list[str]:
