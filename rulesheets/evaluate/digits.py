@@ -10,7 +10,7 @@ from functools import cache, lru_cache, partial
 from threading import get_ident
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.evaluate.gradient import Part, Traced, accumulated
+from rulesheets.evaluate.gradient import Part, Traced
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions.digits import Extended
 from rulesheets.functions.row import Forms, Function
@@ -111,8 +111,9 @@ def extended_derivatives(
     Raises Undefined where the expression or one of its slopes has no real value, KeyError for a variable
     without one.
     """
-    part = TracedDigits(Digits(values, digits)).of(expression)
-    return part.value, accumulated(part, context(digits).zero)[0]
+    traced = TracedDigits(Digits(values, digits))
+    part = traced.of(expression)
+    return part.value, traced.gradient(part, context(digits).zero)[0]
 
 
 def in_many_digits(expression: Expression) -> bool:
@@ -164,6 +165,7 @@ class TracedDigits(Traced[Extended]):
     """Parts in many digits."""
 
     numbers: Digits
+    rounds = False
 
     def slope(self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression) -> Extended:
         values = {str(place): part.value for place, part in enumerate(arguments)}
@@ -171,6 +173,9 @@ class TracedDigits(Traced[Extended]):
             return Digits(values, self.numbers.digits, slope=True).of(template)
         except Undefined as error:
             raise Undefined(error.operation, error.arguments, node) from None
+
+    def missing(self, node: Call) -> Extended:
+        raise Undefined("derivative", (), node)
 
 
 @lru_cache(maxsize=4096)

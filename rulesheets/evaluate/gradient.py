@@ -52,79 +52,122 @@ class Part(Generic[T]):
     below it that varies.
 
     ``rounded``: the size of the numbers that its own operation has rounded; infinite where it has lost all.
+    ``exact``: a number of the sheet, which neither varies nor has been rounded.
     """
 
     value: T
     name: str = ""
     slopes: tuple[tuple[T, Part[T]], ...] = ()
-    rounded: float = 0.0
-
-    @property
-    def exact(self) -> bool:
-        """Whether it neither varies nor has been rounded."""
-        return not (self.name or self.slopes or self.rounded)
+    rounded: Any = 0.0
+    exact: bool = False
 
 
 class Traced(Arithmetic[Part[T]]):
-    """The parts of an expression over another arithmetic. A slope without a value raises Undefined."""
+    """The parts of an expression over another arithmetic. A slope without a formula is nan.
+
+    ``rounds``: its numbers are rounded by so much that it counts.
+    """
+
+    rounds = True
 
     def __init__(self, numbers: Arithmetic[T]) -> None:
         self.numbers = numbers
+
+    # --- what an arithmetic says of its slopes and its rounding ---
 
     def slope(self, template: Expression, arguments: Sequence[Part[T]], node: Expression) -> T:
         """A slope of ``node``: the template over the values of the arguments, by their places."""
         raise NotImplementedError
 
+    def by_base(self, base: Part[T], exponent: Part[T], node: Power) -> Any:
+        return self.slope(BY_BASE, (base, exponent), node) if exponent.value else 0.0
+
+    def rounded(self, node: Expression, result: T, parts: Sequence[Part[T]]) -> Any:
+        """The size of what an operation rounds. (Of a sum, that of its sums.)"""
+        return 0.0
+
+    def noise(self, slope: T, rounded: Any) -> Any:
+        """What the rounding of a part makes of the whole."""
+        return abs(slope) * rounded  # type: ignore[arg-type]
+
+    # --- the walk ---
+
     def number(self, node: Number) -> Part[T]:
-        return Part(self.numbers.number(node))
+        return Part(self.numbers.number(node), exact=True)
 
     def name(self, node: Name) -> Part[T]:
         return Part(self.numbers.name(node), node.name)
 
     def negative(self, node: Negative) -> Part[T]:
         part = self.of(node.operand)
-        return Part(-part.value, "", _varying((-1.0, part)))  # type: ignore[operator]
+        return Part(-part.value, "", _varying((-1.0, part)), exact=part.exact)  # type: ignore[operator]
 
     def sum(self, node: Sum) -> Part[T]:
-        parts = [self.operations[type(term)](self, term) for term in node.terms]
-        total = parts[0].value
+        return self.added([self.operations[type(term)](self, term) for term in node.terms])
+
+    def added(self, parts: Sequence[Part[T]]) -> Part[T]:
+        """The sum of parts, and the size of all sums on the way."""
+        total: Any = 0.0 + parts[0].value  # type: ignore[operator]
+        rounded: Any = 0.0
         for part in parts[1:]:
             total = total + part.value
-        return Part(total, "", _varying(*((1.0, part) for part in parts)))
+            if self.rounds:
+                rounded = rounded + abs(total)
+        return Part(total, "", _varying(*((1.0, part) for part in parts)), rounded)
 
     def product(self, node: Product) -> Part[T]:
-        one, other = self.of(node.left), self.of(node.right)
-        value = one.value * other.value  # type: ignore[operator]
-        return Part(value, "", _varying((other.value, one), (one.value, other)))
+        parts = one, other = self.of(node.left), self.of(node.right)
+        result = one.value * other.value  # type: ignore[operator]
+        slopes = _varying((other.value, one), (one.value, other))
+        return Part(result, "", slopes, self.rounded(node, result, parts))
 
     def divided(self, node: Quotient, above: Part[T], below: Part[T]) -> Part[T]:
         result: Any = self.numbers.divided(node, above.value, below.value)
         divisor: Any = below.value
-        return Part(result, "", _varying((1.0 / divisor, above), (-result / divisor, below)))
+        slopes = _varying((1.0 / divisor, above), (-result / divisor, below))
+        return Part(result, "", slopes, self.rounded(node, result, (above, below)))
 
     def raised(self, node: Power, base: Part[T], exponent: Part[T]) -> Part[T]:
+        parts = base, exponent
         result = self.numbers.raised(node, base.value, exponent.value)
         slopes: list[tuple[Any, Part[T]]] = []
         if not base.exact:
-            slopes.append((self.slope(BY_BASE, (base, exponent), node) if exponent.value else 0.0, base))
+            slopes.append((self.by_base(base, exponent, node), base))
         if not exponent.exact:
-            slopes.append((self.slope(BY_EXPONENT, (base, exponent), node), exponent))
-        return Part(result, "", tuple(slopes))
+            slopes.append((self.slope(BY_EXPONENT, parts, node), exponent))
+        return Part(result, "", tuple(slopes), self.rounded(node, result, parts))
 
     def applied(self, node: Call, arguments: list[Part[T]]) -> Part[T]:
         result = self.numbers.applied(node, [part.value for part in arguments])
-        slopes = partials(TABLE[node.function], len(arguments))
+        templates = partials(TABLE[node.function], len(arguments))
         below = tuple(
-            (self._partial(slope, arguments, node), part)
-            for slope, part in zip(slopes, arguments, strict=True)
+            (self.missing(node) if template is None else self.slope(template, arguments, node), part)
+            for template, part in zip(templates, arguments, strict=True)
             if not part.exact
         )
-        return Part(result, "", below)
+        return Part(result, "", below, self.rounded(node, result, arguments))
 
-    def _partial(self, template: Expression | None, arguments: Sequence[Part[T]], node: Call) -> T:
-        if template is None:
-            raise Undefined("derivative", (), node)
-        return self.slope(template, arguments, node)
+    def missing(self, node: Call) -> Any:
+        """In place of a slope without a formula."""
+        return math.nan
+
+    # --- what comes of it ---
+
+    def gradient(self, part: Part[T], zero: Any = 0.0) -> tuple[dict[str, Any], Any]:
+        """The gradient, by variables in the order in which they are written, and the sum of what was
+        rounded."""
+        gradient: dict[str, Any] = {}
+        noise: Any = 0.0
+        pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
+        while pending:
+            slope, part = pending.pop()
+            if part.name:
+                gradient[part.name] = gradient.get(part.name, zero) + slope
+            elif self.rounds:
+                noise = noise + self.noise(slope, part.rounded)
+            for inner, below in part.slopes[::-1]:
+                pending.append((slope * inner, below))
+        return gradient, noise
 
 
 def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...]:
@@ -135,22 +178,6 @@ def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...
 def partials(row: Function, count: int) -> tuple[Expression | None, ...]:
     """The slopes of a function of the places of its arguments."""
     return row.partials(tuple(Name(str(place)) for place in range(count)))
-
-
-def accumulated(part: Part[Any], zero: Any) -> tuple[dict[str, Any], float]:
-    """The gradient, by variables in the order in which they are written, and the sum of what was rounded."""
-    gradient: dict[str, Any] = {}
-    noise = 0.0
-    pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
-    while pending:
-        slope, part = pending.pop()
-        if part.name:
-            gradient[part.name] = gradient.get(part.name, zero) + slope
-        elif part.rounded:
-            noise += abs(slope) * part.rounded or (SMALLEST if slope else 0.0)
-        for inner, below in part.slopes[::-1]:
-            pending.append((slope * inner, below))
-    return gradient, noise
 
 
 # --- floats ---------------------------------------------------------------------
@@ -171,10 +198,11 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
     That is eps times the result of every operation times the slope by it (F. L. Bauer, SIAM Review 16
     (1974) 87–96): names and numbers are taken as exact. nan where a slope below an operation is.
     """
-    part = TracedFloats(Floats(values)).of(expression)
+    traced = TracedFloats(Floats(values))
+    part = traced.of(expression)
     if not math.isfinite(part.value):
         raise Undefined("overflow", (part.value,), expression)
-    gradient, noise = accumulated(part, 0.0)
+    gradient, noise = traced.gradient(part)
     return part.value, gradient, _EPSILON * noise or (_LEAST if noise else 0.0)
 
 
@@ -188,50 +216,24 @@ class TracedFloats(Traced[float]):
             return math.nan
         return found if math.isfinite(found) else math.nan
 
-    def _partial(self, template: Expression | None, arguments: Sequence[Part[float]], node: Call) -> float:
-        return math.nan if template is None else self.slope(template, arguments, node)
+    def noise(self, slope: float, rounded: float) -> float:
+        return abs(slope) * rounded or (SMALLEST if rounded and slope else 0.0)
 
-    def sum(self, node: Sum) -> Part[float]:
-        total = rounded = 0.0
-        slopes: list[tuple[float, Part[float]]] = []
-        for term in node.terms:
-            part = self.operations[type(term)](self, term)
-            total += part.value
-            if slopes:
-                rounded += abs(total)
-            slopes.append((1.0, part))
-        return Part(total, "", _varying(*slopes), rounded)
-
-    def product(self, node: Product) -> Part[float]:
-        first, second = self.of(node.left), self.of(node.right)
-        result = first.value * second.value
-        rounded = _rounded(result, first.value != 0.0 != second.value)
-        if first.value == 0.0 == second.value and _lost(first) and _lost(second):
-            rounded = SMALLEST
-        return Part(result, "", _varying((second.value, first), (first.value, second)), rounded)
-
-    def divided(self, node: Quotient, above: Part[float], below: Part[float]) -> Part[float]:
-        part = Traced.divided(self, node, above, below)
-        part.rounded = _rounded(_finite(part.value, node), above.value != 0.0)
-        return part
-
-    def raised(self, node: Power, base: Part[float], exponent: Part[float]) -> Part[float]:
-        part = Traced.raised(self, node, base, exponent)
-        part.rounded = _rounded(_finite(part.value, node), base.value != 0.0)
-        if part.value == 0.0 == base.value and _lost(base):
-            part.rounded = SMALLEST
-        return part
-
-    def applied(self, node: Call, arguments: list[Part[float]]) -> Part[float]:
-        part = Traced.applied(self, node, arguments)
-        row = TABLE[node.function]
-        size = abs(_finite(part.value, node))
-        if size < SMALLEST and (size or _below_floats(row, arguments) or any(map(_lost, arguments))):
-            size = SMALLEST
-        if node.function in CHOOSING and _tied(arguments):
-            size = math.inf
-        part.rounded = size * row.ulps
-        return part
+    def rounded(self, node: Expression, result: float, parts: Sequence[Part[float]]) -> float:
+        if type(node) is Product:
+            if (size := abs(result)) >= SMALLEST:
+                return size
+            one, other = parts
+            lost = one.value == 0.0 == other.value and _lost(one) and _lost(other)
+            return SMALLEST if lost else _rounded(result, one.value != 0.0 != other.value)
+        size = abs(_finite(result, node))
+        if isinstance(node, Call):
+            row = TABLE[node.function]
+            if size < SMALLEST and (size or _below_floats(row, parts) or any(map(_lost, parts))):
+                size = SMALLEST
+            return row.ulps * (math.inf if node.function in CHOOSING and _tied(parts) else size)
+        lost = result == 0.0 == parts[0].value and isinstance(node, Power) and _lost(parts[0])
+        return SMALLEST if lost else _rounded(result, parts[0].value != 0.0)
 
 
 def _finite(result: float, node: Expression) -> float:

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import Undefined
-from rulesheets.evaluate.gradient import BY_BASE, BY_EXPONENT, CHOOSING, SMALLEST, partials
+from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Traced
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
@@ -25,7 +24,6 @@ from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,
-    Negative,
     Number,
     Power,
     Product,
@@ -100,110 +98,39 @@ def _or_nan(function: Callable[..., float], row: Sequence[float]) -> float:
         return math.nan
 
 
-@dataclass(slots=True)
-class _Part:
-    """As ``rulesheets.evaluate.gradient.Part`` for all rows; ``exact``: it neither varies nor is rounded."""
+class _Traced(Traced[Array]):
+    """The parts of an expression with slopes and rounding, as ``TracedFloats`` has them of one rule.
 
-    value: Any
-    name: str = ""
-    slopes: list[tuple[Any, _Part]] = field(default_factory=list)
-    rounded: Any = 0.0
-    exact: bool = False
+    Rows with a number below those that floats hold in full are not plain.
+    """
 
+    numbers: _Rows
 
-class _Traced(Arithmetic[_Part]):
-    """The parts of an expression with slopes and rounding, as ``TracedFloats`` has them of one rule."""
-
-    def __init__(self, rows: _Rows) -> None:
-        self.rows = rows
-
-    def number(self, node: Number) -> _Part:
-        return _Part(self.rows.number(node), exact=True)
-
-    def name(self, node: Name) -> _Part:
-        return _Part(self.rows.name(node), node.name)
-
-    def negative(self, node: Negative) -> _Part:
-        part = self.of(node.operand)
-        return _Part(-part.value, "", _varying((-1.0, part)), exact=part.exact)
-
-    def sum(self, node: Sum) -> _Part:
-        return self.added([self.of(term) for term in node.terms])
-
-    def added(self, parts: Sequence[_Part]) -> _Part:
-        total, rounded = 0.0 + parts[0].value, 0.0
-        for part in parts[1:]:
-            total = total + part.value
-            rounded = rounded + np.abs(total)
-        return _Part(total, "", _varying(*((1.0, part) for part in parts)), rounded)
-
-    def product(self, node: Product) -> _Part:
-        one, other = self.of(node.left), self.of(node.right)
-        result = one.value * other.value
-        none = (one.value == 0.0) ^ (other.value == 0.0)  # with two zeros, either may be lost below floats
-        return _Part(
-            result, "", _varying((other.value, one), (one.value, other)), self._rounded(result, none)
-        )
-
-    def divided(self, node: Quotient, above: _Part, below: _Part) -> _Part:
-        result = self.rows.divided(node, above.value, below.value)
-        slopes = _varying((np.true_divide(1.0, below.value), above), (-result / below.value, below))
-        return _Part(result, "", slopes, self._rounded(result, above.value == 0.0))
-
-    def raised(self, node: Power, base: _Part, exponent: _Part) -> _Part:
-        result = self.rows.raised(node, base.value, exponent.value)
-        slopes = []
-        if not base.exact:
-            by_base = self._slope(BY_BASE, (base, exponent))
-            slopes.append((np.where(exponent.value == 0.0, 0.0, by_base), base))
-        if not exponent.exact:
-            slopes.append((self._slope(BY_EXPONENT, (base, exponent)), exponent))
-        exact_zero = np.asarray(base.value == 0.0) & (base.exact or bool(base.name))
-        return _Part(result, "", slopes, self._rounded(result, exact_zero))
-
-    def applied(self, node: Call, arguments: list[_Part]) -> _Part:
-        row = TABLE[node.function]
-        if node.function in CHOOSING or row.jumps:
-            raise Undefined(node.function, (), node)
-        result = self.rows.applied(node, [part.value for part in arguments])
-        slopes = [
-            (np.nan if template is None else self._slope(template, arguments), part)
-            for template, part in zip(partials(row, len(arguments)), arguments, strict=True)
-            if not part.exact
-        ]
-        return _Part(result, "", slopes, self._rounded(result, False) * row.ulps)
-
-    def _slope(self, template: Expression, arguments: Sequence[_Part]) -> Any:
+    def slope(self, template: Expression, arguments: Sequence[Part[Array]], node: Expression) -> Array:
         columns = {str(place): part.value for place, part in enumerate(arguments)}
-        rows = _Rows(columns, None, len(self.rows.plain))
+        rows = _Rows(columns, None, len(self.numbers.plain))
         found = rows.of(template)
         return np.where(rows.plain & np.isfinite(found), found, np.nan)
 
-    def _rounded(self, result: Any, zero: Any) -> Any:
-        """The size of a result; rows with one below those that floats hold in full are not plain, unless it
-        is 0 because something is exactly ``zero``."""
-        size = np.abs(result)
-        self.rows.plain &= (size >= SMALLEST) | ((size == 0.0) & zero)
-        return size
+    def by_base(self, base: Part[Array], exponent: Part[Array], node: Power) -> Array:
+        return np.where(exponent.value == 0.0, 0.0, self.slope(BY_BASE, (base, exponent), node))
 
-
-def _varying(*slopes: tuple[Any, _Part]) -> list[tuple[Any, _Part]]:
-    return [pair for pair in slopes if not pair[1].exact]
-
-
-def _accumulated(part: _Part) -> tuple[dict[str, Any], Any]:
-    """The gradient by names, and the sum of what was rounded."""
-    gradient: dict[str, Any] = {}
-    noise: Any = 0.0
-    pending: list[tuple[Any, _Part]] = [(1.0, part)]
-    while pending:
-        slope, part = pending.pop()
-        if part.name:
-            gradient[part.name] = gradient.get(part.name, 0.0) + slope
-        else:
-            noise = noise + np.abs(slope) * part.rounded
-        pending += [(slope * inner, below) for inner, below in part.slopes[::-1]]
-    return gradient, noise
+    def rounded(self, node: Expression, result: Array, parts: Sequence[Part[Array]]) -> Array:
+        size, first, ulps, zero = np.abs(result), parts[0], 1.0, np.zeros((), dtype=bool)
+        match node:
+            case Call(function):
+                row = TABLE[function]
+                if function in CHOOSING or row.jumps:
+                    raise Undefined(function, (), node)
+                ulps = row.ulps
+            case Product():  # with two zeros, either may be lost below floats
+                zero = (first.value == 0.0) ^ (parts[1].value == 0.0)
+            case Power():
+                zero = (first.value == 0.0) & np.asarray(first.exact or bool(first.name))
+            case _:
+                zero = first.value == 0.0
+        self.numbers.plain &= (size >= SMALLEST) | ((size == 0.0) & zero)
+        return size * ulps
 
 
 class _Extended(_Rows):
@@ -330,7 +257,7 @@ class _Sides:
             terms = [traced.of(term) for term in (side.terms if isinstance(side, Sum) else (side,))]
             self.gross = self.gross + sum(np.abs(term.value) for term in terms)
             parts.append(traced.added(terms) if isinstance(side, Sum) else terms[0])
-        (self.slopes, noise), (others, more) = map(_accumulated, parts)
+        (self.slopes, noise), (others, more) = map(traced.gradient, parts)
         for name, slope in others.items():
             self.slopes[name] = self.slopes.get(name, 0.0) - slope
         left, right = (part.value for part in parts)
