@@ -248,10 +248,8 @@ def _swept(plan: Plan, asked: list[tuple[float, ...]], kind: str) -> Iterator[tu
             yield status, [row] if status is Status.SOLVED else []
         return
     codes, answers = plan.sweep_all(*columns, jit=jit)
-    start = 0
-    for code, count in zip(codes, answers.counts, strict=True):
-        every = [tuple(column[at] for column in answers.values) for at in range(start, start + int(count))]
-        start += int(count)
+    for row, (code, count) in enumerate(zip(codes, answers.counts, strict=True)):
+        every = [tuple(column[row] for column in plane) for plane in answers.planes[: int(count)]]
         yield by_code[int(code)], every
 
 

@@ -9,13 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.trace.graph import FOLD, LEAVES, Graph, Node, NotCompilable, Operand, operands
+from solver.numerics.tolerances import EPS
+from solver.trace.graph import FOLD, LEAVES, LOGICAL, Graph, Node, NotCompilable, Operand, operands, schedule
 from solver.trace.simplify import SIMPLIFY
 
+LIBRARY = 4.0
+"""Units in the last place that an operation, or a function of the library, may be off by."""
+WIDE = 2.0**16
+_EXACT = frozenset({"neg", "abs", "rint", "where", "max"})
 NEAR = 1e-13
 """A direction nearer to the axis than this (as a quotient) is left to a full solve."""
 
@@ -102,7 +108,7 @@ class Flow(Graph):
                 result = TABLE[function].value(*(self.value_of(a) for a in arguments))
             except (ArithmeticError, ValueError):
                 raise NotCompilable from None
-            return self._computed(TABLE[function].value, result, arguments, function)
+            return self.constant(result)
         if function in _CIRCULAR:
             return self._circular(function, arguments[0])
         for argument in arguments:
@@ -248,6 +254,29 @@ class Numbers:
     def __init__(self, flow: Flow, inputs: Mapping[int, float]) -> None:
         self.flow, self.inputs = flow, inputs
         self.found: dict[int, float | bool] = {}
+        self._errors: dict[int, float] = {}
+
+    def error(self, node: int) -> float:
+        """How far rounding may move the number of a node, to first order: running error analysis (Higham,
+        Accuracy and Stability of Numerical Algorithms, 2002, section 3.3)."""
+        for one in schedule(self.flow, [node]).order:
+            if one not in self._errors:
+                self._errors[one] = self._error(one)
+        return self._errors.get(node, 0.0)
+
+    def _error(self, node: int) -> float:
+        operation, *rest = self.flow.nodes[node]
+        if operation in LOGICAL or operation == "root":
+            return 0.0
+        result, parts = self(node), operands(self.flow, node)
+        total = 0.0 if operation in _EXACT else LIBRARY * EPS * abs(result)
+        numbers = [self(part) for part in parts] if operation != "item" else []
+        for place, number in enumerate(numbers):
+            off = WIDE * self._errors.get(parts[place], 0.0)  # what is moved farther is not rounded away
+            with suppress(ArithmeticError, ValueError):
+                moved = [*numbers[:place], number + off, *numbers[place + 1 :]] if off else numbers
+                total += abs(self._result(operation, rest, moved) - result) / WIDE
+        return total
 
     def __call__(self, node: int) -> float | bool:
         """The number of a node; nan where an operation has none."""

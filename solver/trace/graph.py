@@ -7,12 +7,10 @@ that was computed comes with a bound on its error.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import reduce
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
-
-from solver.numerics.tolerances import EPS
 
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
@@ -25,14 +23,6 @@ TOLERANCE = 16.0 * 2.0**-52
 
 class NotCompilable(Exception):
     """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
-
-
-SMALLEST = math.ulp(0.0)
-LIBRARY = 4.0
-"""Units in the last place that a function of the library may be off by."""
-WIDE = 2.0**16
-_ROUNDED = frozenset({"add", "sub", "mul", "div", "sqrt"})
-_EXACT = frozenset({"neg", "abs", "rint", "where", "max", "sooner"})
 
 
 _SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
@@ -101,9 +91,6 @@ class Graph:
         self.checks: list[int] = []
         self.finite: list[int] = []
         self.finders: list[Finder] = []
-        self.always: set[int] = set()
-        self.taken_away: list[tuple[int, int]] = []
-        """What was left of a sum that another number was taken away from, and that number."""
         self._numbers: dict[Node, int] = {}
         self.true = self.constant(True)
         self.false = self.constant(False)
@@ -117,10 +104,6 @@ class Graph:
     def number(self, *node: Operand) -> int | None:
         """The number of an operation that is there already."""
         return self._numbers.get(node)
-
-    def off(self, node: int) -> float:
-        """How far a constant that was computed may be from the number that it stands for."""
-        return float(self.nodes[node][2]) if len(self.nodes[node]) > 2 else 0.0
 
     def value_of(self, node: int) -> float | bool | None:
         """The value of a constant node."""
@@ -157,17 +140,7 @@ class Graph:
             result = FOLD[operation](*values)
         except (ArithmeticError, ValueError):
             raise NotCompilable from None
-        return self._computed(FOLD[operation], result, operands, operation)
-
-    def _computed(
-        self, function: Callable[..., float | bool], result: float | bool, operands: Iterable[int], name: str
-    ) -> int:
-        """The constant that an operation on constants comes to, and how far it may be off."""
-        if isinstance(result, bool):
-            return self.constant(result)
-        known = [(float(self.nodes[operand][1]), self.off(operand)) for operand in operands]
-        off = folded_error(function, name, result, known)
-        return self.node("const", float(result), off) if off else self.constant(result)
+        return self.constant(result)
 
     def factor(self, node: int) -> tuple[float, int] | None:
         """The number and the other factor of a product with a number."""
@@ -192,11 +165,6 @@ class Graph:
         """A number that must be finite, because what is computed from it could hide that it is not."""
         if self.value_of(number) is None and number not in self.finite:
             self.finite.append(number)
-
-    def firm(self, number: int) -> None:
-        """A number that must be finite, whether the results read it or not."""
-        self.bound(number)
-        self.always.add(number)
 
     @contextmanager
     def only_if(self, condition: int) -> Iterator[None]:
@@ -240,60 +208,6 @@ class Graph:
         operands = [int(o) for o in one[1:]]
         operands[place - 1] = self.add("where", condition, int(one[place]), int(other[place]))
         return self.add(str(one[0]), *operands)
-
-
-# --- constants that were computed ---
-
-
-def folded_error(
-    function: Callable[..., float | bool], name: str, result: float, operands: Sequence[tuple[float, float]]
-) -> float:
-    """The error bound of ``result``, the value of a function of operands (value, error bound of it)."""
-    values = [value for value, _ in operands]
-    exact = name in _EXACT or _is_exact(name, result, values)
-    total = 0.0 if exact else max(abs(result) * EPS, SMALLEST)  # what is below floats is rounded to one
-    if name not in _ROUNDED:
-        total *= LIBRARY
-    for place, (value, off) in enumerate(operands):
-        if off:
-            total += _moved(function, values, place, value, off, result)
-    return total
-
-
-def _moved(
-    function: Callable[..., float | bool],
-    values: Sequence[float],
-    place: int,
-    value: float,
-    off: float,
-    result: float,
-) -> float:
-    """How far the result moves with one operand, to first order: by a larger move than rounding can hide."""
-    moved = 0.0
-    for near in (value - WIDE * off, value + WIDE * off):
-        try:
-            found = function(*values[:place], near, *values[place + 1 :])
-        except (ArithmeticError, ValueError):
-            return math.inf
-        moved = max(moved, abs(found - result))
-    return moved / WIDE * 1.01
-
-
-def _is_exact(name: str, result: float, values: Sequence[float]) -> bool:
-    """Whether an operation on exact numbers was exact."""
-    if name not in _ROUNDED or not all(map(math.isfinite, (result, *values))):
-        return False
-    above, below = result.as_integer_ratio()
-    (a, b), *others = (float(value).as_integer_ratio() for value in values)
-    if name == "sqrt":
-        return above * above * b == a * below * below
-    ((c, d),) = others
-    if name == "div":
-        return above * b * c == a * d * below
-    if name == "mul":
-        return above * b * d == a * c * below
-    c = c if name == "add" else -c
-    return above * b * d == (a * d + c * b) * below
 
 
 # --- the operations that some results need, in order ---

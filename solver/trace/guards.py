@@ -6,23 +6,21 @@ Where one of them fails the results do not count, and another record or a full s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial, reduce
+from functools import reduce
 from typing import NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
+from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
 from solver.accuracy.rule_check import heights, jumps
-from solver.numerics.tolerances import BACKWARD, EPS, STEEP
-from solver.path.cases import activity, comparisons
+from solver.numerics.tolerances import BACKWARD
+from solver.path.cases import activity
 from solver.path.planner import Planner
-from solver.trace.flow import Flow
+from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
-from solver.trace.rounding import HARMLESS, Analysis, covered, steep, turned_by
 
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
@@ -44,8 +42,7 @@ class State:
     """The nodes of the variables that are known, and what must hold for them to count.
 
     ``settled`` are the rules that hold by the way an unknown was computed, ``used`` the conditions that let
-    in the rules that were solved, ``apart`` pairs of nodes that are required to differ. ``absorbed``: a rule
-    has a number that may be so large beside its variables that floats lose them.
+    in the rules that were solved.
     """
 
     values: dict[str, int]
@@ -53,10 +50,8 @@ class State:
     decided: dict[int, bool]
     settled: set[int] = field(default_factory=set)
     used: set[int] = field(default_factory=set)
-    apart: set[frozenset[int]] = field(default_factory=set)
     checks: list[int] = field(default_factory=list)
     finite: list[int] = field(default_factory=list)
-    absorbed: bool = False
 
     def fork(self) -> State:
         return replace(
@@ -66,7 +61,6 @@ class State:
             decided=dict(self.decided),
             settled=set(self.settled),
             used=set(self.used),
-            apart=set(self.apart),
             checks=list(self.checks),
             finite=list(self.finite),
         )
@@ -84,9 +78,6 @@ def symbol_of(expression: Expression, symbols: Mapping[str, str]) -> str | None:
 
 
 LARGEST = 1e300
-FAR = 1e5
-"""Angles beyond which sines and cosines bend within the error that a rule may have."""
-_TURNED = ("<=", ">=")
 
 
 class Guards:
@@ -100,7 +91,8 @@ class Guards:
         self.sample = sample
         self.flow = Flow(plain)
         self.given = frozenset((*pattern.given, *pattern.inputs))
-        self._mirrored: frozenset[frozenset[Expression]] = frozenset()
+        values = (sample[name] for name in pattern.inputs)
+        self._numbers = Numbers(self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)})
         self.wrapped = set[int]()
         """Angles within one turn by the way they are computed."""
 
@@ -114,10 +106,6 @@ class Guards:
             return self.flow.expression(expression, state.values)
         except KeyError:
             raise NotCompilable from None
-
-    @cached_property
-    def rounding(self) -> Analysis:
-        return Analysis(self.flow)
 
     # --- conditions ---
 
@@ -155,44 +143,7 @@ class Guards:
             same = symbols[0] == symbols[1]
             return self.flow.constant(same is (operator == "=") and operator in ("=", "<>"))
         one, other = (self._expression(state, side) for side in (left, right))
-        if operator not in _TURNED:
-            return self.flow.compare(operator, one, other)
-        if frozenset((left, right)) in self._mirrored and self._apart_in_sample(left, right):
-            self._part(state, one, other)
-        return self._at_most(state, *((one, other) if operator == "<=" else (other, one)))
-
-    def _part(self, state: State, one: int, other: int) -> None:
-        """Leave rows with two numbers alike to a full solve."""
-        if frozenset((one, other)) not in state.apart:
-            state.apart.add(frozenset((one, other)))
-            self.flow.require(self.flow.add("not", self.flow.add("eq", one, other)))
-            self.flow.bound(one)
-            self.flow.bound(other)
-
-    def _at_most(self, state: State, one: int, other: int) -> int:
-        """Whether ``one <= other``; of numbers that are apart, that or the opposite of ``other <= one``."""
-        if frozenset((one, other)) in state.apart:
-            opposite = self.flow.add("le", other, one)
-            if self.flow.value_of(opposite) is not None or other < one:
-                return self.flow.add("not", opposite)
-        return self.flow.add("le", one, other)
-
-    def _apart_in_sample(self, left: Expression, right: Expression) -> bool:
-        try:
-            return value(left, self.sample) != value(right, self.sample)
-        except (Undefined, KeyError):
-            return False
-
-    def _mirrored_in(self, equations: Sequence[int]) -> frozenset[frozenset[Expression]]:
-        """Pairs of numbers that the guards of some equations compare both ways, ``<=`` and ``>=``."""
-        seen: set[tuple[Expression, Expression]] = set()
-        for index in equations:
-            for premise in self.model.equations[index].guard:
-                for comparison in comparisons(self.model.conditions[premise.condition]):
-                    if comparison.operator in _TURNED:
-                        pair = comparison.left, comparison.right
-                        seen.add(pair if comparison.operator == "<=" else pair[::-1])
-        return frozenset(frozenset(pair) for pair in seen if pair[::-1] in seen)
+        return self.flow.compare(operator, one, other)
 
     def _active(self, state: State, guard: Sequence[Premise]) -> int | None:
         """The node of a guard; None where it is not known."""
@@ -217,21 +168,16 @@ class Guards:
 
     def _above(self, node: int, edge: float, strict: bool) -> int:
         flow = self.flow
-        return flow.add("lt" if strict else "le", flow.constant(edge), self._shifted("sub", node, edge))
+        return flow.add("lt" if strict else "le", flow.constant(edge), self._shifted("sub", node))
 
     def _below(self, node: int, edge: float, strict: bool) -> int:
         flow = self.flow
-        return flow.add("lt" if strict else "le", self._shifted("add", node, edge), flow.constant(edge))
+        return flow.add("lt" if strict else "le", self._shifted("add", node), flow.constant(edge))
 
-    def _shifted(self, operation: str, node: int, edge: float) -> int:
-        """A number moved towards an edge by what it may be off by; the sign of a product is right."""
-        try:
-            bound = self.rounding.bound(node)
-            if bound.exact or (edge == 0.0 and bound.rest is None):
-                return node
-            return self.flow.add(operation, node, self.rounding.error(node))
-        except NotCompilable:
-            return node
+    def _shifted(self, operation: str, node: int) -> int:
+        """A number moved towards an edge by more than rounding makes of it at the sample."""
+        error = 4.0 * self._numbers.error(node)
+        return self.flow.add(operation, node, self.flow.constant(error)) if error else node
 
     # --- rules ---
 
@@ -257,27 +203,13 @@ class Guards:
         with flow.as_reported():
             sides = [self._expression(state, side) for side in (equation.left, equation.right)]
             miss = flow.add("sub", *sides)
-            if flow.value_of(miss) == 0.0 and not flow.off(miss):
+            if flow.value_of(miss) == 0.0:
                 return flow.true
             size, quick = self._sizes(state, equation)
             for clear in self._clear_of_edges(state, equation):
                 flow.require(clear)
         apart = flow.add("abs", miss)
-        rounded = covered(equation, not flow.plain)
-        if rounded > HARMLESS:
-            flow.require(self._gentle(sides, size))
-            flow.bound(size)
-            noise = Analysis(flow, state.values.values()).error(miss)
-            limit = flow.add("mul", flow.constant(BACKWARD), size)
-            return flow.add("le", flow.add("add", apart, noise), limit)
-        if steep(equation):
-            exact = flow.add("eq", miss, flow.constant(0.0))
-            flow.require(flow.add("or", exact, self._gentle(sides, size)))
-        else:
-            angles = map(partial(self._expression, state), turned_by(equation))
-            for angle in (angle for angle in angles if angle not in self.wrapped):
-                flow.require(flow.add("lt", flow.add("abs", angle), flow.constant(FAR)))
-        share = flow.constant(BACKWARD - rounded * EPS)
+        share = flow.constant(BACKWARD)
         met = flow.add("le", apart, flow.add("mul", share, size))
         if quick in (size, flow.constant(0.0)):
             flow.bound(size)
@@ -332,12 +264,6 @@ class Guards:
             reach = flow.add("mul", flow.constant(2.0 * BACKWARD), reach)
             yield flow.add("lt", reach, flow.add("abs", apart))
 
-    def _gentle(self, sides: Sequence[int], size: int) -> int:
-        """Whether a rule does not go far within so small a change: slopes do not tell of it where it does."""
-        flow = self.flow
-        both = flow.add("add", *(flow.add("abs", side) for side in sides))
-        return flow.add("le", size, flow.add("mul", flow.constant(STEEP / BACKWARD), both))
-
     # --- requirements ---
 
     def _check_requirements(self, state: State) -> None:
@@ -363,9 +289,3 @@ class Guards:
         with flow.only_if(active):
             flow.require(flow.add("not", flow.compare("=", one, other)))
         return active, meets
-
-    def _known_to_some_digits(self, results: Iterable[int | str], share: float) -> None:
-        for node in results:
-            if isinstance(node, int) and self.flow.nodes[node][0] not in LEAVES:
-                with suppress(NotCompilable):
-                    self.flow.require(self.rounding.within(node, share))

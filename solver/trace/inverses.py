@@ -10,22 +10,16 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.block import kernel_of
-from solver.numerics.tolerances import BACKWARD
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Coefficient, Let, Parabola
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.path.steps import Select, SolveBlock
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
-from solver.trace.rounding import HARMLESS, covered, inverted, known_angles, quiet
 
 MAX_TURNS = 8
-TINY = 1e-280
-"""Squares smaller than this may have lost digits to underflow."""
 LEFT = 1e-4
 """Share of the terms of a discriminant that must be left of them: its root is right to 1e-12 then."""
-HIDDEN = 1e-12
-"""Share of a number below which what was added to it is lost with its last places."""
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
 
@@ -45,13 +39,12 @@ class Inverses(Guards):
             state.settled.add(equation)
             return [said]
         found = self._preimages(state, isolation)
-        self._solved_for(state, equation, isolation, found[0])
+        self._solved_for(state, equation, isolation)
         return [*found]
 
     def _selected(self, state: State, step: Select) -> int:
         """A selection between the values of rules that can be active; exactly one value may come out."""
         flow, groups = self.flow, dict[int, int]()
-        self._mirrored = self._mirrored_in(step.equations)
         for index in step.equations:
             equation = self.model.equations[index]
             if activity(equation, state.decided) is False:
@@ -66,9 +59,8 @@ class Inverses(Guards):
                 raise NotCompilable
             with flow.only_if(active):
                 (node,) = self._preimages(state, isolation)
-                self._solved_for(state, index, isolation, node)
+                self._solved_for(state, index, isolation)
             groups[node] = flow.add("or", groups[node], active) if node in groups else active
-        self._mirrored = frozenset()
         if not groups:
             raise NotCompilable
         *others, (found, some) = groups.items()
@@ -82,19 +74,10 @@ class Inverses(Guards):
         flow.require(some)
         return found
 
-    def _solved_for(self, state: State, equation: int, isolation: Isolation, node: int) -> None:
-        """A rule that was solved by sums and products holds by construction: one rounding an operation.
-
-        Where the form of the rule does not tell that its variables explain these, it is required that
-        the unknown does.
-        """
-        rule, turns = self.model.equations[equation], not self.flow.plain
-        state.absorbed = state.absorbed or covered(rule, turns) > HARMLESS
-        if not _linear(isolation):
-            return
-        state.settled.add(equation)
-        if inverted(isolation, turns) > HARMLESS:
-            self.flow.require(quiet(self.flow, node, state.values.values(), BACKWARD / 2.0))
+    def _solved_for(self, state: State, equation: int, isolation: Isolation) -> None:
+        """A rule that was solved by sums and products holds by construction: one rounding an operation."""
+        if _linear(isolation):
+            state.settled.add(equation)
 
     # --- stages ---
 
@@ -116,29 +99,15 @@ class Inverses(Guards):
         if stage.high < math.inf:
             flow.require(self._below(target, stage.high, stage.high_open or several))
         here = {**state.values, TARGET.name: target}
-        before = len(flow.taken_away)
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
             flow.bound(divisor)
             flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
-            for told in known_angles(flow, divisor):
-                flow.require(told)
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:
                 flow.require(flow.add("not", flow.add("eq", node, flow.constant(0.0))))
-        if stage.divides:
-            self._hold_what_is_left(before)
         return found
-
-    def _hold_what_is_left(self, before: int) -> None:
-        """Numbers that another was taken away from must be more than what floats hold of them beside it: an
-        unknown that is multiplied by less is not determined."""
-        flow = self.flow
-        for left, taken in flow.taken_away[before:]:
-            share = flow.add("mul", flow.constant(HIDDEN), flow.add("abs", taken))
-            apart = flow.add("le", share, flow.add("abs", left))
-            flow.require(flow.add("or", apart, flow.add("eq", left, flow.constant(0.0))))
 
     def _turned_values(
         self, state: State, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
@@ -199,9 +168,7 @@ class Inverses(Guards):
     # --- two roots ---
 
     def _quadratic(self, state: State, quadratic: Quadratic) -> list[int]:
-        before = len(self.flow.taken_away)
         a, b, c = (self._expression(state, part) for part in (quadratic.a, quadratic.b, quadratic.c))
-        self._hold_what_is_left(before)
         one, other = self._roots(a, b, c)
         larger = self.flow.add("lt", other, one)
         return [self.flow.add("where", larger, one, other), self.flow.add("where", larger, other, one)]
@@ -228,7 +195,7 @@ class Inverses(Guards):
         difference = flow.add("sub", one, other)
         size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
         limit = flow.add("mul", flow.constant(LEFT), size)
-        flow.require(flow.add("lt", flow.add("add", limit, flow.constant(TINY)), difference))
+        flow.require(flow.add("lt", limit, difference))
         return flow.add("sqrt", difference)
 
 

@@ -17,22 +17,20 @@ from itertools import compress
 from rulesheets.functions import named
 from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import subtract
-from solver.facts import Conflict, Unmet
+from solver.facts import Beside, Conflict, Fact, NoValue, Unmet
 from solver.kernel.block import kernel_of
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
 from solver.path.steps import Decide, Evaluate, Select, SolveBlock, Step
 from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Leaf
-from solver.trace.flow import Numbers
 from solver.trace.graph import NotCompilable, operands
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import ClosedForms
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order
 from solver.trace.order import order as order_of
-from solver.trace.program import Ending, Program, computed_from, trimmed
-from solver.trace.rounding import apart_from_edges
+from solver.trace.program import Ending, Program, computed_from
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
@@ -40,14 +38,10 @@ APART = 1e-6
 """The least relative distance of two answers of a block."""
 REMOTE = 1e60
 """No record is good for larger numbers, or for smaller ones than 1 over it: products of them overflow."""
-DIGITS = 1e-10
-"""Share of a result that rounding may change where numbers of the rules may be far above its own size."""
 MAX_DEAD = 8
 """Branches without an answer that a record watches."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le"})
-_VANISHING = frozenset({"exp", "erfc"})
-"""Functions that are never 0 and come out as 0."""
 
 
 def record(
@@ -85,8 +79,6 @@ class Recording(ClosedForms):
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
-        values = (self.sample[name] for name in pattern.inputs)
-        self._numbers = Numbers(self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)})
 
     def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
         start, symbols = self._start()
@@ -131,38 +123,45 @@ class Recording(ClosedForms):
 
     def _steps(self, state: State, leaf: Leaf) -> State:
         """What the steps of a leaf have computed, and the conditions under which they are taken."""
-        self.branch, self.sample = leaf.branch, leaf.branch.values
-        if self.branch.void or self.branch.facts:
+        self.branch, self.sample, self.poles = leaf.branch, leaf.branch.values, set[str]()
+        if not all(isinstance(fact, Beside) for fact in self.branch.facts):
             raise NotCompilable
         state.decided = dict(self.branch.assumed)
         for pair, sign in self.branch.signs.items():
             if sign == EQUAL and (said := value_of_equality(pair)) is not None:
                 self._say(state, *said)
         self._on(state)
-        self._decide(state, self.branch.conditions)
+        self._hold(state, self.branch.conditions.keys() - state.decided.keys())
         for step in self.branch.steps:
             before = frozenset(state.values)
             state = self._step(state, step)
             if self.corrects or self.branch.precise:
                 self._correct(state, frozenset(state.values) - before)
         self._on(state)
-        for index in (*self.branch.assumed, *sorted(state.used - state.decided.keys())):
-            outcome = self.branch.conditions[index]
-            node = self._condition(state, self.model.conditions[index], outcome)
-            if node is not None:
-                state.decided[index] = outcome
-                self._require(node, outcome)
+        self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
+        for fact in self.branch.void.values():
+            self._stays_a_pole(state, fact)
         self._settle(state)
         return state
 
-    def _decide(self, state: State, conditions: Iterable[int]) -> None:
-        """Require the outcomes that the sample had, of conditions that are known."""
+    def _stays_a_pole(self, state: State, fact: Fact) -> None:
+        """An unknown has no value in a case of fixed numbers alone: those are the same in every row."""
+        if not isinstance(fact, NoValue) or not fact.pole:
+            raise NotCompilable
+        others = (n for n in self.model.equations[fact.equation].names if n != fact.unknown)
+        nodes = [state.values.get(name) for name in others]
+        if any(node is None or self.flow.value_of(node) is None for node in nodes):
+            raise NotCompilable
+        self.poles.add(fact.unknown)
+
+    def _hold(self, state: State, conditions: Iterable[int]) -> None:
+        """Require the outcomes that the sample had, of conditions that are known, or settled by what is."""
         for index in conditions:
-            outcome = self.branch.conditions.get(index)
-            if index in state.decided or outcome is None:
-                continue
-            node = self._condition(state, self.model.conditions[index], outcome)
-            if node is not None:
+            outcome, condition = self.branch.conditions.get(index), self.model.conditions[index]
+            node = None if outcome is None else self._condition(state, condition, outcome)
+            if node is not None and self._numbers(node) is not outcome:
+                node = self._condition(state, condition)
+            if node is not None and outcome is not None:
                 state.decided[index] = outcome
                 self._require(node, outcome)
 
@@ -183,7 +182,7 @@ class Recording(ClosedForms):
                 case SolveBlock():
                     fork = self._solved(fork, step)
                 case Decide(conditions=conditions):
-                    self._decide(self._on(state), conditions)
+                    self._hold(self._on(state), set(conditions) - state.decided.keys())
                     return state
             if any(self._numbers(check) is False for check in fork.checks[len(state.checks) :]):
                 raise NotCompilable  # so near to a fold the formula would lose too many digits
@@ -208,8 +207,7 @@ class Recording(ClosedForms):
             name = max(slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n]))))
             step = flow.add("div", self._expression(state, form), slopes[name])
             limit = flow.add("mul", flow.constant(MATCHES), flow.add("abs", values[name]))
-            with suppress(NotCompilable):
-                limit = flow.add("add", limit, self.rounding.error(values[name]))
+            limit = flow.add("add", limit, flow.constant(10.0 * self._numbers.error(values[name])))
             flow.require(flow.add("le", flow.add("abs", step), limit))
             values[name] = flow.add("sub", values[name], step)
             state.settled -= {e.index for e in self.model.equations if name in e.names}
@@ -292,13 +290,7 @@ class Recording(ClosedForms):
             apart = min(apart, abs(apart - turn))
         if apart <= MATCHES * max(abs(wanted), 1e-3 if turn is not None else 0.0):
             return True
-        return name not in self.pattern.want and apart <= self._error(node)
-
-    def _error(self, node: int) -> float:
-        """What the rounding of a node can amount to at the sample: what is left of terms that cancel."""
-        with suppress(NotCompilable):
-            return float(self._numbers(self.rounding.error(node)))
-        return 0.0
+        return name not in self.pattern.want and apart <= self._numbers.error(node)
 
     # --- the end ---
 
@@ -334,21 +326,16 @@ class Recording(ClosedForms):
         flow = self.flow
         results = tuple(self._result(state, name) for name in self.pattern.want)
         nodes = [node for node in results if isinstance(node, int)]
-        for told in apart_from_edges(flow, nodes):
-            flow.require(told)
-        if state.absorbed:
-            self._known_to_some_digits(results, DIGITS)
         for node in nodes:
             flow.bound(node)
-        for node in computed_from(flow, nodes):
-            if flow.nodes[node][:2] in {("call", name) for name in _VANISHING}:
-                flow.require(flow.add("le", flow.constant(1.0 / REMOTE), flow.add("abs", node)))
-        return trimmed(flow, Ending(results, tuple(state.checks), tuple(state.finite)))
+        return Ending(results, tuple(state.checks), tuple(state.finite))
 
     def _result(self, state: State, name: str) -> int | str:
         """Answers that are told apart by other names alone have the same wanted values, to the last bit."""
         if name in state.symbols:
             return state.symbols[name]
+        if name not in state.values and name in self.poles:
+            return self.flow.constant(math.nan)
         if name not in state.values:
             raise NotCompilable
         flow, found, twin = self.flow, state.values[name], self._twin()

@@ -34,7 +34,7 @@ def _add(flow: Graph, a: int, b: int) -> int | None:
             return flow.add("sub", one, flow.constant(-value))
         kind, *parts = flow.nodes[one]
         if kind == "sub" and parts[1] == other and not (flow.plain or flow.reported):
-            return _left(flow, int(parts[0]), other)
+            return int(parts[0])
     return None
 
 
@@ -85,73 +85,19 @@ def not_negative(flow: Graph, node: int) -> bool:
     return kind in ("mul", "add") and all(not_negative(flow, int(part)) for part in parts)
 
 
-def _at_most(flow: Graph, a: int, b: int) -> int | None:
-    """A number is at most itself and something that is not negative, if they are numbers."""
-    kind, *parts = flow.nodes[b]
-    if kind == "add" and a in parts:
-        more = int(parts[1] if parts[0] == a else parts[0])
-        if not_negative(flow, more):
-            flow.firm(b)
-            return flow.true
-    return _ordered("le")(flow, a, b)
-
-
-def _ordered(operation: str) -> Callable[[Graph, int, int], int | None]:
-    """A comparison with zero of what has the sign of something simpler, or the opposite one."""
-
-    def simple(flow: Graph, a: int, b: int) -> int | None:
-        for zero, other, turned in ((b, a, False), (a, b, True)):
-            if flow.value_of(zero) != 0.0:
-                continue
-            number = flow.factor(other)
-            if flow.nodes[other][0] == "neg":
-                number = -1.0, int(flow.nodes[other][1])
-            if number is None or not 1e-100 < abs(number[0]) < 1e100:
-                continue
-            swap = (number[0] < 0.0) is not turned
-            return flow.add(operation, *((zero, number[1]) if swap else (number[1], zero)))
-        return None
-
-    return simple
-
-
 def _cancelled(flow: Graph, a: int, b: int) -> int | None:
     """``(x + y) - y`` and its like: what was added and is taken away again is not rounded twice."""
     if flow.plain or flow.reported:
         return None
     kind, *parts = flow.nodes[a]
     if kind == "add" and b in parts:
-        return _left(flow, int(parts[1] if parts[0] == b else parts[0]), b)
+        return int(parts[1] if parts[0] == b else parts[0])
     if kind == "sub" and parts[0] == b:
-        return flow.add("neg", _left(flow, int(parts[1]), b))
+        return flow.add("neg", int(parts[1]))
     kind, *parts = flow.nodes[b]
     if kind == "add" and a in parts:
-        return flow.add("neg", _left(flow, int(parts[1] if parts[0] == a else parts[0]), a))
-    return _left(flow, int(parts[1]), a) if kind == "sub" and parts[0] == a else None
-
-
-def _left(flow: Graph, number: int, beside: int) -> int:
-    """What is left of a sum when the other term is taken away again, and a note of that."""
-    flow.taken_away.append((number, beside))
-    return number
-
-
-def _equal(flow: Graph, a: int, b: int) -> int | None:
-    """What is zero: a quotient where its dividend is, a product with a number where its other factor is."""
-    if a == b:
-        return flow.true
-    if flow.value_of(a) == 0.0 and flow.value_of(b) is None:
-        return flow.add("eq", b, a)
-    if flow.value_of(b) != 0.0:
-        return flow.node("eq", b, a) if b < a else None
-    kind, *parts = flow.nodes[a]
-    if kind in ("neg", "div"):
-        return flow.add("eq", int(parts[0]), b)
-    if kind == "mul":
-        for one, other in ((0, 1), (1, 0)):
-            if flow.value_of(int(parts[one])):
-                return flow.add("eq", int(parts[other]), b)
-    return None
+        return flow.add("neg", int(parts[1] if parts[0] == a else parts[0]))
+    return int(parts[1]) if kind == "sub" and parts[0] == a else None
 
 
 def _multiply(flow: Graph, a: int, b: int) -> int | None:
@@ -245,33 +191,7 @@ def _either(flow: Graph, a: int, b: int) -> int | None:
         return flow.true
     if a == flow.false or a == b:
         return b
-    if b == flow.false:
-        return a
-    return _alike(flow, a, b)
-
-
-def _alike(flow: Graph, a: int, b: int) -> int | None:
-    """``p and q, or neither`` is whether p and q are the same."""
-    if not flow.nodes[a][0] == flow.nodes[b][0] == "and":
-        return None
-    p, q = (int(part) for part in flow.nodes[a][1:])
-    opposite = {flow.add("not", p), flow.add("not", q)}
-    if opposite != {int(part) for part in flow.nodes[b][1:]} or len(opposite) < 2:
-        return None
-    return flow.add("not", flow.add("xor", p, q))
-
-
-def _differ(flow: Graph, a: int, b: int) -> int | None:
-    if a == b:
-        return flow.false
-    for one, other in ((a, b), (b, a)):
-        if one == flow.false:
-            return other
-        if one == flow.true:
-            return flow.add("not", other)
-        if flow.nodes[one][0] == "not":
-            return flow.add("not", flow.add("xor", int(flow.nodes[one][1]), other))
-    return flow.node("xor", b, a) if b < a else None
+    return a if b == flow.false else None
 
 
 def _opposite(flow: Graph, a: int) -> int | None:
@@ -314,9 +234,5 @@ SIMPLIFY: dict[str, Callable[..., int | None]] = {
     "not": _opposite,
     "where": _where,
     "abs": _absolute,
-    "eq": _equal,
-    "lt": _ordered("lt"),
-    "le": _at_most,
-    "xor": _differ,
     "max": _larger,
 }
