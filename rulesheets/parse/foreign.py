@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest, said
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.stop import Stop
 from rulesheets.syntax.nodes import (
+    CallRule,
     Condition,
+    Equality,
     Expression,
     IfRule,
     Inequality,
@@ -19,6 +21,7 @@ from rulesheets.syntax.nodes import (
     RuleBody,
     children,
 )
+from rulesheets.syntax.program import operands
 from rulesheets.syntax.source import Source, Span
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
@@ -279,18 +282,16 @@ def too_deep(rule: RuleBody) -> Diagnosis | None:
     return _nested(Span(span.source, span.start, span.start + 1), f"{DEEPEST} levels deep")
 
 
-def _parts(node: RuleBody | Condition | Expression) -> tuple[RuleBody | Condition | Expression, ...]:
-    if isinstance(node, Product | Quotient):
-        return _factors(node)
-    if isinstance(node, Inequality):
-        return node.comparisons
-    if isinstance(node, IfRule):
-        arms = (node.then,) if node.otherwise is None else (node.then, node.otherwise)
-        return (node.condition, *arms)
-    sides = getattr(node, "left", None), getattr(node, "right", None)
-    if isinstance(sides[0], tuple) and isinstance(sides[1], tuple):
-        return sides[0] + sides[1]
-    return (*getattr(node, "arguments", ()), *getattr(node, "results", ())) or children(node)  # type: ignore[arg-type]
+def _parts(node: RuleBody | Condition | Expression) -> Iterable[RuleBody | Condition | Expression]:
+    match node:
+        case Product() | Quotient():
+            return _factors(node)
+        case IfRule(condition, then, otherwise):
+            return (condition, then) if otherwise is None else (condition, then, otherwise)
+        case Equality() | Inequality() | CallRule():
+            return operands(node)
+        case _:
+            return children(node)
 
 
 def _factors(node: Product | Quotient) -> tuple[Expression, ...]:

@@ -186,15 +186,23 @@ def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
 
     A tree has no more levels than its text has characters, so short lines need no measuring.
     """
-    if kind == "rule" and line.end - line.start > foreign.DEEPEST:
-        deep = foreign.too_deep(node)
+    if line.end - line.start > foreign.DEEPEST:
+        deep = next(filter(None, map(foreign.too_deep, _trees(node, kind))), None)
         if deep is not None:
             return deep
-    if kind == "row" and node.value is not None and line.end - line.start > foreign.DEEPEST:
-        sides = (node.value, *(() if node.tolerance is None else (node.tolerance.size,)))
-        return next(filter(None, map(foreign.too_deep, sides)), None)
-    if kind == "mark" and line.end - line.start > foreign.DEEPEST:
-        return next(filter(None, map(foreign.too_deep, node.arguments)), mistakes.wrong_mark(node))
     if kind == "mark":
         return mistakes.wrong_mark(node)
     return mistakes.without_variable(node) if isinstance(node, Equality | Inequality) else None
+
+
+def _trees(node: Any, kind: str) -> tuple[Any, ...]:
+    """What may be deep in a line."""
+    match kind:
+        case "rule":
+            return (node,)
+        case "mark":
+            return tuple(node.arguments)
+        case "row" if node.value is not None:
+            return (node.value,) if node.tolerance is None else (node.value, node.tolerance.size)
+        case _:
+            return ()

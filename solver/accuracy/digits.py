@@ -22,7 +22,7 @@ from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit
-from solver.numerics.elimination import ELIMINATED, Singular, eliminate, eliminate_rows, solve_exactly
+from solver.numerics.elimination import Singular, eliminate, eliminate_rows
 
 SPARE = 8
 """Decimal digits of the working precision that rounding may take."""
@@ -122,8 +122,6 @@ class ManyDigits:
     def _step(self, jacobian: Sequence[Sequence[Any]], misses: Sequence[Any]) -> list[Any]:
         """Raises Singular."""
         rows = [{j: slope for j, slope in enumerate(row) if slope} for row in jacobian]
-        if len(rows) > ELIMINATED:
-            return solve_exactly(rows, [misses])[0]
         return eliminate_rows(rows, [misses], self.tiny)[0]
 
     def _settled(self, x: Sequence[Any], step: Sequence[Any], sizes: Sequence[float]) -> bool:

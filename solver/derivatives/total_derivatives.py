@@ -21,7 +21,7 @@ from solver.derivatives.linearization import (
     precise_slopes,
     sharpened,
 )
-from solver.numerics.elimination import solve_exactly
+from solver.numerics.elimination import eliminate_rows
 from solver.path.cases import Pair, comparisons
 
 ZERO = Number(0.0)
@@ -166,7 +166,7 @@ def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Exte
         known = {p for name in read for p in by.get(name, ())}
         moving = [p for p in parameters if p in known]
         columns = [[-sum(_chain(sharp.rows[e], by, p)) for e in block.equations] for p in moving]
-        solved = solve_exactly(rows, columns) if columns else []
+        solved = eliminate_rows(rows, columns) if columns else []
         for name, j in place.items():
             by[name] = {p: column[j] for p, column in zip(moving, solved, strict=True)}
     return by

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from math import inf, nan
+from types import CodeType
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -67,8 +69,14 @@ class Source:
         """A function of the arguments of the header that returns ``results`` (Python source)."""
         body = "\n    ".join([*self.lines, f"return {results}"])
         namespace = dict(self.globals)
-        exec(compile(f"def kernel({self._header}):\n    {body}\n", "<kernel>", "exec"), namespace)
+        exec(_compiled(f"def kernel({self._header}):\n    {body}\n"), namespace)
         return namespace["kernel"]  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=1_000)
+def _compiled(text: str) -> CodeType:
+    """The code of a text: blocks of one shape have the same."""
+    return compile(text, "<kernel>", "exec")
 
 
 class Emitter(Arithmetic[str]):

@@ -113,39 +113,15 @@ def is_zero_crossing(function: ScalarFunction, root: float, low: float, high: fl
 
 
 def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
-    """The point of least |f|: of all floats of a narrow interval, by golden section in a wide one."""
-    candidates = _floats_between(low, high, 64) or [_golden_section(function, low, high), low, high]
-    if low <= 0.0 <= high:
-        candidates.append(0.0)
+    """The point of least |f| among the ends, the middle, and 0."""
     middle = low + (high - low) / 2
+    candidates = [low, middle, high, *([0.0] if low <= 0.0 <= high else [])]
     return min(candidates, key=lambda x: (_magnitude(function, x), x != 0.0, abs(x - middle)))
 
 
 def _magnitude(function: ScalarFunction, x: float) -> float:
     f = abs(value_at(function, x))
     return math.inf if math.isnan(f) else f
-
-
-def _floats_between(low: float, high: float, limit: int) -> list[float]:
-    """All floats from low to high, or none where there are more than ``limit``."""
-    floats = [low]
-    while floats[-1] < high:
-        if len(floats) == limit:
-            return []
-        floats.append(math.nextafter(floats[-1], math.inf))
-    return floats
-
-
-def _golden_section(function: ScalarFunction, low: float, high: float) -> float:
-    ratio = (math.sqrt(5.0) - 1) / 2
-    for _ in range(90):
-        expect_time()
-        left, right = high - ratio * (high - low), low + ratio * (high - low)
-        if _magnitude(function, left) <= _magnitude(function, right):
-            high = right
-        else:
-            low = left
-    return low + (high - low) / 2
 
 
 if TYPE_CHECKING:
@@ -157,10 +133,6 @@ if TYPE_CHECKING:
 
 HORIZON = 1e100
 UNKNOWN = -inf, inf
-
-
-class NoValue(Exception):
-    """A function has no value at a point, not even a sign."""
 
 
 class IntervalFunction:
@@ -202,17 +174,6 @@ class IntervalFunction:
     def at(self, x: float) -> Interval | None:
         """The enclosure of f at one point."""
         return self.ranges([(x, x)])[0]
-
-    def signed(self, x: float) -> float:
-        """f at one point; where floats have no value, as beside ``0*sin(x*x)`` at 1e200, the nearest to 0
-        that its enclosure admits. Raises NoValue where that may be 0."""
-        f = value_at(self.value, x)
-        if not isnan(f):
-            return f
-        below, above = self.at(x) or UNKNOWN
-        if below > 0.0 or above < 0.0:
-            return max(below, min(above, 0.0))
-        raise NoValue
 
     def slopes(self, boxes: Sequence[Interval]) -> list[Interval]:
         """Enclosures of the slope, infinite where unknown."""

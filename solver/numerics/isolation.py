@@ -24,7 +24,6 @@ from solver.numerics.interval_function import (
     HORIZON,
     MAX,
     IntervalFunction,
-    NoValue,
     bracketed_root,
     is_zero_crossing,
     lowest_point,
@@ -152,10 +151,7 @@ def _prove(function: IntervalFunction, cluster: Cluster, found: Found) -> bool:
             return _is_pole(cluster, cut, signs)
         if 0 not in signs:
             if signs[0] != signs[1] and not any(low <= x <= high for x in found.roots):
-                try:
-                    found.roots.append(bracketed_root(function.signed, low, high))
-                except NoValue:
-                    return False
+                found.roots.append(bracketed_root(function.value, low, high))
             return True
         for edge in {low, high} & {function.low, function.high}:
             if value_at(function.value, edge) == 0.0:
@@ -285,8 +281,7 @@ class RootSearch(NamedTuple):
 
     ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.
     ``complete``: proven that there are no others and that each is a single one. (Of an infinite range that
-    is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy, and looked for to
-    the end where there is none nearer, so that nobody is told that there is none at all.)
+    is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy.)
     ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
@@ -325,12 +320,10 @@ def isolate_roots(
         return RootSearch((), True)
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
     settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
-    if not (settled or at_rounding or unsplit) and remote:
-        settled, at_rounding, unsplit, _, more = _branch_and_prune(function, limits, remote)
-        remote = []
-        levels += more
     remote += [box for box in (*at_rounding, *unsplit) if function.is_remote(*box)]
-    roots, blank = _roots(function, settled)
+    roots = [bracketed_root(function.value, low, high) for low, high in settled]
+    valued = [not math.isnan(value_at(function.value, root)) for root in roots]
+    blank = [box for box, there in zip(settled, valued, strict=True) if not there]
     found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
     return RootSearch(
         roots=tuple(sorted(set(found.roots))),
@@ -345,28 +338,15 @@ def isolate_roots(
     )
 
 
-def _roots(function: IntervalFunction, settled: Intervals) -> tuple[list[float], Intervals]:
-    """The roots in boxes that hold one each, and the boxes in which f has no value on the way to it."""
-    roots: list[float] = []
-    blank: Intervals = []
-    for low, high in settled:
-        try:
-            roots.append(bracketed_root(function.signed, low, high))
-        except NoValue:
-            blank.append((low, high))
-    return roots, blank
-
-
 def _branch_and_prune(
-    function: IntervalFunction, limits: IsolationLimits, boxes: Intervals | None = None
+    function: IntervalFunction, limits: IsolationLimits
 ) -> tuple[Intervals, Intervals, Intervals, Intervals, int]:
     """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, remote boxes that
-    were given up, and the levels. Of ``boxes``, where there are any, none is given up for being remote.
-    """
+    were given up, and the levels."""
     settled: Intervals = []
     at_rounding: Intervals = []
     remote: Intervals = []
-    front = _presplit(function.low, function.high, limits.presplit) if boxes is None else boxes
+    front = _presplit(function.low, function.high, limits.presplit)
     level = 0
     for level in range(limits.levels):
         expect_time()
@@ -385,7 +365,7 @@ def _branch_and_prune(
                     at_rounding.append(box)
                 case Verdict.OPEN:
                     front += [(section.low, section.middle), (section.middle, section.high)]
-        if boxes is None and level >= limits.remote_levels:
+        if level >= limits.remote_levels:
             remote += [box for box in front if function.is_remote(*box)]
             front = [box for box in front if not function.is_remote(*box)]
     return settled, at_rounding, front, remote, level + 1

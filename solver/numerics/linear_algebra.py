@@ -157,37 +157,6 @@ def inverse(matrix: Rows) -> Any:
         return None
 
 
-class Decomposition(NamedTuple):
-    """``values`` (n,), descending; ``right``: as many orthonormal vectors (n,), ``left`` (m, min(m, n))."""
-
-    values: Any
-    right: Any
-    left: Any
-
-    def rank(self, share: float) -> int:
-        """How many values are larger than a share of the largest."""
-        return int((self.values > share * self.values[0]).sum())
-
-    def least(self, rhs: Sequence[float], rank: int) -> list[float]:
-        """x (n,) of least norm with |A x - rhs| least, along the first ``rank`` of the right vectors."""
-        parts = self.left.T[:rank] @ np.asarray(rhs) / self.values[:rank]
-        solution: list[float] = (parts @ self.right[:rank]).tolist()
-        return solution
-
-
-def decompose(matrix: Rows) -> Decomposition:
-    """Of finite numbers (m, n): where m < n, the last n - m of the n values are 0."""
-    left, values, right = np.linalg.svd(np.asarray(matrix, dtype=float))
-    return Decomposition(np.append(values, np.zeros(len(right) - len(values))), right, left)
-
-
-def last_singular(matrix: Rows) -> tuple[list[float], list[float]]:
-    """The singular values (n,) of a matrix (n, n) of finite numbers, descending, and the right singular
-    vector (n,) of the last one."""
-    _, values, right = np.linalg.svd(np.asarray(matrix, dtype=float))
-    return values.tolist(), right[-1].tolist()
-
-
 def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
     """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by |x|.
 

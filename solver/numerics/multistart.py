@@ -228,6 +228,7 @@ Range = tuple[float, float]
 DECADES = 3.0
 """An unbounded unknown is sought from 10⁻³ to 10³ times its scale, on both sides."""
 SINGULAR_LIMIT = 4
+"""Singular ends that mostly lie on one curve of solutions, of which there is no end."""
 
 
 class MultiStart(NamedTuple):
@@ -238,7 +239,6 @@ class MultiStart(NamedTuple):
 
     roots: tuple[NewtonResult, ...]
     best: NewtonResult | None
-    starts: int
 
 
 def multistart(
@@ -248,34 +248,27 @@ def multistart(
     ranges: Sequence[Range] | None = None,
     scale: Sequence[float] | None = None,
     count: int = 32,
-    offset: int = 0,
-    enough: int | None = None,
     limits: NewtonLimits = STANDARD_LIMITS,
-    guess_limits: NewtonLimits = STANDARD_LIMITS,
 ) -> MultiStart:
     """Newton from ``guess`` (n,) and from ``count`` further points of ``ranges`` (n pairs, ± inf allowed).
 
-    ``scale`` (n,): typical magnitudes, else |guess| or 1. ``offset`` skips that many starts, so that a
-    search can be continued; ``enough`` ends it at so many roots. Roots outside the ranges are dropped.
-    ``limits`` are those of every start but the guess, which is worth a longer search.
+    ``scale`` (n,): typical magnitudes, else |guess| or 1. Roots outside the ranges are dropped. ``limits``
+    are those of every start but the guess, which is worth a longer search.
     """
     within = ranges if ranges is not None else [(-math.inf, math.inf)] * len(guess)
     size = [abs(s) or 1.0 for s in (scale if scale is not None else guess)]
     roots: list[NewtonResult] = []
     best: NewtonResult | None = None
-    starts = 0
-    for start in starting_points(guess, within, size, count, offset):
+    for number, start in enumerate(starting_points(guess, within, size, count)):
         expect_time()
-        here = guess_limits if starts == 0 and offset == 0 else limits
-        result = newton(residual, jacobian, start, size, here)
-        starts += 1
+        result = newton(residual, jacobian, start, size, limits if number else STANDARD_LIMITS)
         if not result.outcome.found:
             best = _lower(best, result)
         elif _inside(result.x, within, size) and not any(same_root(result, root, size) for root in roots):
             roots.append(result)
-        if _is_enough(roots, enough):
+        if sum(root.outcome is Outcome.SINGULAR_JACOBIAN for root in roots) >= SINGULAR_LIMIT:
             break
-    return MultiStart(tuple(roots), best, starts)
+    return MultiStart(tuple(roots), best)
 
 
 def same_root(one: NewtonResult, other: NewtonResult, scale: Sequence[float]) -> bool:
@@ -286,12 +279,6 @@ def same_root(one: NewtonResult, other: NewtonResult, scale: Sequence[float]) ->
         abs(a - b) <= tolerance * max(abs(a), abs(b), 1e-6 * s)
         for a, b, s in zip(one.x, other.x, scale, strict=True)
     )
-
-
-def _is_enough(roots: list[NewtonResult], enough: int | None) -> bool:
-    """Several singular ends mostly lie on one curve of solutions, of which there is no end."""
-    singular = sum(root.outcome is Outcome.SINGULAR_JACOBIAN for root in roots)
-    return singular >= SINGULAR_LIMIT or (enough is not None and len(roots) >= enough)
 
 
 def _lower(best: NewtonResult | None, result: NewtonResult) -> NewtonResult:
@@ -312,12 +299,11 @@ def _inside(x: Sequence[float], ranges: Sequence[Range], scale: Sequence[float])
 
 
 def starting_points(
-    guess: Sequence[float], ranges: Sequence[Range], scale: Sequence[float], count: int, offset: int = 0
+    guess: Sequence[float], ranges: Sequence[Range], scale: Sequence[float], count: int
 ) -> Iterator[list[float]]:
-    """The guess, moved into the ranges, and ``count`` points that fill them; those alone after an offset."""
-    if offset == 0:
-        yield [min(max(g, low), high) for g, (low, high) in zip(guess, ranges, strict=True)]
-    for shares in low_discrepancy(len(guess), count, offset):
+    """The guess, moved into the ranges, and ``count`` points that fill them."""
+    yield [min(max(g, low), high) for g, (low, high) in zip(guess, ranges, strict=True)]
+    for shares in low_discrepancy(len(guess), count):
         yield [place(u, *bounds, s) for u, bounds, s in zip(shares, ranges, scale, strict=True)]
 
 

@@ -162,12 +162,10 @@ STANDARD_LIMITS = SubdivisionLimits()
 class Subdivision(NamedTuple):
     """``proved``: boxes, as narrow as rounding allows, each with exactly one root, no two with the same.
 
-    ``unresolved``: boxes of which nothing is known, those that touch merged into one around them.
-    ``complete``: there are none, so that ``proved`` holds every root in the box searched.
+    ``complete``: no box was left of which nothing is known, so that every root in the box searched is there.
     """
 
     proved: tuple[Box, ...]
-    unresolved: tuple[Box, ...]
     complete: bool
     boxes: int = 0
 
@@ -210,7 +208,7 @@ class _Search:
         self.enclose, self.enclose_jacobian = enclose, enclose_jacobian
         self.low, self.high, self.limits, self.contract = low, high, limits, contract
         self.proved: list[tuple[Array, Array]] = []
-        self.unresolved: list[tuple[Array, Array]] = []
+        self.unresolved = 0
         self.boxes = 0
 
     def run(self) -> Subdivision:
@@ -220,10 +218,9 @@ class _Search:
             next_lo, next_hi = self._level(lo[-self.limits.front :], hi[-self.limits.front :])
             lo = np.concatenate([lo[: -self.limits.front], next_lo])
             hi = np.concatenate([hi[: -self.limits.front], next_hi])
-        self.unresolved += list(zip(lo, hi, strict=True))
+        self.unresolved += len(lo)
         proved = tuple(_as_box(*pair) for pair in self._distinct())
-        unresolved = tuple(_as_box(*pair) for pair in _hulls(self.unresolved))
-        return Subdivision(proved, unresolved, not unresolved, self.boxes)
+        return Subdivision(proved, not self.unresolved, self.boxes)
 
     def _level(self, lo: Array, hi: Array) -> tuple[Array, Array]:
         """Treat every box once; the boxes of the next level."""
@@ -295,7 +292,7 @@ class _Search:
         wide = widths > self.limits.resolution
         shrunk = (((new_hi - new_lo) < 0.5 * (hi - lo)) & wide).any(axis=1)
         narrow = ~wide.any(axis=1)
-        self.unresolved += list(zip(new_lo[narrow], new_hi[narrow], strict=True))
+        self.unresolved += int(narrow.sum())
         kept, cut = shrunk & ~narrow, ~shrunk & ~narrow
         halves = self._halves(new_lo[cut], new_hi[cut], widths[cut])
         return np.concatenate([new_lo[kept], halves[0]]), np.concatenate([new_hi[kept], halves[1]])
@@ -322,31 +319,6 @@ class _Search:
         left_hi, right_lo = hi.copy(), lo.copy()
         left_hi[each, side] = right_lo[each, side] = middle
         return np.concatenate([lo, right_lo]), np.concatenate([left_hi, hi])
-
-
-def _hulls(boxes: list[tuple[Array, Array]], cells: int = 32) -> list[tuple[Array, Array]]:
-    """Boxes around each group of boxes that touch; those in one cell of a coarse grid count as touching."""
-    if not boxes:
-        return []
-    lo, hi = np.array([b[0] for b in boxes]), np.array([b[1] for b in boxes])
-    low, high = lo.min(axis=0), hi.max(axis=0)
-    cell = np.floor((lo - low) / np.where(high > low, high - low, 1.0) * cells)
-    _, group = np.unique(cell, axis=0, return_inverse=True)
-    members = [group.ravel() == g for g in range(int(group.max()) + 1)]
-    return _merged([(lo[m].min(axis=0), hi[m].max(axis=0)) for m in members])
-
-
-def _merged(boxes: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
-    hulls: list[tuple[Array, Array]] = []
-    for low, high in boxes:
-        apart = []
-        for other_low, other_high in hulls:
-            if ((other_low <= high) & (other_high >= low)).all():
-                low, high = np.minimum(low, other_low), np.maximum(high, other_high)
-            else:
-                apart.append((other_low, other_high))
-        hulls = [*apart, (low, high)]
-    return hulls
 
 
 def _as_box(lo: Array, hi: Array) -> Box:

