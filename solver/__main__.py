@@ -5,6 +5,7 @@ Only the command that is asked for is imported, and help imports nothing.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -13,6 +14,8 @@ from solver.commands import COMMANDS, WRONG
 
 INTERRUPTED = 130
 BROKEN_PIPE = 141
+COLLECTION = 100_000, 50, 100
+"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
 
 USAGE = """\
 usage: backsolve COMMAND …
@@ -57,6 +60,7 @@ def _dispatch(words: list[str]) -> int:
     if words[0] == "--version":
         print(_version())
         return 0
+    gc.set_threshold(*COLLECTION)
     from solver.commands.running import run, unknown_command  # help needs nothing of what this brings
 
     if words[0] not in COMMANDS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 from argparse import ArgumentParser, Namespace
@@ -15,9 +14,6 @@ from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
 from rulesheets.syntax.source import escaped
 from solver.commands import COMMANDS, UNSOLVED, WRONG
 from solver.report.table import screen_of, shown_on
-
-COLLECTION = 100_000, 50, 100
-"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
 
 
 class Command(NamedTuple):
@@ -36,7 +32,6 @@ def command_named(name: str) -> Command:
 
 def run(name: str, words: list[str]) -> int:
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
-    gc.set_threshold(*COLLECTION)
     command, parser = command_named(name), _Parser(name, COMMANDS[name][1])
     command.add_arguments(parser)
     if command.keeps:
