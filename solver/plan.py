@@ -336,14 +336,20 @@ def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
     arrays = _columns(plan.inputs, columns)
     status, answers = sweep_answers(plan, arrays, jit, steady=True)
     inputs = dict(zip(plan.inputs, arrays, strict=True))
-    return one_answer(inputs, plan.want, status, answers, kept(arrays, answers, plan.turns, len(status)))
+    first = kept(arrays, answers, plan.turns, len(status))
+    return one_answer(inputs, plan.want, status, answers, first, own=True)
 
 
 def one_answer(
-    inputs: Mapping[str, Array], want: Sequence[str], status: Array, answers: Answers, first: Array
+    inputs: Mapping[str, Array],
+    want: Sequence[str],
+    status: Array,
+    answers: Answers,
+    first: Array,
+    own: bool = False,
 ) -> Table:
-    """A row for each row of inputs, with the answers ``first`` (n,) of each that has some."""
-    values = answers.chosen(first) or [np.full(len(status), np.nan) for _ in want]
+    """A row for each row of inputs, with the answers ``first`` (n,) of each, whose planes it may ``own``."""
+    values = answers.chosen(first, own) or [np.full(len(status), np.nan) for _ in want]
     columns = {**dict(zip(want, values, strict=True)), **inputs}
     columns = {name: columns[name] for name in (*inputs, *want)}
     columns[free_name("answers", columns)] = answers.counts

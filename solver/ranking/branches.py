@@ -53,16 +53,22 @@ class Answers(NamedTuple):
         runs = ((int(first - before[first]), int(last - before[first])) for first, last in self.runs)
         return Answers(self.counts[rows], planes, tuple(runs))
 
-    def chosen(self, first: Array) -> list[Array]:
-        """A column for each wanted variable: the answers ``first`` (n,), else nan or None."""
-        others = [(k, np.flatnonzero(first == k)) for k in range(1, len(self.planes)) if first.any()]
+    def chosen(self, first: Array, own: bool = False) -> list[Array]:
+        """A column for each wanted variable: the answers ``first`` (n,), else nan or None.
+
+        ``own``: nobody reads the planes any more, and they may be written to.
+        """
+        most = int(np.bincount(first).argmax()) if first.any() else 0
+        kinds = range(len(self.planes)) if first.any() else ()
+        others = [(k, np.flatnonzero(first == k)) for k in kinds if k != most]
         none = np.flatnonzero(self.counts == 0)
         columns = []
         for values in zip(*self.planes, strict=True):
-            column = values[0]
+            column = values[most]
             if len(none) or others:
-                column = column.copy()
-                column[none] = None if column.dtype == object else np.nan
+                symbols = any(other.dtype == object for other in values)
+                column = column.astype(object if symbols else float, copy=not own)
+                column[none] = None if symbols else np.nan
             for k, rows in others:
                 column[rows] = values[k][rows]
             columns.append(column)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rulesheets.model import Value
 from solver.facts import Status
 from solver.interruption import Interrupted
-from solver.ranking.branches import Answers, continued, steady_runs, together
+from solver.ranking.branches import SPAN, Answers, continued, steady_runs, together
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, copied
@@ -145,7 +145,13 @@ class AnswerKernel:
             self._patient.replace(found, columns, np.flatnonzero(~holds))
         runs: list[tuple[int, int]] = []
         if rows is not None and self.turns is not None and not any(self.symbols):
-            runs = steady_runs(columns, rows, planes, holds & there.all(axis=0), self.turns)
+            most = 2 * np.count_nonzero(there & holds, axis=1) > len(holds)
+            order = np.argsort(~most, kind="stable")
+            each = int(np.count_nonzero(most))
+            planes, there = [planes[place] for place in order.tolist()], there[order]
+            whole = holds & there[:each].all(axis=0) & ~there[each:].any(axis=0)
+            runs = steady_runs(columns, rows, planes[:each], whole, self.turns)
+            found = planes, there, holds
         if self.program.order.keys:
             runs = self._sort(found, columns, runs)
         there &= holds
@@ -163,21 +169,33 @@ class AnswerKernel:
         """Sort the answers of each row; of runs the second row, and the others like it. Returns the runs
         whose order is told.
         """
-        planes, _, holds = found
+        planes, there, holds = found
         alone, told = holds.copy(), []
         for start, end in runs:
-            alone[start + 2 : end] = False
-        seconds = [_row(planes, start + 1) for start, _ in runs]
+            first = self._first_told(columns, start + 1, end - 1)
+            if first is not None:
+                told.append((first - 1, end))
+                alone[first + 1 : end] = False
+        seconds = [_row(planes, there, start + 1) for start, _ in told]
         self._sort_rows(found, columns, np.flatnonzero(alone))
-        for (start, end), second in zip(runs, seconds, strict=True):
-            if not holds[start + 1]:
-                self._sort_rows(found, columns, np.arange(start + 2, end))
-                continue
-            told.append((start, end))
-            order = continued(_row(planes, start + 1), second, np.asarray(self.turns))[0][:, 0].tolist()
+        for (start, end), second in zip(told, seconds, strict=True):
+            order = continued(_row(planes, there, start + 1), second, np.asarray(self.turns))[0][
+                :, 0
+            ].tolist()
             if order != sorted(order):
-                _exchange(planes, order, start + 2, end)
+                _exchange(planes, [*order, *range(len(order), len(planes))], start + 2, end)
         return told
+
+    def _first_told(self, columns: Sequence[Array], start: int, end: int) -> int | None:
+        """The first row of a run in which the record knows the order, looked for here and there."""
+        for rows in (np.array([start]), np.arange(start, end, SPAN)):
+            here = [column[rows] for column in columns]
+            knows = self._sorted(here)[2]
+            if not knows.any() and "_patient" in self.__dict__:
+                knows = self._sorted_patient(here)[2]
+            if knows.any():
+                return int(rows[np.argmax(knows)])
+        return None
 
     def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
         self._sorted.replace(found, columns, rows)
@@ -186,9 +204,10 @@ class AnswerKernel:
             self._sorted_patient.replace(found, columns, left)
 
 
-def _row(planes: list[list[Array]], row: int) -> Array:
+def _row(planes: list[list[Array]], there: Array, row: int) -> Array:
     """The numbers (v, answers, 1) of one row."""
-    return np.array([[column[[row]] for column in columns] for columns in zip(*planes, strict=True)])
+    some = [planes[place] for place in np.flatnonzero(there[:, row]).tolist()]
+    return np.array([[column[[row]] for column in columns] for columns in zip(*some, strict=True)])
 
 
 def _exchange(planes: list[list[Array]], order: list[int], start: int, end: int) -> None:
