@@ -25,17 +25,6 @@ MAX_TORN = 100
 """Unknowns of a block up to which it is torn; all of a larger one are iterated on at once."""
 
 
-def simultaneous_steps(
-    graph: ModelGraph, frontier: Frontier, remaining: Sequence[int]
-) -> tuple[Evaluate | SolveBlock, ...]:
-    """The blocks of the ``remaining`` equations that determine their unknowns, in the order of solution.
-
-    Of over-determined equations it is the first block of a square part alone; the others will check it.
-    """
-    part = _Remaining(graph, frontier, remaining)
-    return tuple(map(part.step, part.blocks()))
-
-
 class _Remaining:
     """Equations that have no direct step, with the unknowns that are left in them."""
 
@@ -50,6 +39,10 @@ class _Remaining:
         self.unknowns = list(numbers)
 
     def blocks(self) -> tuple[Block, ...]:
+        """The blocks that determine their unknowns, in the order of solution.
+
+        Of over-determined equations it is the first block of a square part alone; the others will check it.
+        """
         matching = maximum_matching(self.incidence)
         parts = dulmage_mendelsohn(self.incidence, matching)
         if parts.over.unknowns:
@@ -154,23 +147,6 @@ def read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
 
 
 ANY_COST = 1 << 30
-
-
-def build_path(
-    graph: ModelGraph,
-    known: Collection[str],
-    decided: Mapping[int, bool],
-    void: frozenset[int] = frozenset(),
-    want: frozenset[str] | None = None,
-    required: bool = False,
-) -> Path:
-    """The path from the ``known`` variables, given how conditions came out.
-
-    ``void`` equations are not solved for anything (they asked nothing, or nothing could
-    satisfy them, at the values at hand); ``want`` prunes to what these names need, and with ``required``
-    to what direct steps of one value add for the requirements.
-    """
-    return _Building(graph, known, decided, void, want, required).run()
 
 
 class _Building:
@@ -377,7 +353,8 @@ class _Building:
         if not remaining:
             return False
 
-        steps = simultaneous_steps(self.graph, self.frontier, remaining)
+        part = _Remaining(self.graph, self.frontier, remaining)
+        steps = tuple(map(part.step, part.blocks()))
         for step in steps:
             self.steps.append(step)
             for name in given_by(step):
@@ -408,11 +385,16 @@ class Planner:
         want: frozenset[str] | None = None,
         required: bool = False,
     ) -> Path:
-        """As ``build_path``."""
+        """The path from the ``known`` variables, given how conditions came out.
+
+        ``void`` equations are not solved for anything (they asked nothing, or nothing could
+        satisfy them, at the values at hand); ``want`` prunes to what these names need, and with ``required``
+        to what direct steps of one value add for the requirements.
+        """
         key = (known, frozenset(decided.items()), void, want, required)
         found = self._paths.get(key)
         if found is None:
-            found = build_path(self.graph, known, decided, void, want, required)
+            found = _Building(self.graph, known, decided, void, want, required).run()
             self._paths[key] = found
         return found
 

@@ -143,25 +143,19 @@ def scale(width: float, height: float, room: Place) -> float:
     A diagram without extent has the scale 1.
     """
     least = max(width / room[0], height / room[1])
-    if least <= 0.0 or not math.isfinite(least):
-        return 1.0
-    power = math.floor(math.log10(least)) - 1
-    candidates = (figure * 10.0**exponent for exponent in range(power, power + 4) for figure in _ROUND)
-    return next(rounded(number) for number in candidates if number >= least * (1 - 1e-12))
+    return _round_from(least, _ROUND) if 0.0 < least < math.inf else 1.0
 
 
 def bar(units_per_mm: float) -> float:
     """A round length in units for the scale bar."""
-    least = _BAR * units_per_mm
+    return _round_from(_BAR * units_per_mm, (1.0, 2.0, 5.0))
+
+
+def _round_from(least: float, figures: Sequence[float]) -> float:
+    """The smallest number of those figures, times a power of ten, that is not below ``least``."""
     power = 10.0 ** math.floor(math.log10(least))
-    return rounded(
-        next(figure * power for figure in (1.0, 2.0, 5.0, 10.0) if figure * power >= least * (1 - 1e-12))
-    )
-
-
-def rounded(number: float) -> float:
-    """Without the noise of the power of ten."""
-    return float(f"{number:.6g}")
+    found = next(figure for figure in (*figures, 10.0) if figure * power >= least * (1 - 1e-12))
+    return float(f"{found * power:.6g}")
 
 
 Segment = tuple[Place, Place]

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
@@ -52,20 +53,11 @@ def style(kind: str) -> tuple[str, Any]:
     return _DASHES[kind]
 
 
-def shades(steps: int = 16) -> list[tuple[int, int, int]]:
+def palette(steps: int = 16) -> list[int]:
     """Every colour of a drawing with its shades up to that of paper, which smooth the edges of its lines."""
-    inks = [INK, *(color for color, _ in _DASHES.values())]
-    return [(255, 255, 255)] + [
-        (_mixed(ink, 1, step, steps), _mixed(ink, 3, step, steps), _mixed(ink, 5, step, steps))
-        for ink in inks
-        for step in range(steps)
-    ]
-
-
-def _mixed(color: str, place: int, step: int, steps: int) -> int:
-    """One part of a colour ``#rrggbb``, so many steps of the way to white."""
-    part = int(color[place : place + 2], 16)
-    return part + (255 - part) * step // steps
+    inks = [to_rgb(ink) for ink in (INK, *(color for color, _ in _DASHES.values()))]
+    shades = (part + (1 - part) * step / steps for ink in inks for step in range(steps) for part in ink)
+    return [255, 255, 255, *(int(255 * shade) for shade in shades)]
 
 
 class Pen:
@@ -452,10 +444,10 @@ def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
 
 def gif(pictures: Iterable[Image.Image]) -> bytes:
     """An endless GIF of the pictures, in the colours that there are in a drawing."""
-    palette = Image.new("P", (1, 1))
-    palette.putpalette([part for color in shades() for part in color])
+    colors = Image.new("P", (1, 1))
+    colors.putpalette(palette())
     none = Image.Dither.NONE
-    first, *others = (picture.quantize(palette=palette, dither=none) for picture in pictures)
+    first, *others = (picture.quantize(palette=colors, dither=none) for picture in pictures)
     file = BytesIO()
     first.save(file, "GIF", save_all=True, append_images=others, duration=MILLISECONDS, loop=0)
     return file.getvalue()
