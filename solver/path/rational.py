@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.functions import TABLE, named
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 Polynomial: TypeAlias = tuple[Expression, ...]
 """Coefficients, lowest degree first."""
 
-QUADRATIC = 2
 _UNIT: Polynomial = (ONE,)
 
 
@@ -45,76 +45,65 @@ class Rational(NamedTuple):
     denominator: Polynomial = _UNIT
 
 
-def rational(expression: Expression, unknown: str, degree: int = QUADRATIC) -> Rational | None:
-    """The expression as a quotient of polynomials in ``unknown``; None where it is none up to ``degree``."""
+class _NoForm(Exception):
+    """No quotient of polynomials of degree 2 at most."""
+
+
+def equation(left: Expression, right: Expression, unknown: str) -> tuple[Polynomial, bool] | None:
+    """``left - right`` brought to one polynomial, and whether a denominator was multiplied away.
+
+    None where it is none of degree 2 at most.
+    """
+    try:
+        difference = _add(_rational(left, unknown), _negated(_rational(right, unknown)))
+    except _NoForm:
+        return None
+    return difference.numerator, difference.denominator != _UNIT
+
+
+def _rational(expression: Expression, unknown: str) -> Rational:
+    """The expression as a quotient of polynomials in ``unknown``. Raises _NoForm."""
     if unknown not in names(expression):
         return Rational((expression,))
     match expression:
         case Name():
             return Rational((ZERO, ONE))
         case Negative(operand):
-            inner = rational(operand, unknown, degree)
-            return inner and Rational(tuple(negative(c) for c in inner.numerator), inner.denominator)
+            return _negated(_rational(operand, unknown))
         case Sum(terms):
-            return _sum(terms, unknown, degree)
+            return reduce(_add, (_rational(term, unknown) for term in terms), Rational((ZERO,)))
         case Product(left, right):
-            return _multiply(rational(left, unknown, degree), rational(right, unknown, degree), degree)
+            return _multiply(_rational(left, unknown), _rational(right, unknown))
         case Quotient(left, right):
-            below = _reciprocal(rational(right, unknown, degree))
-            return _multiply(rational(left, unknown, degree), below, degree)
-        case Power(base, Number(exponent)) if exponent in range(1, degree + 1):
-            inner = raised = rational(base, unknown, degree)
-            for _ in range(int(exponent) - 1):
-                raised = _multiply(raised, inner, degree)
-            return raised
-        case _:
-            return None
+            numerator, denominator = _rational(right, unknown)
+            return _multiply(_rational(left, unknown), Rational(denominator, numerator))
+        case Power(base, Number(1.0)):
+            return _rational(base, unknown)
+        case Power(base, Number(2.0)):
+            inner = _rational(base, unknown)
+            return _multiply(inner, inner)
+    raise _NoForm
 
 
-def equation(
-    left: Expression, right: Expression, unknown: str, degree: int = QUADRATIC
-) -> tuple[Polynomial, bool] | None:
-    """``left - right`` brought to one polynomial, and whether a denominator was multiplied away."""
-    a, b = rational(left, unknown, degree), rational(right, unknown, degree)
-    difference = _add(a, b and Rational(tuple(negative(c) for c in b.numerator), b.denominator), degree)
-    if difference is None:
-        return None
-    return difference.numerator, difference.denominator != _UNIT
+def _negated(value: Rational) -> Rational:
+    return Rational(tuple(negative(c) for c in value.numerator), value.denominator)
 
 
-def _sum(terms: tuple[Expression, ...], unknown: str, degree: int) -> Rational | None:
-    total: Rational | None = Rational((ZERO,))
-    for term in terms:
-        total = _add(total, rational(term, unknown, degree), degree)
-    return total
-
-
-def _add(left: Rational | None, right: Rational | None, degree: int) -> Rational | None:
-    if left is None or right is None:
-        return None
+def _add(left: Rational, right: Rational) -> Rational:
     if left.denominator == right.denominator:
         return Rational(_plus(left.numerator, right.numerator), left.denominator)
-    first = _times(left.numerator, right.denominator, degree)
-    second = _times(right.numerator, left.denominator, degree)
-    denominator = _times(left.denominator, right.denominator, degree)
-    if first is None or second is None or denominator is None:
-        return None
-    return Rational(_plus(first, second), denominator)
+    first, second = (
+        _times(left.numerator, right.denominator),
+        _times(right.numerator, left.denominator),
+    )
+    return Rational(_plus(first, second), _times(left.denominator, right.denominator))
 
 
-def _multiply(left: Rational | None, right: Rational | None, degree: int) -> Rational | None:
-    if left is None or right is None:
-        return None
+def _multiply(left: Rational, right: Rational) -> Rational:
     if len(right.numerator) == 1 and len(right.denominator) == 1 and right.numerator == _UNIT:
         divided = tuple(divide(c, right.denominator[0]) for c in left.numerator)
         return Rational(divided, left.denominator)
-    numerator = _times(left.numerator, right.numerator, degree)
-    denominator = _times(left.denominator, right.denominator, degree)
-    return None if numerator is None or denominator is None else Rational(numerator, denominator)
-
-
-def _reciprocal(value: Rational | None) -> Rational | None:
-    return None if value is None else Rational(value.denominator, value.numerator)
+    return Rational(_times(left.numerator, right.numerator), _times(left.denominator, right.denominator))
 
 
 def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
@@ -123,9 +112,10 @@ def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
     return _trim(tuple(add(a, b) for a, b in zip(*padded, strict=True)))
 
 
-def _times(left: Polynomial, right: Polynomial, degree: int) -> Polynomial | None:
-    if len(left) + len(right) - 2 > degree:
-        return None
+def _times(left: Polynomial, right: Polynomial) -> Polynomial:
+    """Raises _NoForm."""
+    if len(left) + len(right) - 2 > 2:
+        raise _NoForm
     product: list[Expression] = [ZERO] * (len(left) + len(right) - 1)
     for i, a in enumerate(left):
         for j, b in enumerate(right):

@@ -53,10 +53,10 @@ def style(kind: str) -> tuple[str, Any]:
     return _DASHES[kind]
 
 
-def palette(steps: int = 16) -> list[int]:
+def palette() -> list[int]:
     """Every colour of a drawing with its shades up to that of paper, which smooth the edges of its lines."""
     inks = [to_rgb(ink) for ink in (INK, *(color for color, _ in _DASHES.values()))]
-    shades = (part + (1 - part) * step / steps for ink in inks for step in range(steps) for part in ink)
+    shades = (part + (1 - part) * step / 16 for ink in inks for step in range(16) for part in ink)
     return [255, 255, 255, *(int(255 * shade) for shade in shades)]
 
 
