@@ -16,7 +16,6 @@ from solver.kernel.root_check import (
     check_root,
     is_beside_pole,
     is_ordinary,
-    multiple_root,
     root_beside,
     sharp_root,
     uncertainty,
@@ -28,13 +27,11 @@ from solver.numerics.tolerances import EPS
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
-MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS, MOST_BLURRED = 1_000, 12, 48, 8
+MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS = 1_000, 12, 48
 MOST_DULL = 12
 """Points that sharpening makes no new answer of: a plateau that is 0 but for rounding has no end of them."""
 VANISHED = 1e-150
 """A number that small beside its typical size is 0, if the rules hold at 0."""
-COARSE = 2.0**-1000
-"""A number smaller than this has lost digits, or is about to: rules may hold there as rounding has it."""
 VAGUE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
 MEANINGLESS = 1e6
@@ -69,7 +66,6 @@ class Candidates:
         self.outside: Fact | None = None
         self.suspects: list[dict[str, float]] = []
         self.refused: list[dict[str, float]] = []
-        self.blurred: list[dict[str, float]] = []
         self.miss = math.inf
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
@@ -83,8 +79,8 @@ class Candidates:
 
     @property
     def fruitless(self) -> bool:
-        """Whether nothing was found, not even what only needs more digits, or lies out of range."""
-        return not (self.answers or self.blurred or self.outside)
+        """Whether nothing was found, not even what lies out of range."""
+        return not (self.answers or self.outside)
 
     @property
     def withheld(self) -> bool:
@@ -119,7 +115,7 @@ class Candidates:
             if question.holds(point):
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
-        if result.outcome.found and len(self.blurred) < MOST_BLURRED:
+        if result.outcome.found:
             self._sharpen(result.x, sizes)
 
     def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
@@ -128,18 +124,14 @@ class Candidates:
         if not self.nearly(point):
             return
         if self.dull >= MOST_DULL:
-            self._blurred(point)
             return
         self.dull += 1
-        for search in (sharp_root, multiple_root):
-            if (sharp := search(self.question, x, sizes)) is not None:
-                found = self.question.named(sharp)
-                if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
-                    known = len(self.answers)
-                    self.keep(found, singular=search is multiple_root)
-                    self.dull -= len(self.answers) > known
-                    return
-        self._blurred(point)
+        if (sharp := sharp_root(self.question, x, sizes)) is not None:
+            found = self.question.named(sharp)
+            if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
+                known = len(self.answers)
+                self.keep(found)
+                self.dull -= len(self.answers) > known
 
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
         if len(self.answers) >= MOST_ANSWERS:
@@ -148,9 +140,6 @@ class Candidates:
         name = self.question.outside(point)
         if name is not None:
             self.outside = OutOfRange(self.question.equations[0], name, point[name])
-            return
-        if any(0.0 < abs(v) < COARSE for v in point.values()) and not self.question.remote:
-            self.strays += 1
             return
         found = uncertainty(self.question, point)
         blur = found.errors
@@ -201,8 +190,6 @@ class Candidates:
             if self._same(here, answer.values, blur):
                 if found.double and not answer.double and not _equal(here, answer.values):
                     self.answers[index] = found  # the other one is what rounding makes of it
-                elif not answer.double and self._stretched(here, answer.values, blur):
-                    self.answers[index] = Answer(answer.values, self._double(dict(answer.values)))
                 return
         self.answers.append(found)
 
@@ -258,12 +245,6 @@ class Candidates:
         elif self.nearly(point):
             self.suspects.append(point)
 
-    def _blurred(self, point: dict[str, float]) -> None:
-        """Remember where floats converge, but have not the digits that satisfy the rules, or to see it."""
-        known = (*self.blurred, *(answer.values for answer in self.answers))
-        if not any(_near(point, one, BLUR, self.question.scale()) for one in known):
-            self.blurred.append(point)
-
     def nearly(self, point: dict[str, float]) -> bool:
         """Whether a point misses no equation by more than a tiny share of its terms."""
         everything = {**self.question.here, **point}
@@ -294,10 +275,6 @@ class Candidates:
             self.question.holds({n: v + share * (other[n] - v) for n, v in one.items()})
             for share in (0.25, 0.5, 0.75)
         )
-
-    def _stretched(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
-        """Whether two points of one answer lie farther apart than rounding parts those of a simple root."""
-        return not self._within(one, other, blur) and not _equal(one, other)
 
     def _within(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
         """Whether two points are nearer than what rounding leaves open."""
@@ -366,10 +343,9 @@ class BlockOutcome(NamedTuple):
     ``suspects`` are points that satisfy the block so nearly that floats do not tell whether two roots lie
     there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
-    answers; if they were, all would be known where ``whole`` says so. ``blurred`` are where floats converge
-    and cannot tell whether the block is satisfied. ``doubtful``: rounding may have decided whether a linear
-    block determines its unknowns, or contradicts itself. ``remote``: there is a root beyond 1e60.
-    ``cut``: there are more answers than are listed.
+    answers; if they were, all would be known where ``whole`` says so. ``doubtful``: rounding
+    may have decided whether a linear block determines its unknowns, or contradicts itself. ``remote``: there
+    is a root beyond 1e60. ``cut``: there are more answers than are listed.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -381,14 +357,13 @@ class BlockOutcome(NamedTuple):
     stretches: tuple[Stretch, ...] = ()
     refused: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
-    blurred: tuple[Mapping[str, float], ...] = ()
     doubtful: bool = False
     remote: bool = False
     cut: bool = False
 
     @property
     def delicate(self) -> bool:
-        unclear = self.suspects or self.refused or self.blurred
+        unclear = self.suspects or self.refused
         return self.doubtful or self.remote or bool(unclear) or any(answer.double for answer in self.answers)
 
     @classmethod

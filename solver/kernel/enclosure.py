@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
 
@@ -239,40 +238,6 @@ def _raised(base: Expression, exponent: float) -> Expression:
     return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
 
 
-MOST = 2
-"""Directions of a chain, of which every combination of sides is a chain of its own."""
-
-
-def sides(chain: Chain) -> tuple[Chain, ...]:
-    """One chain for every combination of sides; none where there is no direction, or too many.
-
-    The residual is at every point that of one of the chains, if it has a value there.
-    """
-    calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
-    if not 0 < len(calls) <= MOST:
-        return ()
-    return tuple(
-        _beside(chain, dict(zip(calls, upper, strict=True)))
-        for upper in product((True, False), repeat=len(calls))
-    )
-
-
-def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
-    """The chain with directions on the upper side of their cut, or on the lower one."""
-    assignments: list[Assignment] = []
-    for item in chain.assignments:
-        expression = item.expression
-        for number, call in enumerate(upper):
-            if call in directions(expression):
-                y, x = call.arguments
-                name = f"#side {number}"
-                assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
-                turned = Call(call.function, (Name(name), x))
-                expression = exchange(expression, call, turned if upper[call] else negative(turned))
-        assignments.append(item._replace(expression=expression))
-    return Chain(chain.tears, tuple(assignments), chain.residuals)
-
-
 Interval: TypeAlias = tuple[float, float]
 Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
 
@@ -291,27 +256,11 @@ class Enclosure:
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
 
     def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
-        """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
-        has no root."""
+        """The residual over each box; nan, nan where it is undefined all over it."""
         if len(boxes) > FEW:
-            found = _in_arrays(self.range_on, boxes, known)
-        else:
-            evaluated = self._floats[0]
-            found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
-        if not self._sides:
-            return found
-        return [
-            (nan, nan) if below <= 0.0 <= above and self._jumps_across(*box, known) else (below, above)
-            for box, (below, above) in zip(boxes, found, strict=True)
-        ]
-
-    def _jumps_across(self, low: float, high: float, known: Sequence[float]) -> bool:
-        """Whether the residual has no root on either side of the cuts of its directions."""
-        for side in self._sides:
-            below, above = _range(*side._floats[0](low, high, *known))
-            if not (below > 0.0 or above < 0.0 or (isnan(below) and isnan(above))):
-                return False
-        return True
+            return _in_arrays(self.range_on, boxes, known)
+        evaluated = self._floats[0]
+        return [_range(*evaluated(low, high, *known)) for low, high in boxes]
 
     def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is monotone on a box."""
@@ -350,10 +299,6 @@ class Enclosure:
             below, above, doubtful = self._arrays[1](low, high, *known)
             unknown = doubtful | np.isnan(below) | np.isnan(above)
             return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
-
-    @cached_property
-    def _sides(self) -> tuple[Enclosure, ...]:
-        return tuple(Enclosure(side, self._known) for side in sides(self._chain))
 
     @cached_property
     def _floats(self) -> Code:

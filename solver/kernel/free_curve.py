@@ -5,10 +5,8 @@ No search for points finds it, and exact arithmetic may even prove that there is
 to their last places contradict one another beyond these. Here points are sought that satisfy the rule check;
 one from which a way leads on along which all rules still hold is a point of a curve.
 
-A block may have isolated answers beside a curve of them, such as where a common factor is 0. Searches end on
-the curve, which attracts them from everywhere. So it is deflated: the residual is multiplied by 1 + 1/d²,
-where d is the distance from the values that unknowns keep along the curve (P. E. Farrell, Á. Birkisson &
-S. W. Funke, SIAM J. Sci. Comput. 37 (2015) A2026–A2045).
+A block may have isolated answers beside a curve of them, such as where a common factor is 0. Some starts lead
+to these, others to points of the curve.
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.question import Question, rank_loss
 from solver.kernel.start_search import sizes_of, starts_of
 from solver.numerics.multistart import project
-from solver.numerics.newton import NewtonLimits, newton
+from solver.numerics.newton import NewtonLimits
 
 MAX_UNKNOWNS = 60
 WORK = 400
@@ -150,28 +148,19 @@ def _apart(one: Sequence[float] | Any, other: Any, way: Any) -> bool:
     return 0.1 * meant <= moved <= 10.0 * meant and math.isfinite(moved)
 
 
-STARTS = 16
-MOST_DEFLATED = 12
-NEAREST = 1e-30
-"""The least square of a distance, so that a search may start on what is left out."""
+STARTS = 32
+MOST_BESIDE = 12
+"""Unknowns of a block up to which isolated answers are sought beside a curve."""
 LIMITS = NewtonLimits(iterations=40, escapes=2)
 
 
 def with_isolated(question: Question, curve: BlockOutcome) -> BlockOutcome:
-    """The isolated answers, if any are found, with the curve as a note; else the curve."""
-    known = dict(curve.answers[0].values) if curve.answers else {}
-    if not known or len(question.unknowns) > MOST_DEFLATED or not question.kernel.smooth:
+    """The isolated answers, if any are found from a few starts, with the curve as a note; else the curve."""
+    if not curve.answers or len(question.unknowns) > MOST_BESIDE or not question.kernel.smooth:
         return curve
-    found, deflated = Candidates(question), _Deflated(question)
-    deflated.leave_out(known)
-    for start in starts_of(question, sizes_of(question), 0, STARTS).tolist():
-        sizes = [max(abs(v), s) for v, s in zip(start, question.scale(), strict=True)]
-        end = newton(deflated.residual, deflated.jacobian, start, sizes, LIMITS)
-        count = len(found.answers)
-        if end.outcome.found:
-            found.refine(end.x)
-        for answer in found.answers[count:]:
-            deflated.leave_out(answer.values)
+    found = Candidates(question)
+    for start in starts_of(question, sizes_of(question), 0, STARTS // 2).tolist():
+        found.refine(start, LIMITS)
     regular = [answer for answer in found.answers if answer.double is None]
     answers = tuple(answer for answer in regular if curve_through(question, answer.values) is None)
     return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
@@ -182,38 +171,6 @@ def beside(curve: BlockOutcome) -> Beside:
     known = tuple(curve.answers[0].values.items()) if curve.answers else ()
     equations = next((f.equations for f in curve.facts if isinstance(f, RankLoss)), ())
     return Beside(equations, curve.free, known)
-
-
-class _Deflated:
-    """The residual of a block without what it has been told to leave out."""
-
-    def __init__(self, question: Question) -> None:
-        self.question = question
-        self.scale = [size or 1.0 for size in question.scale()]
-        self.out: list[list[tuple[int, float]]] = []
-
-    def leave_out(self, values: Mapping[str, float]) -> None:
-        """The points at which these unknowns have these values."""
-        self.out.append([(k, values[n]) for k, n in enumerate(self.question.unknowns) if n in values])
-
-    def residual(self, x: Sequence[float]) -> list[float]:
-        factor = math.prod(1.0 + 1.0 / self._square(x, known) for known in self.out)
-        return [factor * value for value in self.question.residual(x)]
-
-    def jacobian(self, x: Sequence[float]) -> list[list[float]]:
-        factor = math.prod(1.0 + 1.0 / self._square(x, known) for known in self.out)
-        slopes = [0.0] * len(x)
-        for known in self.out:
-            square = self._square(x, known)
-            for k, value in known:
-                slopes[k] -= 2.0 * factor * (x[k] - value) / (self.scale[k] ** 2 * square * (square + 1.0))
-        rows = zip(self.question.residual(x), self.question.jacobian(x), strict=True)
-        return [
-            [factor * a + value * slope for a, slope in zip(row, slopes, strict=True)] for value, row in rows
-        ]
-
-    def _square(self, x: Sequence[float], known: Sequence[tuple[int, float]]) -> float:
-        return max(NEAREST, sum(((x[k] - value) / self.scale[k]) ** 2 for k, value in known))
 
 
 MOST_SUSPECTS = 12

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 
-from rulesheets.evaluate import Undefined, derivatives, extended, value
+from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
@@ -20,15 +20,10 @@ MAX_TURNS = 2_000
 LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too many."""
 FEW_TURNS = 20
-AROUND = 3
 LOST = 1e-3
 """Share of a turn up to which rounding may tell turns apart."""
 MOST = 1e300
 """Turns that a float can count."""
-
-
-PLACES = (0.0, 0.31, 0.69, 1.0)
-"""Shares of a finite range that holds too many whole turns: so many are looked for around each."""
 
 
 def whole_turns(
@@ -101,8 +96,7 @@ class _WholeTurns:
             tried = set(range(_floor(first), 1 - _floor(-last)))
         else:
             self.preimages.complete = False
-            middles = (round(_bounded((x - self.principal) / self.period)) for x in self._operands())
-            tried = {m + k for m in (0, *middles) for k in range(-AROUND, AROUND + 1)}
+            tried = set(range(-FEW_TURNS, FEW_TURNS + 1))
         inside = [k for k in tried if self._leads_inside(self._turn(k))]
         return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
 
@@ -140,16 +134,6 @@ class _WholeTurns:
         depth = len(isolation.stages) - len(self.rest)
         return operand(equation.left, equation.right, self.unknown, depth)
 
-    def _operands(self) -> Iterator[float]:
-        """What is still to undo, at places all over the finite range of the unknown."""
-        part, low, high = self._operand, self.variable.low, self.variable.high
-        for share in PLACES:
-            known = {**self.preimages.values, self.unknown: low + share * (high - low)}
-            try:
-                yield self.preimages.evaluate(part, known)
-            except Undefined:
-                continue
-
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""
         known = self.preimages.values
@@ -182,8 +166,6 @@ SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
 DELICATE = 1e-6
 """How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
-SMALL = 1e-150
-"""Squares of smaller numbers, and of larger ones than its inverse, are no floats."""
 CANCELLED = 1e-12
 """Share of what a number is made of that may be no more than what cancellation has left of its rounding."""
 
@@ -313,7 +295,6 @@ class Preimages:
         self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
-        self.delicate = self.delicate or _underflows(stage.divisor, at)
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
         if self._holds_anyway() or (dividend == 0.0 and not self.isolation.common):
@@ -387,8 +368,6 @@ class Preimages:
                 reading = f"0 times {unknown} = {number_text(float(-c))}"
                 raise Refused(fact or NoValue(self.index, unknown, reading, pole=True))
             return [-c / b]
-        if any(v and not SMALL <= abs(v) <= 1.0 / SMALL for v in (a, b, c)):
-            self.delicate = True  # their squares may be no floats
         square, product = b * b, 4 * a * c
         discriminant = square - product
         if discriminant < 0.0:
@@ -416,13 +395,3 @@ def _reading(operation: str, target: float) -> str:
     if operation == "power":
         return f"a root or logarithm of {number_text(target)}"
     return f"{operation} = {number_text(target)}"
-
-
-def _underflows(expression: Expression, at: Mapping[str, Value]) -> bool:
-    """Whether what comes out as 0 in floats is a smaller number than they hold."""
-    if isinstance(expression, Name | Number):
-        return False
-    try:
-        return bool(extended(expression, at, DIGITS) != 0)
-    except Undefined:
-        return True

@@ -220,7 +220,7 @@ class _Search:
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
-        if self.budget.brief or self.kernel.linear or self.candidates.answers or self.candidates.blurred:
+        if self.budget.brief or self.kernel.linear or self.candidates.answers:
             return None
 
         found = free_curve(self.question)
@@ -351,7 +351,6 @@ def _outcome(question: Question, candidates: Candidates, complete: bool) -> Bloc
         attempts=tuple(candidates.attempts),
         suspects=tuple(candidates.suspects),
         refused=tuple(candidates.refused),
-        blurred=tuple(candidates.blurred),
         remote=candidates.remote,
     )
 

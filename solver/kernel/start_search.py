@@ -23,7 +23,6 @@ DECADES = 3.0
 MOST = 48
 """Ends of a round that are looked at, those of ordinary size first: many may lie along a curve or far out."""
 SAME = 1e-6
-NEAR = 1e-5
 FINISH = NewtonLimits(iterations=60, escapes=0)
 
 
@@ -40,8 +39,7 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
             new = _distinct(_wrapped(question, ends), found, scale)
             nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
         for end in nearest[:MOST]:
-            if _of_the_rules(question, end.tolist()):
-                candidates.refine(end.tolist(), FINISH)
+            candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
                 return
         if turn == 0 and not new:
@@ -57,16 +55,6 @@ def _note_the_best(question: Question, candidates: Candidates, starts: Array) ->
         misses = abs(question.kernel.arrays.residual(question.known, starts)).max(axis=1)
     if np.isfinite(misses).any():
         candidates.note(question.named(starts[np.nanargmin(misses)].tolist()))
-
-
-def _of_the_rules(question: Question, x: list[float]) -> bool:
-    """Whether a zero of the smooth forms is one of the rules as they were written, to what it is known."""
-    try:
-        residual, rows = question.residual(x), question.jacobian(x)
-    except (ArithmeticError, ValueError):
-        return True  # on the edge of a domain
-    sizes = (sum(abs(slope * v) for slope, v in zip(row, x, strict=True)) for row in rows)
-    return all(abs(r) <= NEAR * size + 1e-12 for r, size in zip(residual, sizes, strict=True))
 
 
 def starts_of(question: Question, sizes: Mapping[str, float], first: int, last: int) -> Array:

@@ -12,14 +12,14 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
-from rulesheets.evaluate.digits import context, extended_derivatives
+from rulesheets.evaluate.digits import context
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
 from solver.accuracy.digits import SPARE, Unresolved
 from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import CANCELLED, DELICATE, DIGITS, SAMPLES, Preimages, Refused
+from solver.kernel.preimages import CANCELLED, DELICATE, SAMPLES, Preimages, Refused
 from solver.numerics.tolerances import EPS
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
@@ -174,20 +174,9 @@ class StepSolver(Preimages):
         if any(stage.operation == "abs" for stage in self.isolation.stages):
             return None
         unknown = self.isolation.unknown
-        if self._slope(number)[1] != 0.0 or self._slope_below_floats(number):
+        if self._slope(number)[1] != 0.0:
             return None
         return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
-
-    def _slope_below_floats(self, number: float) -> bool:
-        """Whether the slope is no 0, but a number smaller than floats hold."""
-        at = {**self.values, self.isolation.unknown: number}
-        sides = (self.equation.left, self.equation.right)
-        try:
-            (left, by_left), (right, by_right) = (extended_derivatives(side, at, DIGITS) for side in sides)
-        except Undefined:
-            return False
-        slope = abs(by_left.get(self.isolation.unknown, 0.0) - by_right.get(self.isolation.unknown, 0.0))
-        return bool(slope * abs(number) > DELICATE * (abs(left) + abs(right)))
 
     def _same(self, a: float, b: float) -> bool:
         return abs(a - b) <= self._near(8 * EPS) * max(abs(a), abs(b))

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
-from math import isnan
 from typing import Any
 
 from rulesheets.deadline import expect_time
@@ -20,8 +19,7 @@ from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Call, Expression, Number, Power, Sum
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
@@ -61,44 +59,6 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
         return bool(abs(miss) <= BACKWARD * sum(moves))
     except (Undefined, OverflowError, ZeroDivisionError):
         return False
-
-
-REMOTE_DIGITS = 350
-"""So many show 1e-300 beside 1; special functions are too dear for that."""
-STRIDE = 25.0
-"""Decades between two points on remote boxes."""
-MILD = 0.4
-"""Exponents below which a power of 1e100 may be taken for a number of ordinary size."""
-_LOGARITHMIC = frozenset({"ln", "log", "log10", "asinh", "acosh", "lgamma", "y0", "k0"})
-
-
-def _compresses(part: object) -> bool:
-    """Whether an operation may make a number of ordinary size of one beyond 1e±100, as logarithms do. Without
-    any, and with no number of such a size in the rules, no roots are out there."""
-    match part:
-        case Call(function):
-            return function in _LOGARITHMIC
-        case Power(_, Number(exponent)):
-            return abs(exponent) < MILD
-        case Power():
-            return True
-    return False
-
-
-def _runs(boxes: Sequence[Interval]) -> list[list[float]]:
-    """The ends of boxes that do not hold 0, and powers of ten between them: of boxes side by side in one."""
-    runs: list[list[float]] = []
-    before = math.nan
-    for low, high in sorted(boxes):
-        side = math.copysign(1.0, low + high)
-        first, last = (math.log10(abs(end) or 5e-324) for end in (low, high))
-        count = max(1, math.ceil(abs(last - first) / STRIDE))
-        inside = (side * 10.0 ** (first + k * (last - first) / count) for k in range(1, count))
-        if low != before:
-            runs.append([low or 5e-324])
-        runs[-1] += [*inside, high or -5e-324]
-        before = high
-    return runs
 
 
 SEARCH_BOXES = 12_000
@@ -158,8 +118,7 @@ class TearSearch:
             )
             self.budget.spend(search.levels * enclosure.operations)
             search = self._without_holes(place, search)
-            beyond = search.complete and complete and self._beyond(place, search.remote)
-            complete = complete and search.complete and not beyond and (smooth or not search.roots)
+            complete = complete and search.complete and (smooth or not search.roots)
             self.doubts = self.doubts or not smooth
             self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
             for x in search.crossings:
@@ -247,35 +206,6 @@ class TearSearch:
         box |= dict.fromkeys(self.question.unknowns, (-math.inf, math.inf))
         ranges = (enclose(form, {**box, self.tear: (x, x)}) for form in self.question.kernel.forms)
         return any(low > 0.0 or high < 0.0 for low, high in ranges)
-
-    def _beyond(self, place: int, boxes: Sequence[Interval]) -> bool:
-        """Whether the residual may change its sign on boxes beyond 1e±100, that a search gave up: at a root,
-        or a pole."""
-        parts = (part for item in self.kernel.chains[place].assignments for part in walk(item.expression))
-        if not boxes or not any(map(_compresses, parts)):
-            return False
-        return any({self._sign(place, x) for x in run} >= {1, -1} for run in _runs(boxes))
-
-    def _sign(self, place: int, x: float) -> int:
-        """The sign of the residual; 0 where it is not known, or there is no value."""
-        ((low, high),) = self.kernel.enclosure(place).ranges([(x, x)], self.question.known)
-        return 1 if low > 0.0 else -1 if high < 0.0 else 0 if isnan(low) else self._exact_sign(place, x)
-
-    def _exact_sign(self, place: int, x: float) -> int:
-        """The same in many digits, whose exponents have any size."""
-        chain, mp = self.kernel.chains[place], context(REMOTE_DIGITS)
-        values: dict[str, Any] = {**self.question.here, self.tear: x}
-        try:
-            for item in chain.assignments:
-                values[item.name] = number = extended(item.expression, values, REMOTE_DIGITS)
-                if not item.low <= number <= item.high:
-                    return 0
-            last = chain.assignments[-1].expression
-            terms = last.terms if isinstance(last, Sum) else (last,)
-            size = sum(abs(extended(term, values, REMOTE_DIGITS)) for term in terms)
-        except (Undefined, OverflowError):
-            return 0
-        return int(mp.sign(number)) if abs(number) > size * mp.mpf(10) ** (8 - REMOTE_DIGITS) else 0
 
     def _at_ends(self) -> None:
         """The ends of a declared range, where a root may lie a rounding outside."""

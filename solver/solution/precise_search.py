@@ -238,11 +238,6 @@ class _Block:
             start = list(seed.values())
             if not self._folded(start):
                 self._keep(_refined(self.system, start, self.question.scale()))
-        for point in self.floats.blurred:
-            try:
-                self._keep(_refined(self.system, list(point.values()), self.question.scale()))
-            except Unresolved:
-                continue
         for suspect in self.floats.suspects:
             self._folded(list(suspect.values()))
         return self._summary()

