@@ -1,16 +1,11 @@
 """The residual of a chain with one tear, and its slope, over boxes of the tear.
 
-They are compiled when they are first asked for: to floats for a few boxes, to arrays for many. Quotients
-whose dividend and divisor vanish together are bounded where they do: ``rate/(1 - (1 + rate)^(-term))`` is 0/0
-at 0, and next to that interval arithmetic knows nothing of it. But if N and D both vanish at 0, then
-N(x)/D(x) = N'(t)/D'(t) for some t between 0 and x (Cauchy's mean value theorem), so that the slopes over the
-hull of 0 and the box bound the quotient over the box.
+They are compiled when they are first asked for: to floats for a few boxes, to arrays for many.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
@@ -18,7 +13,6 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.functions import TABLE
 from rulesheets.functions.intervals.arrays import Array
 from rulesheets.functions.intervals.arrays import Interval as Intervals
 from rulesheets.syntax import nodes
@@ -35,90 +29,14 @@ from rulesheets.syntax.nodes import (
     Sum,
     add,
     divide,
-    exchange,
     is_number,
     multiply,
     negative,
-    substitute,
 )
 from rulesheets.syntax.program import walk
 from solver.kernel.chain import Assignment, Chain, directions, jumps
 from solver.kernel.emitter import IntervalEmitter, Operations, Pair
 from solver.kernel.interval_forms import ARRAYS, FLOATS
-
-_FROM_ZERO = "#from zero"
-
-
-def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
-    """Other bounds of the residual, with one such quotient bounded by slopes; nan where they have none."""
-    tear = chain.tears[0]
-    assigned = {item.name for item in chain.assignments}
-    residual = chain.assignments[-1].expression
-    for number, quotient in enumerate(dict.fromkeys(_quotients(residual))):
-        used = {*nodes.names(quotient)}
-        if tear not in used or used & assigned:
-            continue
-        if _at_zero(quotient.left, tear) != 0 or _at_zero(quotient.right, tear) != 0:
-            continue
-        try:
-            slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
-        except NotDifferentiable:
-            continue
-        emitter.assign(_FROM_ZERO, emitter.apply("from_zero", emitter.of(Name(tear))))
-        pairs = [emitter.of(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
-        bounded = f"#quotient {number}"
-        emitter.assign(bounded, emitter.apply("by_slopes", *pairs))
-        yield emitter.of(exchange(residual, quotient, Name(bounded)))
-
-
-def _quotients(expression: Expression) -> Iterator[Quotient]:
-    stack = [expression]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Quotient):
-            yield node
-        stack.extend(nodes.operands(node))
-
-
-def _at_zero(expression: Expression, tear: str) -> Fraction | None:
-    """The exact value where the tear is 0, whatever the other numbers are; None where it depends on them."""
-    match expression:
-        case Number(value):
-            return Fraction(value)
-        case Name(name):
-            return Fraction(0) if name == tear else None
-        case Negative(operand):
-            inside = _at_zero(operand, tear)
-            return None if inside is None else -inside
-        case Sum(terms):
-            values = [v for term in terms if (v := _at_zero(term, tear)) is not None]
-            return sum(values, Fraction(0)) if len(values) == len(terms) else None
-        case Product(left, right):
-            one, other = _at_zero(left, tear), _at_zero(right, tear)
-            if one == 0 or other == 0:
-                return Fraction(0)
-            return None if one is None or other is None else one * other
-        case Power(base, exponent):
-            raised = _at_zero(base, tear)
-            power = _at_zero(exponent, tear)
-            if raised == 1 or power == 0:
-                return Fraction(1)
-            return Fraction(0) if raised == 0 and power is not None and power > 0 else None
-        case Call(function, (argument,)) if _at_zero(argument, tear) == 0:
-            return _value_at_zero(function)
-        case _:
-            return None
-
-
-def _value_at_zero(function: str) -> Fraction | None:
-    """The exact value of a function at 0, where that is 0 or 1; None of those registered from Python."""
-    row = TABLE[function]
-    try:
-        value = row.value(0.0)
-    except (ArithmeticError, ValueError):
-        return None
-    return Fraction(value) if row.source is None and row.smooth and value in (0.0, 1.0) else None
-
 
 # --- the residual with its denominators multiplied away ---
 
@@ -312,8 +230,6 @@ class Enclosure:
         """Functions of the ends of the boxes and of the known numbers, for the range and for the slope."""
         emitter = _followed(self._chain, self._known, operations)
         residual = emitter.of(Name(self._chain.residuals[0]))
-        for pair in by_slopes(emitter, self._chain):
-            residual = emitter.apply("within", residual, pair)
         if self.cleared is not None:
             *items, numerator = self.cleared.assignments
             followed = {item.name for item in self._chain.assignments}
@@ -346,15 +262,6 @@ def _in_arrays(
     return list(
         zip(np.broadcast_to(below, shape).tolist(), np.broadcast_to(above, shape).tolist(), strict=True)
     )
-
-
-def slope_chain(chain: Chain) -> Chain | None:
-    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
-    slopes = slopes_of(chain)
-    if slopes is None:
-        return None
-    added = (Assignment(name, expression) for name, expression in slopes)
-    return Chain(chain.tears, (*chain.assignments, *added), (_slope_name(chain.residuals[0]),))
 
 
 def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:

@@ -156,7 +156,8 @@ LIMITS = NewtonLimits(iterations=40, escapes=2)
 
 def with_isolated(question: Question, curve: BlockOutcome) -> BlockOutcome:
     """The isolated answers, if any are found from a few starts, with the curve as a note; else the curve."""
-    if not curve.answers or len(question.unknowns) > MOST_BESIDE or not question.kernel.smooth:
+    known = curve.answers[0].values if curve.answers else {}
+    if not known or len(question.unknowns) > MOST_BESIDE or not question.kernel.smooth:
         return curve
     found = Candidates(question)
     for start in starts_of(question, sizes_of(question), 0, STARTS // 2).tolist():
@@ -196,7 +197,7 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     others = _but(outcome.answers, points)
     if others:
         facts = (*outcome.facts, beside(curves[0]))
-        return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
+        return outcome._replace(answers=others, complete=False, whole=False, facts=facts)
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
-from rulesheets.functions import named
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
@@ -18,7 +17,7 @@ from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.box_search import search_boxes
-from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
+from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates
 from solver.kernel.contradiction import contradiction, unattained
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.free_curve import free_curve, with_isolated, without_curves
@@ -61,8 +60,6 @@ FEW_TEARS = 3
 MAX_TORN = 12, 6
 """Unknowns and tears of a block, beyond both of which starts at random find all but the sensible answer."""
 
-_CIRCULAR = named(lambda row: row.turn and not row.half_turn)
-
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
     """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
@@ -86,14 +83,11 @@ def is_large(kernel: BlockKernel) -> bool:
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
-    """Those that count the answers. A polynomial in half an angle has a higher degree than a formula."""
-    turning = any(kernel.graph.turn(tear) for tear in kernel.block.tears)
-    if not turning and may_be_polynomial(kernel):
+    """Those that count the answers."""
+    if may_be_polynomial(kernel):
         yield Method.POLYNOMIAL
     if kernel.closed is not None:
         yield Method.FORMULA
-    if turning and may_be_polynomial(kernel):
-        yield Method.POLYNOMIAL
 
 
 def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
@@ -109,17 +103,14 @@ def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
-    """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
+    """Whether the block may lead to one polynomial in a tear or two."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
-    turning = any(kernel.graph.turn(tear) for tear in tears)
-    if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
+    if not 1 <= len(tears) <= 2 or any(kernel.graph.turn(tear) for tear in tears):
         return False
-    admitted = _CIRCULAR if turning else frozenset[str]()
-    return all(
-        node.function in admitted
+    return not any(
+        isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
         for form in kernel.forms
         for node in walk(form)
-        if isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
     )
 
 
@@ -129,8 +120,6 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 DENSE = 300
 """Unknowns of a linear block beyond which its matrix is first taken as a sparse one."""
-MAX_STRETCHES = 6
-"""Intervals that a search left open, beyond which it is no use to settle them."""
 
 
 def solve_block(
@@ -201,7 +190,6 @@ class _Search:
         self.off = off
         self.candidates = Candidates(question)
         self.complete = self.whole = False
-        self.stretches: tuple[Stretch, ...] = ()
         self.methods: Mapping[Method, Callable[[], BlockOutcome | None]] = {
             Method.LINEAR: self._linear,
             Method.POLYNOMIAL: self._polynomial,
@@ -216,7 +204,7 @@ class _Search:
     def outcome(self) -> BlockOutcome:
         found = _outcome(self.question, self.candidates, self.complete)
         whole = (self.whole or found.whole) and not self.candidates.remote
-        return found._replace(stretches=self.stretches, whole=whole)
+        return found._replace(whole=whole)
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
@@ -286,7 +274,6 @@ class _Search:
         self.whole = any(search.run() for search in searches)
         if method is Method.RANGE and not self.whole:
             self.whole = not self.budget.brief and counted(question, candidates)
-            self.stretches = () if self.whole else _settleable(searches)
         self.complete = self.whole and not candidates.withheld
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
@@ -305,14 +292,6 @@ class _Search:
         torn_once = len(self.kernel.block.tears) == 1
         if torn_once and not self.candidates.answers and not self.kernel.exhaustive:
             TearSearch(self.question, self.candidates, self.kernel, self.budget).run()
-
-
-def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:
-    """Where the first search failed to prove that it had found all, if only in a few short stretches."""
-    for search in searches:
-        if search.stretches and not search.doubts and len(search.stretches) <= MAX_STRETCHES:
-            return tuple(search.stretches)
-    return ()
 
 
 def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:

@@ -32,8 +32,7 @@ from solver.accuracy.forward_error import input_errors, slopes
 from solver.accuracy.rule_check import gross, half_unit
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
-from solver.kernel.candidates import Answer, BlockOutcome, Stretch
-from solver.kernel.enclosure import Enclosure, slope_chain
+from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
 from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
@@ -286,7 +285,7 @@ class _Block:
 
     def _summary(self) -> BlockOutcome:
         inside, outside = [], None
-        complete = self.floats.complete or self.floats.whole or self._settled()
+        complete = self.floats.complete or self.floats.whole
         for root in self.roots:
             point = self._inside(self.system.point(root))
             name = self.question.outside(_floats(point))
@@ -308,12 +307,6 @@ class _Block:
         """Curves along which some unknowns keep their values; others may be points that rounding joins."""
         curves = (fact for fact in self.floats.facts if isinstance(fact, Beside))
         return tuple(curve for curve in curves if curve.values)
-
-    def _settled(self) -> bool:
-        """Whether what floats could not settle is settled now, so that these are all the roots."""
-        points = [self.system.point(root) for root in self.roots]
-        doubles = [answer.values for answer in self.double] * 2
-        return settled(self.floats.stretches, self.question.here, (*points, *doubles))
 
     def _inside(self, point: Mapping[str, Any]) -> Mapping[str, Any]:
         """The point, wrapped, with what lies beyond an end of its range by rounding alone on that end."""
@@ -357,55 +350,3 @@ def _same(one: Leaf, other: Leaf, judged: Sequence[str]) -> bool:
         for name, exact in b.precise.items()
         if name in judged and name in a.precise
     )
-
-
-# --- short stretches of a tear on which the residual is convex or concave: it has two roots there at most ---
-#
-# So once two roots are found there, or a double one, these are all.
-
-MARGIN = 8.0
-"""Widths by which a stretch is widened on both sides to look for its roots."""
-ALIKE = 1e-6
-
-
-def settled(
-    stretches: Sequence[Stretch],
-    floats: Mapping[str, Value],
-    roots: Sequence[Mapping[str, Any]],
-) -> bool:
-    """Whether the stretches hold no more than the ``roots``, a double one twice; ``floats`` are given."""
-    return bool(stretches) and all(
-        sum(_lies_on(stretch, root, floats) for root in roots) >= 2 and _is_curved(stretch, floats)
-        for stretch in stretches
-    )
-
-
-def _is_curved(stretch: Stretch, floats: Mapping[str, Value]) -> bool:
-    """Whether f'' is proven not to vanish on the stretch."""
-    slope = slope_chain(stretch.chain)
-    if slope is None:
-        return False
-    numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
-    enclosure = Enclosure(slope, tuple(numbers))
-    if enclosure.slopes is None:
-        return False
-    ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
-    return low > 0.0 or high < 0.0
-
-
-def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
-    """Whether a root of the block is in the stretch or beside it, by the preimages of its chain."""
-    pad = MARGIN * (stretch.high - stretch.low)
-    x, turn = float(root[stretch.chain.tears[0]]), stretch.turn or 0.0
-    if not any(stretch.low - pad <= x + k * turn <= stretch.high + pad for k in (-1, 0, 1)):
-        return False
-    values = {**floats, **root}
-    for item in stretch.chain.assignments:
-        try:
-            values[item.name] = found = extended(item.expression, values)
-        except (Undefined, OverflowError):
-            return False
-        meant = root.get(item.name, found)
-        if abs(found - meant) > ALIKE * max(abs(found), abs(meant), 1e-300):
-            return False
-    return True
