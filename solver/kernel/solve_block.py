@@ -103,9 +103,9 @@ def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
-    """Whether the block may lead to one polynomial in a tear or two."""
+    """Whether the block may lead to one polynomial in its tear."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
-    if not 1 <= len(tears) <= 2 or any(kernel.graph.turn(tear) for tear in tears):
+    if len(tears) != 1 or kernel.graph.turn(tears[0]):
         return False
     return not any(
         isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
@@ -237,11 +237,7 @@ class _Search:
         return linear._replace(attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        if len(self.kernel.block.tears) == 2:
-            from solver.kernel.resultant_block import solve_by_resultant as method  # brings sympy
-        else:
-            method = solve_as_polynomial
-        solved = method(self.question, self.candidates)
+        solved = solve_as_polynomial(self.question, self.candidates)
         return self._all(Method.POLYNOMIAL) if solved else None
 
     def _formula(self) -> BlockOutcome | None:
