@@ -285,7 +285,6 @@ class RootSearch(NamedTuple):
     ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
-    ``remote``: boxes beyond, that were given up, or not settled.
     ``crossings``: those of the roots that are no more than a change of sign of computed values.
     """
 
@@ -296,7 +295,6 @@ class RootSearch(NamedTuple):
     flat: tuple[tuple[float, float], ...] = ()
     evaluations: int = 0
     levels: int = 0
-    remote: tuple[tuple[float, float], ...] = ()
     crossings: tuple[float, ...] = ()
 
 
@@ -319,8 +317,7 @@ def isolate_roots(
     if not low <= high:
         return RootSearch((), True)
     function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
-    settled, at_rounding, unsplit, remote, levels = _branch_and_prune(function, limits)
-    remote += [box for box in (*at_rounding, *unsplit) if function.is_remote(*box)]
+    settled, at_rounding, unsplit, levels = _branch_and_prune(function, limits)
     roots = [bracketed_root(function.value, low, high) for low, high in settled]
     valued = [not math.isnan(value_at(function.value, root)) for root in roots]
     blank = [box for box, there in zip(settled, valued, strict=True) if not there]
@@ -333,19 +330,17 @@ def isolate_roots(
         flat=tuple(found.flat),
         evaluations=function.evaluations,
         levels=levels,
-        remote=tuple(remote),
         crossings=tuple(found.crossings),
     )
 
 
 def _branch_and_prune(
     function: IntervalFunction, limits: IsolationLimits
-) -> tuple[Intervals, Intervals, Intervals, Intervals, int]:
-    """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, remote boxes that
-    were given up, and the levels."""
+) -> tuple[Intervals, Intervals, Intervals, int]:
+    """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and the levels.
+    Remote boxes are given up."""
     settled: Intervals = []
     at_rounding: Intervals = []
-    remote: Intervals = []
     front = _presplit(function.low, function.high, limits.presplit)
     level = 0
     for level in range(limits.levels):
@@ -366,9 +361,8 @@ def _branch_and_prune(
                 case Verdict.OPEN:
                     front += [(section.low, section.middle), (section.middle, section.high)]
         if level >= limits.remote_levels:
-            remote += [box for box in front if function.is_remote(*box)]
             front = [box for box in front if not function.is_remote(*box)]
-    return settled, at_rounding, front, remote, level + 1
+    return settled, at_rounding, front, level + 1
 
 
 def _presplit(low: float, high: float, levels: int) -> Intervals:
