@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from solver.kernel.candidates import BlockOutcome
     from solver.kernel.step import StepOutcome
     from solver.path.isolate import Isolation
-    from solver.solution.leaves import Twins
 
 
 MAX_LEAVES = 1_000
@@ -169,7 +168,6 @@ class BlockOutcomes:
         self, graph: ModelGraph, guesses: Mapping[str, float], budget: Budget, outcomes: Outcomes
     ) -> None:
         self.graph, self.guesses, self.budget, self.outcomes = graph, guesses, budget, outcomes
-        self._senses: dict[Hashable, tuple[SolveBlock, tuple[Value, ...]]] = {}
         self._searched: set[SolveBlock] = set()
 
     def outcome(self, step: SolveBlock, branch: Branch, proving: bool, off: Blur) -> BlockOutcome:
@@ -181,8 +179,6 @@ class BlockOutcomes:
         kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
         numbers = tuple(values[name] for name in kernel.known)
         key = step, numbers
-        if key not in self.outcomes and (told := self._told(step, kernel.known, numbers)) is not None:
-            self.outcomes[key] = told
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self._searched)
             if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
@@ -192,8 +188,6 @@ class BlockOutcomes:
             self.budget.begin_block(proving, shared)
             given = [name for name in kernel.known if self._is_given(branch, name)]
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
-            if assumed:
-                self._senses.setdefault(self._sense(step, kernel.known, numbers), key)
         return self.outcomes[key]
 
     def _is_given(self, branch: Branch, name: str) -> bool:
@@ -203,22 +197,6 @@ class BlockOutcomes:
             return step is None
         isolation = self.graph.isolation(step.equation, self.graph.number[name])
         return isolation is not None and isolation.identity and isinstance(isolation.start, Number)
-
-    def _told(
-        self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]
-    ) -> BlockOutcome | None:
-        """What a block came to that says the same by other rules, in another case."""
-        met = self._senses.get(self._sense(step, known, numbers)) if self._senses else None
-        return None if met is None else self._twins.told(self.outcomes[met], met[0], step)
-
-    def _sense(self, step: SolveBlock, known: tuple[str, ...], numbers: tuple[Value, ...]) -> Hashable:
-        return self._twins.sense(step), frozenset(zip(known, numbers, strict=True))
-
-    @cached_property
-    def _twins(self) -> Twins:
-        from solver.solution.leaves import Twins
-
-        return Twins(self.graph.model)
 
 
 def agreed(

@@ -12,10 +12,8 @@ from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.number import meets
 from rulesheets.model import Equation, Model, Requirement, Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import check_rule
 from solver.facts import (
-    AsksNothing,
     Conflict,
     DoubleRoot,
     Fact,
@@ -111,49 +109,6 @@ def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: 
         if known and check_rule(equation, values).holds and not check_rule(equation, trial).holds:
             return values
     return trial
-
-
-if TYPE_CHECKING:
-    Sense: TypeAlias = tuple[tuple[int, ...], tuple[str, ...]]
-
-
-class Twins:
-    """Which guarded equations of a model have the same two sides."""
-
-    def __init__(self, model: Model) -> None:
-        first: dict[tuple[Expression, Expression], int] = {}
-        guarded = [equation for equation in model.equations if equation.guard]
-        self._first = {e.index: first.setdefault(_sides(e), e.index) for e in guarded}
-
-    def sense(self, step: SolveBlock) -> Sense:
-        """The same for blocks of the same equations, by whatever rules, for the same unknowns."""
-        return tuple(sorted(map(self._of, step.equations))), step.unknowns
-
-    def told(self, outcome: BlockOutcome, met: SolveBlock, step: SolveBlock) -> BlockOutcome:
-        """The outcome of the block that was ``met``, in the rules of ``step``, which has the same sense."""
-        own = {self._of(equation): equation for equation in step.equations}
-        names = {equation: own[self._of(equation)] for equation in met.equations}
-        answers = tuple(
-            answer if answer.double is None else answer._replace(double=_renamed(answer.double, names))
-            for answer in outcome.answers
-        )
-        return outcome._replace(answers=answers, facts=tuple(_renamed(fact, names) for fact in outcome.facts))
-
-    def _of(self, equation: int) -> int:
-        return self._first.get(equation, equation)
-
-
-def _sides(equation: Equation) -> tuple[Expression, Expression]:
-    return equation.left, equation.right
-
-
-def _renamed(fact: Any, names: dict[int, int]) -> Any:
-    """A fact about a block with its equations under other numbers."""
-    match fact:
-        case NoValue() | OutOfRange() | AsksNothing():
-            return fact._replace(equation=names[fact.equation])
-        case _:
-            return fact._replace(equations=tuple(names[equation] for equation in fact.equations))
 
 
 @dataclass
