@@ -8,26 +8,23 @@ come out as they were taken for all numbers in the balls; rules that were left o
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
-    And,
     Comparison,
     Condition,
     Expression,
     Given,
     Name,
-    Not,
-    Or,
     Symbol,
     subtract,
 )
 from solver.facts import DoubleRoot, Proof, ProvedRoots
-from solver.path.cases import activity
+from solver.path.cases import activity, outcome
 from solver.path.steps import Evaluate, Select, SolveBlock
 from solver.solution.leaves import Leaf
 
@@ -178,7 +175,7 @@ class _Proving:
 
     def _guarded(self, equation: Equation) -> None:
         for premise in equation.guard:
-            if self._certain(self.model.conditions[premise.condition]) is not premise.holds:
+            if outcome(self.model.conditions[premise.condition], self._certain) is not premise.holds:
                 raise _Obstacle("a condition that no enclosure decides: two numbers are too near to equal")
 
     def _certain(self, condition: Condition) -> bool | None:
@@ -186,15 +183,10 @@ class _Proving:
         match condition:
             case Comparison():
                 return self._compared(condition)
-            case And(terms):
-                return _all(map(self._certain, terms))
-            case Or(terms):
-                either = _all(_not(self._certain(term)) for term in terms)
-                return _not(either)
-            case Not(term):
-                return _not(self._certain(term))
             case Given(name):
                 return name in self.inputs
+            case _:
+                return None
 
     def _compared(self, comparison: Comparison) -> bool | None:
         from rulesheets.evaluate.balls import enclosing_ball
@@ -253,14 +245,3 @@ def _apart(roots: Sequence[Mapping[str, Any]]) -> Mapping[str, float]:
 def _up(number: Any) -> float:
     """A float that is no less, and 0 for 0 alone."""
     return 0.0 if number.is_zero() else math.nextafter(float(number), math.inf)
-
-
-def _all(outcomes: Iterable[bool | None]) -> bool | None:
-    found = list(outcomes)
-    if any(outcome is False for outcome in found):
-        return False
-    return None if any(outcome is None for outcome in found) else True
-
-
-def _not(outcome: bool | None) -> bool | None:
-    return None if outcome is None else not outcome
