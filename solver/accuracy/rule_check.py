@@ -125,10 +125,8 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     if abs(miss) + noise <= bound < math.inf:
         limit = STEEP * (abs(a) + abs(b))
         near = abs(miss) <= BACKWARD * (abs(a) + abs(b))  # else slopes must show that they lead to 0
-        gentle = near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit))
-        scaled = abs(miss) / total
-        if gentle or _straddles(equation, values, slopes, others, 2 * max(scaled, EPS)):
-            return RuleCheck(True, miss, scaled)
+        if near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit)):
+            return RuleCheck(True, miss, abs(miss) / total)
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, abs(miss) / total if total else math.inf)
     return _look_again(equation, values, noise)
@@ -213,28 +211,6 @@ def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
                 yield "int", divide(x, y)
             case Call("step", (x, a)):
                 yield "step", subtract(x, a)
-
-
-def _straddles(
-    equation: Equation,
-    values: Mapping[str, Value],
-    left: Mapping[str, float],
-    right: Mapping[str, float],
-    share: float,
-) -> bool:
-    """Whether F changes its sign as all values move along its slopes, and against them, by that share."""
-    found = []
-    for change in (share, -share):
-        moved = dict(values)
-        for name in equation.names:
-            slope = left.get(name, 0.0) - right.get(name, 0.0)
-            if isinstance(number := values[name], float) and slope:
-                moved[name] = number + math.copysign(change * abs(number), change * slope)
-        try:
-            found.append(value(equation.left, moved) - value(equation.right, moved))
-        except Undefined:
-            return False
-    return found[0] >= 0.0 >= found[1]
 
 
 def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:
