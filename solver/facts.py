@@ -166,12 +166,10 @@ class Unfixed(NamedTuple):
 
 
 class RestsOnRounding(NamedTuple):
-    """``equation`` divides by what is no more than the last places of given numbers: ``unknown`` may have any
-    value, and so may all of ``unknowns``, which follow from it."""
+    """``unknown`` may have any value: ``equation`` divides by the last places of given numbers."""
 
     equation: int
     unknown: str
-    unknowns: tuple[str, ...]
 
 
 class BeyondFloats(NamedTuple):

@@ -11,7 +11,8 @@ from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Number
 from solver.accuracy.alike import note_checks
-from solver.accuracy.rule_check import check_rule, is_checked
+from solver.accuracy.forward_error import forward_errors
+from solver.accuracy.rule_check import check_rule, half_unit, is_checked
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
@@ -497,9 +498,6 @@ class Explorer:
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""
-        from solver.accuracy.forward_error import forward_errors
-        from solver.accuracy.rule_check import half_unit
-
         decided = branch.conditions
         found = forward_errors(self.model, branch.values, branch.steps, lambda e: activity(e, decided))
         numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}

@@ -12,6 +12,7 @@ from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.number import meets
 from rulesheets.model import Equation, Model, Requirement, Value, Variable
 from rulesheets.syntax import nodes
+from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.facts import (
     Conflict,
@@ -44,7 +45,6 @@ from solver.path.graph import ModelGraph, is_angle_sum
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
 
-    from solver.accuracy.forward_error import ForwardErrors
     from solver.facts import Attempt
     from solver.kernel.candidates import BlockOutcome
     from solver.path.cases import Pair
@@ -193,8 +193,6 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
 
 
 def _leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
-    from solver.accuracy.forward_error import ForwardErrors, forward_errors
-
     branch = leaf.branch
     decided = branch.conditions
     doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]

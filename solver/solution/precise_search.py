@@ -198,7 +198,7 @@ class _PreciseSearch(Explorer):
                 rule = self.model.equations[step.equation]
                 with suppress(Undefined, ZeroDivisionError):
                     if self._inverts(branch, name, rule, moved):
-                        yield RestsOnRounding(step.equation, name, (name,))
+                        yield RestsOnRounding(step.equation, name)
 
     def _inverts(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
         """Whether a number goes as an inverse power of what moves it, and so through a pole, not through 0.

@@ -50,7 +50,10 @@ def require_proof() -> None:
 
 
 class _Obstacle(Exception):
-    """What stands in the way of a proof."""
+    """What stands in the way of a proof, in words; a double root, or what is beside it, if it is that."""
+
+    def __init__(self, said: str, double: tuple[str, ...] = (), beside: ProvedRoots | None = None) -> None:
+        self.proof = Proof(False, obstacle=said, double=double, beside=beside)
 
 
 def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
@@ -63,27 +66,7 @@ def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
             proving.run()
             return proving.proof()
         except _Obstacle as obstacle:
-            return Proof(False, obstacle=str(obstacle))
-        except _Double as double:
-            names = ", ".join(double.unknowns)
-            return Proof(False, obstacle=f"{names}: a double root, exactly", double=double.unknowns)
-        except _Parted as parted:
-            names, count = ", ".join(parted.beside.unknowns), parted.beside.roots or "no"
-            return Proof(False, obstacle=f"{names}: {count} roots, a hair apart", beside=parted.beside)
-
-
-class _Double(Exception):
-    """A double root is exactly there."""
-
-    def __init__(self, unknowns: tuple[str, ...]) -> None:
-        self.unknowns = unknowns
-
-
-class _Parted(Exception):
-    """A double root is not there, but two roots next to it, or none."""
-
-    def __init__(self, beside: ProvedRoots) -> None:
-        self.beside = beside
+            return obstacle.proof
 
 
 class _Proving:
@@ -100,7 +83,7 @@ class _Proving:
         }
 
     def run(self) -> None:
-        """Raises _Obstacle, _Double or _Parted."""
+        """Raises _Obstacle."""
         used: set[int] = set()
         for step in dict.fromkeys(self.leaf.branch.steps):
             match step:
@@ -142,21 +125,22 @@ class _Proving:
         self.balls.update(root)
 
     def _double(self, square: Square, indices: Sequence[int], middle: Sequence[Any]) -> None:
-        """Raises _Double where the block has a double root that is exactly there, _Parted where it has two
-        next to it, or none."""
+        """Raises _Obstacle where floats see a double root: it is there, or two next to it, or none."""
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
         if not any(set(indices) & set(equations) for equations in folds):
             return
         from solver.kernel.krawczyk import exact_double_root
 
+        names = ", ".join(square.unknowns)
         near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
         if exact_double_root(square, self.balls, near) is not None:
-            raise _Double(tuple(square.unknowns))
+            raise _Obstacle(f"{names}: a double root, exactly", double=tuple(square.unknowns))
         from solver.kernel.krawczyk import unfolded
 
         found = unfolded(square, self.balls, middle)
         if found is not None:
-            raise _Parted(ProvedRoots(tuple(square.unknowns), len(found), _apart(found)))
+            beside = ProvedRoots(tuple(square.unknowns), len(found), _apart(found))
+            raise _Obstacle(f"{names}: {beside.roots or 'no'} roots, a hair apart", beside=beside)
 
     def _uncontradicted(self, equation: Equation) -> None:
         """Left and right of a rule that checks must overlap."""

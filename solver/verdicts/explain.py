@@ -176,10 +176,10 @@ class _Explanation:
                 message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
                 notes = (f"give {listed(double.unknowns, 'or')} first, or move away from the double root",)
                 return self._error("S543", message, double.equations, unknowns, notes)
-            case RestsOnRounding(equation, unknown, unknowns):
+            case RestsOnRounding(equation, unknown):
                 message = f"{unknown} rests on no more than the last places of the given numbers"
-                notes = (f"to their last places they leave {listed(unknowns)} any value", f"give {unknown}")
-                return self._error("S544", message, (equation,), unknowns, notes)
+                notes = (f"to their last places they leave {unknown} any value", f"give {unknown}")
+                return self._error("S544", message, (equation,), (unknown,), notes)
             case Conflict(equations, miss):
                 note = () if miss is None else (f"together they miss by {number_text(miss)}",)
                 return self._error("S520", "these rules contradict each other", equations, (), note)

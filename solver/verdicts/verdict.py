@@ -29,6 +29,7 @@ from solver.facts import (
 )
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
+from solver.ranking.ranking import Ranking
 from solver.solution.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 
 ROUNDED = 2.0**-51
@@ -141,7 +142,7 @@ def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[Unfixed, ...]]:
     """A leaf at a double root without the numbers that the rules do not determine there."""
     doubles = _doubles(leaf)
     resting = (fact for fact in leaf.branch.facts if isinstance(fact, RestsOnRounding))
-    leaf = _without(leaf, {name for fact in resting for name in fact.unknowns})
+    leaf = _without(leaf, {fact.unknown for fact in resting})
     if not doubles:
         return leaf, ()
     error, origins = leaf_errors(model, leaf).error, leaf.branch.origins
@@ -348,8 +349,6 @@ def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
     """Leaves by the rule of ``solver.ranking``."""
     if len(leaves) < 2:
         return leaves
-    from solver.ranking.ranking import Ranking  # a sheet with one answer needs no numpy
-
     among = {name for leaf in leaves for name in leaf.branch.values}
     order = Ranking(asked.model, asked.inputs, among, asked.guesses).order(
         [leaf.branch.values for leaf in leaves], asked.inputs
