@@ -109,11 +109,13 @@ class Traced(Arithmetic[Part[T]]):
         """The sum of parts, and the size of all sums on the way."""
         total: Any = 0.0 + parts[0].value  # type: ignore[operator]
         rounded: Any = 0.0
+        rounds = self.rounds
         for part in parts[1:]:
             total = total + part.value
-            if self.rounds:
+            if rounds:
                 rounded = rounded + abs(total)
-        return Part(total, "", _varying(*((1.0, part) for part in parts)), rounded)
+        slopes: Any = tuple([(1.0, part) for part in parts if not part.exact])
+        return Part(total, "", slopes, rounded)
 
     def product(self, node: Product) -> Part[T]:
         parts = one, other = self.of(node.left), self.of(node.right)
@@ -159,19 +161,21 @@ class Traced(Arithmetic[Part[T]]):
         gradient: dict[str, Any] = {}
         noise: Any = 0.0
         pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
+        rounds, noise_of = self.rounds, self.noise
         while pending:
             slope, part = pending.pop()
             if part.name:
                 gradient[part.name] = gradient.get(part.name, zero) + slope
-            elif self.rounds:
-                noise = noise + self.noise(slope, part.rounded)
+                continue
+            if rounds:
+                noise = noise + noise_of(slope, part.rounded)
             for inner, below in part.slopes[::-1]:
                 pending.append((slope * inner, below))
         return gradient, noise
 
 
 def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...]:
-    return tuple(pair for pair in slopes if not pair[1].exact)
+    return tuple([pair for pair in slopes if not pair[1].exact])
 
 
 @cache
