@@ -56,11 +56,6 @@ class Undefined(ArithmeticError):
         self.expression = expression
 
     @property
-    def argument(self) -> float:
-        """The argument to blame: the divisor, the base, the first of a function's."""
-        return self.arguments[0]
-
-    @property
     def hole(self) -> bool:
         """Whether it divides by 0, be it by a power, or asks for the direction of the origin: a point without
         a value among points that have one.

@@ -72,7 +72,7 @@ def test_undefined_names_the_part() -> None:
     with pytest.raises(Undefined) as caught:
         value(Product(number(2.0), root), {"x": 1.0})
     assert caught.value.expression is root
-    assert (caught.value.operation, caught.value.argument) == ("sqrt", -4.0)
+    assert (caught.value.operation, caught.value.arguments) == ("sqrt", (-4.0,))
 
 
 def test_missing_and_symbolic_variables() -> None:
