@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from solver.numerics.tolerances import FLAT_TANGENT, ON_CURVE, TURNING
+from solver.numerics.tolerances import FLAT_TANGENT, HOME, MEETING, ON_CURVE, TURNING
 
 Vector = NDArray[np.float64]
 
@@ -289,12 +289,8 @@ STEPS = Steps()
 AIM = 0.3
 """Share of the largest turning that a step aims at."""
 
-MEETING, SHOWN = 1e-5, 40
-"""Smallest singular value this near to a point where branches meet, rows having the unit size that they reach
-along the curve; points that it is measured at."""
-
-HOME = 1e-7
-"""Scaled distance from its start at which a curve is closed."""
+SHOWN = 40
+"""Points that the rank of the Jacobian is measured at, where a curve ends."""
 
 
 def follow(

@@ -31,6 +31,7 @@ from solver.numerics.interval_function import (
     split_point,
     value_at,
 )
+from solver.numerics.tolerances import EVEN
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -255,9 +256,6 @@ if TYPE_CHECKING:
     from solver.numerics.interval_function import Enclosure, Interval, ScalarFunction, Section
 
     Intervals: TypeAlias = list[Interval]
-
-EVEN = 1e3
-"""Largest ratio of slopes across a box from whose ends an interval Newton step is worth taking."""
 
 
 class IsolationLimits(NamedTuple):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rulesheets.deadline import expect_time
 from solver.numerics.newton import STANDARD_LIMITS, Jacobian, NewtonLimits, NewtonResult, Residual, newton
 from solver.numerics.termination import Outcome
-from solver.numerics.tolerances import SAME_ROOT, SAME_SINGULAR_ROOT
+from solver.numerics.tolerances import ARRIVED, NULL, ON_LINE, SAME_ROOT, SAME_SINGULAR_ROOT
 
 Array: TypeAlias = NDArray[np.float64]
 BatchFunction: TypeAlias = Callable[[Array], Array]
@@ -21,16 +21,12 @@ LENGTHS = (1.0, 0.3)
 """Fractions of the Newton step that are tried."""
 
 
-class BatchLimits(NamedTuple):
-    """``near``: scaled step that counts as having arrived. ``patience``: steps without a gain of a tenth."""
-
-    iterations: int = 80
-    near: float = 1e-9
-    patience: int = 12
-    longest: float = 10.0
-
-
-BATCH_LIMITS = BatchLimits()
+BATCH, PROJECTED = 80, 60
+"""Steps of a search at most, for a point and onto a curve."""
+PATIENCE = 12
+"""Steps without a gain of a tenth after which a start is given up."""
+LONGEST, LONGEST_PROJECTED = 10.0, 2.0
+"""Sizes of the unknowns beyond which a step is cut."""
 
 
 def batch_newton(
@@ -38,7 +34,6 @@ def batch_newton(
     jacobian: BatchFunction,
     starts: Array,
     scale: Array,
-    limits: BatchLimits = BATCH_LIMITS,
 ) -> Array:
     """The ends (m, n) of those ``starts`` (k, n) that arrive at a root of F: Rⁿ → Rⁿ, in their order.
 
@@ -46,7 +41,7 @@ def batch_newton(
     (n,): typical sizes of the unknowns. Nothing is polished or made distinct.
     """
     with np.errstate(all="ignore"):
-        return _Batch(residual, jacobian, starts, scale, limits).run()
+        return _Batch(residual, jacobian, starts, scale).run()
 
 
 class _Batch:
@@ -56,9 +51,8 @@ class _Batch:
         jacobian: BatchFunction,
         starts: Array,
         scale: Array,
-        limits: BatchLimits,
     ) -> None:
-        self.residual, self.jacobian, self.scale, self.limits = residual, jacobian, scale, limits
+        self.residual, self.jacobian, self.scale = residual, jacobian, scale
         values = residual(starts)
         usable = np.isfinite(values).all(axis=1)
         self.x, self.f = starts[usable], values[usable]
@@ -68,7 +62,7 @@ class _Batch:
         self.arrived: list[tuple[int, Array]] = []
 
     def run(self) -> Array:
-        for _ in range(self.limits.iterations):
+        for _ in range(BATCH):
             expect_time()
             if not len(self.x):
                 break
@@ -89,8 +83,8 @@ class _Batch:
         scaled = self.f / rows
         step = _solved(matrix / rows[:, :, None], -scaled)
         length = abs(step).max(axis=1)
-        near = length <= self.limits.near
-        step *= np.minimum(1.0, self.limits.longest / np.maximum(length, 1e-300))[:, None]
+        near = length <= ARRIVED
+        step *= np.minimum(1.0, LONGEST / np.maximum(length, 1e-300))[:, None]
         norm = self._follow(weight * step, rows)
         finite = np.isfinite(norm)
         done = near & finite
@@ -98,7 +92,7 @@ class _Batch:
         gained = norm < 0.9 * self.best
         self.idle = np.where(gained, 0, self.idle + 1)
         self.best = np.where(gained, norm, self.best)
-        self._keep(~near & finite & (self.idle < self.limits.patience))
+        self._keep(~near & finite & (self.idle < PATIENCE))
 
     def _follow(self, step: Array, rows: Array) -> Array:
         """Take the best of the lengths; the scaled residuals (k,) there, infinite where none is defined."""
@@ -134,22 +128,6 @@ KEPT = 0.1
 """Share of the distance to the end of a range that a step beyond it leaves."""
 
 
-class ProjectionLimits(NamedTuple):
-    """``null``: share of the largest singular value up to which others count as 0. ``near``: a step, in units
-    of the unknowns' sizes, that has arrived; ``longest``: where a longer one is cut. ``patience``: steps
-    without a gain of a tenth.
-    """
-
-    iterations: int = 60
-    null: float = 1e-8
-    near: float = 1e-11
-    patience: int = 12
-    longest: float = 2.0
-
-
-PROJECTION_LIMITS = ProjectionLimits()
-
-
 def project(
     residual: BatchFunction,
     jacobian: BatchFunction,
@@ -157,7 +135,6 @@ def project(
     scale: Array,
     low: Array,
     high: Array,
-    limits: ProjectionLimits = PROJECTION_LIMITS,
 ) -> Array:
     """The ends (m, n) of those ``starts`` (k, n) that arrive at a zero of F: Rⁿ → Rᵐ, in no certain order.
 
@@ -168,17 +145,17 @@ def project(
         x = starts[np.isfinite(residual(starts)).all(axis=1)]
         best, idle = np.full(len(x), np.inf), np.zeros(len(x), dtype=int)
         arrived: list[Array] = []
-        for _ in range(limits.iterations):
+        for _ in range(PROJECTED):
             expect_time()
             if not len(x):
                 break
-            x, norm, length = _step(residual, jacobian, x, scale, low, high, limits)
+            x, norm, length = _step(residual, jacobian, x, scale, low, high)
             finite = np.isfinite(norm) & np.isfinite(x).all(axis=1)
-            done = finite & (length <= limits.near)
+            done = finite & (length <= ON_LINE)
             arrived.extend(x[done])
             gained = norm < 0.9 * best
             idle, best = np.where(gained, 0, idle + 1), np.where(gained, norm, best)
-            going = finite & ~done & (idle < limits.patience)
+            going = finite & ~done & (idle < PATIENCE)
             x, best, idle = x[going], best[going], idle[going]
     return np.array(arrived).reshape(len(arrived), len(scale))
 
@@ -190,16 +167,15 @@ def _step(
     scale: Array,
     low: Array,
     high: Array,
-    limits: ProjectionLimits,
 ) -> tuple[Array, Array, Array]:
     """The points after a step, the scaled residuals there, infinite where none is defined, and its length."""
     weight = np.maximum(abs(x), scale)
     matrix = jacobian(x) * weight[:, None, :]
     rows = abs(matrix).sum(axis=2)
     rows = np.where(np.isfinite(rows) & (rows > 0.0), rows, np.inf)
-    step = _least_norm(np.nan_to_num(matrix / rows[:, :, None]), residual(x) / rows, limits.null)
+    step = _least_norm(np.nan_to_num(matrix / rows[:, :, None]), residual(x) / rows)
     length = abs(step).max(axis=1)
-    step *= np.minimum(1.0, limits.longest / np.maximum(length, 1e-300))[:, None]
+    step *= np.minimum(1.0, LONGEST_PROJECTED / np.maximum(length, 1e-300))[:, None]
     trials = np.stack([_within(x, x + share * weight * step, low, high) for share in PROJECTED_LENGTHS])
     values = residual(trials.reshape(-1, x.shape[1])).reshape(len(PROJECTED_LENGTHS), len(x), -1)
     norms = abs(values / rows).max(axis=2)
@@ -208,10 +184,10 @@ def _step(
     return trials[chosen, each], norms[chosen, each], length
 
 
-def _least_norm(matrices: Array, rhs: Array, null: float) -> Array:
-    """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``null`` of the largest are 0."""
+def _least_norm(matrices: Array, rhs: Array) -> Array:
+    """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``NULL`` of the largest are 0."""
     u, s, v = np.linalg.svd(matrices, full_matrices=False)
-    inverse = np.where(s > null * s[:, :1], 1.0 / s, 0.0)
+    inverse = np.where(s > NULL * s[:, :1], 1.0 / s, 0.0)
     parts: Any = inverse * np.einsum("kmi,km->ki", u, rhs)
     found: Array = -np.einsum("kin,ki->kn", v, np.where(inverse > 0.0, parts, 0.0))
     return found

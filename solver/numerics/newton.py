@@ -12,15 +12,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from rulesheets.deadline import expect_time
+from solver.numerics import termination
 from solver.numerics.linear_algebra import Factor, as_matrix, factorise, row_products, row_sizes
-from solver.numerics.termination import Outcome, Termination, scaled_norm, weights
-from solver.numerics.tolerances import ESCAPED, FAST, TIGHT
+from solver.numerics.termination import Outcome, scaled_norm, weights
+from solver.numerics.tolerances import DEGENERATE, ESCAPED, FAST, STAGNATION, TIGHT
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
 Jacobian: TypeAlias = Callable[[list[float]], Any]
@@ -69,21 +70,20 @@ class System:
         return Point(x, values, matrix, weight, factorise(matrix, weight))
 
 
+SHORTEST = 1e-6
+"""The least damping factor."""
+POLISH, HALVINGS = 12, 60
+"""Full steps to the end of fast contraction, and to show that a slow end is a multiple root."""
 SLOW = 6
 """So many full steps without fast contraction tell a multiple root from a simple one."""
 
 
 @dataclass(frozen=True, slots=True)
 class NewtonLimits:
-    """``shortest`` is the least damping factor, ``escapes`` how often Levenberg–Marquardt may take over,
-    ``halvings`` how many full steps at most show that a slow end is a multiple root."""
+    """``escapes`` is how often Levenberg–Marquardt may take over."""
 
     iterations: int = 100
-    shortest: float = 1e-6
-    polish: int = 12
     escapes: int = 6
-    halvings: int = 60
-    termination: Termination = field(default_factory=Termination)
 
 
 STANDARD_LIMITS = NewtonLimits()
@@ -154,41 +154,40 @@ class _Search:
                 self.slow += 1
         return self._stuck(Outcome.LIMIT)
 
-    # -- tests, all of them asked of Termination ------------------------------------------------------
+    # -- tests, all of them asked of ``termination`` ------------------------------------------------------
 
     def _vanishes(self, point: Point | None = None) -> bool:
         p = point or self.point
-        return self.limits.termination.residual_vanishes(p.residual, row_sizes(p.jacobian, p.x))
+        return termination.residual_vanishes(p.residual, row_sizes(p.jacobian, p.x))
 
     def _explains(self, step: list[float]) -> bool:
         p = self.point
         sizes = row_sizes(p.jacobian, p.weight)
-        return self.limits.termination.explains(p.residual, row_products(p.jacobian, step), sizes)
+        return termination.explains(p.residual, row_products(p.jacobian, step), sizes)
 
     def _at_rounding(self) -> bool:
         step = self.point.correction(self.point.residual)
         norm = scaled_norm(step, self.point.weight)
-        return self.limits.termination.step_is_rounding(norm) and self._explains(step)
+        return termination.step_is_rounding(norm) and self._explains(step)
 
     def _degenerate(self) -> bool:
         """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
         residual until it is rounding; at a minimum of |F| the step is long, or leaves the residual as it was.
         At a root where rounding in F keeps the residual up, the Jacobian is the same at both ends.
         """
-        test = self.limits.termination
-        for _ in range(self.limits.halvings):
+        for _ in range(HALVINGS):
             p = self.point
             step = p.correction(p.residual)
-            if scaled_norm(step, p.weight) > test.degenerate or not self._explains(step):
+            if scaled_norm(step, p.weight) > DEGENERATE or not self._explains(step):
                 return False
-            if test.residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
+            if termination.residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
                 return True
             following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
             if following is None:
                 return False
             if self._is_straight(following, step):
                 return True
-            if not test.falls(following.residual, p.residual):
+            if not termination.falls(following.residual, p.residual):
                 return False
             self.point = following
             self.iterations += 1
@@ -198,7 +197,7 @@ class _Search:
         """Whether F is so straight along a short full step that a simple root is near (Newton–Kantorovich):
         |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of |F|."""
         p, norm = self.point, scaled_norm(step, self.point.weight)
-        if norm > self.limits.termination.stagnation or p.factor.rank < p.factor.columns:
+        if norm > STAGNATION or p.factor.rank < p.factor.columns:
             return False
         ends = zip(row_products(following.jacobian, step), row_products(p.jacobian, step), strict=True)
         bend = p.correction([ahead - here for ahead, here in ends])
@@ -214,7 +213,7 @@ class _Search:
         if norm == 0.0 or not math.isfinite(norm):
             return None
         damping = self._predicted(step, norm)
-        while damping >= self.limits.shortest:
+        while damping >= SHORTEST:
             x = [v + damping * d for v, d in zip(p.x, step, strict=True)]
             values = self.system.residual_at(x)
             if values is None:
@@ -241,7 +240,7 @@ class _Search:
         if change == 0.0 or norm == 0.0:
             return 1.0
         predicted = (previous / norm) * (scaled_norm(simplified, weight) / change) * self.damping
-        return min(1.0, max(predicted, 10 * self.limits.shortest))
+        return min(1.0, max(predicted, 10 * SHORTEST))
 
     def _accept(self, point: Point, simplified: list[float], norm: float, damping: float) -> None:
         self.last = (simplified, self.point.weight, norm)
@@ -253,7 +252,7 @@ class _Search:
     def _converge(self) -> NewtonResult | None:
         """Full steps from a point of fast contraction; None (and the best point kept) where it is lost."""
         previous = math.inf
-        for _ in range(self.limits.polish):
+        for _ in range(POLISH):
             p = self.point
             step = p.correction(p.residual)
             norm = scaled_norm(step, p.weight)
@@ -272,8 +271,7 @@ class _Search:
         return None
 
     def _ended(self, step: list[float], norm: float, previous: float) -> bool:
-        test = self.limits.termination
-        return test.step_vanishes(step, self.point.x) or test.stagnates(norm, previous)
+        return termination.step_vanishes(step, self.point.x) or termination.stagnates(norm, previous)
 
     def _polished(self) -> NewtonResult:
         """One more full step or two while they still lower the simplified correction."""

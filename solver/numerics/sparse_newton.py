@@ -15,18 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.numerics.multistart import Array
-from solver.numerics.tolerances import CONVERGED, FAST, STAGNATION
+from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 ITERATIONS = 100
 SHORTEST = 2.0**-12
-REFINEMENTS, REFINABLE = 3, 1e-5
-"""How often the end is refined, and the length of a correction of which the first is a small part."""
-LEAST = 1e-9
-"""Size of an unknown that the first step leaves alone, beside the largest."""
-DAMPING = 1e-6
-"""What is added to the diagonal of normal equations, whose rows are of size 1, where they leave some free."""
+REFINEMENTS = 3
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
 from solver.numerics.interval_function import split_point
-from solver.numerics.tolerances import EPS
+from solver.numerics.tolerances import EPS, NARROW
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -146,14 +146,15 @@ Box: TypeAlias = tuple[tuple[float, float], ...]
 Contractor: TypeAlias = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 
+FRONT = 2_000
+"""So many boxes, the last ones, are treated together."""
+
+
 class SubdivisionLimits(NamedTuple):
-    """``boxes`` in all, ``alive`` at once, of which the last ``front`` are treated together; sides below
-    ``resolution`` relative to |x| (or to ``resolution`` times the side of the whole box) are not cut."""
+    """``boxes`` in all, ``alive`` at once."""
 
     boxes: int = 100_000
     alive: int = 8_000
-    front: int = 2_000
-    resolution: float = 1e-12
 
 
 STANDARD_LIMITS = SubdivisionLimits()
@@ -215,9 +216,9 @@ class _Search:
         lo, hi = self.low, self.high
         while len(lo) and len(lo) <= self.limits.alive and self.boxes <= self.limits.boxes:
             expect_time()
-            next_lo, next_hi = self._level(lo[-self.limits.front :], hi[-self.limits.front :])
-            lo = np.concatenate([lo[: -self.limits.front], next_lo])
-            hi = np.concatenate([hi[: -self.limits.front], next_hi])
+            next_lo, next_hi = self._level(lo[-FRONT:], hi[-FRONT:])
+            lo = np.concatenate([lo[:-FRONT], next_lo])
+            hi = np.concatenate([hi[:-FRONT], next_hi])
         self.unresolved += len(lo)
         proved = tuple(_as_box(*pair) for pair in self._distinct())
         return Subdivision(proved, not self.unresolved, self.boxes)
@@ -289,7 +290,7 @@ class _Search:
     def _divide(self, lo: Array, hi: Array, new_lo: Array, new_hi: Array) -> tuple[Array, Array]:
         """Boxes that shrank much go on as they are; others are cut, or left where too narrow to cut."""
         widths = self._relative_widths(new_lo, new_hi)
-        wide = widths > self.limits.resolution
+        wide = widths > NARROW
         shrunk = (((new_hi - new_lo) < 0.5 * (hi - lo)) & wide).any(axis=1)
         narrow = ~wide.any(axis=1)
         self.unresolved += int(narrow.sum())
@@ -298,7 +299,7 @@ class _Search:
         return np.concatenate([new_lo[kept], halves[0]]), np.concatenate([new_hi[kept], halves[1]])
 
     def _relative_widths(self, lo: Array, hi: Array) -> Array:
-        floor = self.limits.resolution * (self.high - self.low)
+        floor = NARROW * (self.high - self.low)
         size = np.maximum(np.maximum(abs(lo), abs(hi)), np.maximum(floor, 1e-300))
         widths: Array = (hi - lo) / size
         return widths
@@ -312,7 +313,7 @@ class _Search:
         rows = slopes * (hi - lo)[:, None, :]
         smear = (rows / np.maximum(rows.sum(axis=2, keepdims=True), 1e-300)).sum(axis=1)
         measure = np.where(np.isfinite(smear).all(axis=1)[:, None], smear, (hi - lo) / (self.high - self.low))
-        side = np.where(widths > self.limits.resolution, measure, -1.0).argmax(axis=1)
+        side = np.where(widths > NARROW, measure, -1.0).argmax(axis=1)
         each = np.arange(len(lo))
         ends = zip(lo[each, side].tolist(), hi[each, side].tolist(), strict=True)
         middle = np.array([split_point(a, b) for a, b in ends])

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum
-from typing import NamedTuple
 
-from solver.numerics.tolerances import EPS, STAGNATION
+from solver.numerics.tolerances import EPS, RESIDUAL, STAGNATION, VANISHING
 
 
 class Outcome(Enum):
@@ -36,50 +35,45 @@ class Outcome(Enum):
         return self in (Outcome.CONVERGED, Outcome.SINGULAR_JACOBIAN)
 
 
-class Termination(NamedTuple):
-    """``residual``: backward error taken as rounding. ``stagnation``: the largest scaled step that may be
-    called noise once fast contraction has stopped. ``degenerate``: the largest scaled step left over at a
-    multiple root (a double root is known to about sqrt(eps), a threefold one to its cube root).
-    ``vanishing``: residual over the size of its row that counts as nothing."""
+def residual_vanishes(residual: Sequence[float], sizes: Sequence[float]) -> bool:
+    """``sizes[i]`` is Σ_j |J_ij x_j|, so that the test reads: backward error at rounding level."""
+    return all(abs(r) <= RESIDUAL * size for r, size in zip(residual, sizes, strict=True))
 
-    residual: float = 4 * EPS
-    stagnation: float = STAGNATION
-    degenerate: float = 1e-5
-    vanishing: float = 1e-13
 
-    def residual_vanishes(self, residual: Sequence[float], sizes: Sequence[float]) -> bool:
-        """``sizes[i]`` is Σ_j |J_ij x_j|, so that the test reads: backward error at rounding level."""
-        return all(abs(r) <= self.residual * size for r, size in zip(residual, sizes, strict=True))
+def residual_is_rounding(residual: Sequence[float], sizes: Sequence[float]) -> bool:
+    """Nothing beside ``sizes[i]`` = Σ_j |J_ij| w_j: for roots where the rows themselves vanish with x."""
+    return all(abs(r) <= VANISHING * size for r, size in zip(residual, sizes, strict=True))
 
-    def residual_is_rounding(self, residual: Sequence[float], sizes: Sequence[float]) -> bool:
-        """Nothing beside ``sizes[i]`` = Σ_j |J_ij| w_j: for roots where the rows themselves vanish with x."""
-        return all(abs(r) <= self.vanishing * size for r, size in zip(residual, sizes, strict=True))
 
-    def falls(self, residual: Sequence[float], before: Sequence[float]) -> bool:
-        """Whether a full step led on towards a root: it leaves a quarter of the residual at a double one,
-        (1 - 1/m)^m of it at one of multiplicity m, and all of it at a minimum."""
-        return max(map(abs, residual), default=0.0) <= 0.5 * max(map(abs, before), default=0.0)
+def falls(residual: Sequence[float], before: Sequence[float]) -> bool:
+    """Whether a full step led on towards a root: it leaves a quarter of the residual at a double one,
+    (1 - 1/m)^m of it at one of multiplicity m, and all of it at a minimum."""
+    return max(map(abs, residual), default=0.0) <= 0.5 * max(map(abs, before), default=0.0)
 
-    def step_vanishes(self, step: Sequence[float], x: Sequence[float]) -> bool:
-        """Every component of the step is lost in the last bit of x."""
-        return all(abs(d) <= EPS * abs(v) for d, v in zip(step, x, strict=True))
 
-    def step_is_rounding(self, step_norm: float) -> bool:
-        """The scaled step says no more than the last bits: where an unknown is 0 beside its scale, neither
-        its own last bit nor the size of its rows can tell."""
-        return step_norm <= 4 * EPS
+def step_vanishes(step: Sequence[float], x: Sequence[float]) -> bool:
+    """Every component of the step is lost in the last bit of x."""
+    return all(abs(d) <= EPS * abs(v) for d, v in zip(step, x, strict=True))
 
-    def stagnates(self, step_norm: float, previous_norm: float) -> bool:
-        """Quadratic contraction has ended at a step so small that only rounding explains it."""
-        return step_norm <= self.stagnation and step_norm > 0.25 * previous_norm
 
-    def explains(self, residual: Sequence[float], predicted: Sequence[float], sizes: Sequence[float]) -> bool:
-        """Whether the step accounts for the residual: F + J dx is small beside F, or beside ``sizes[i]``
-        = Σ_j |J_ij| w_j. (``predicted`` is J dx. Where rank is lost at a minimum of |F| it does not.)"""
-        return all(
-            abs(r + p) <= max(0.5 * abs(r), self.vanishing * size)
-            for r, p, size in zip(residual, predicted, sizes, strict=True)
-        )
+def step_is_rounding(step_norm: float) -> bool:
+    """The scaled step says no more than the last bits: where an unknown is 0 beside its scale, neither
+    its own last bit nor the size of its rows can tell."""
+    return step_norm <= 4 * EPS
+
+
+def stagnates(step_norm: float, previous_norm: float) -> bool:
+    """Quadratic contraction has ended at a step so small that only rounding explains it."""
+    return step_norm <= STAGNATION and step_norm > 0.25 * previous_norm
+
+
+def explains(residual: Sequence[float], predicted: Sequence[float], sizes: Sequence[float]) -> bool:
+    """Whether the step accounts for the residual: F + J dx is small beside F, or beside ``sizes[i]``
+    = Σ_j |J_ij| w_j. (``predicted`` is J dx. Where rank is lost at a minimum of |F| it does not.)"""
+    return all(
+        abs(r + p) <= max(0.5 * abs(r), VANISHING * size)
+        for r, p, size in zip(residual, predicted, sizes, strict=True)
+    )
 
 
 def weights(x: Sequence[float], scale: Sequence[float]) -> list[float]:
