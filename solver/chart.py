@@ -90,8 +90,8 @@ def measure(
 ) -> Iterator[Mark]:
     """Every method at one set of inputs, or at each of the ``numbers`` of the input ``name``.
 
-    Iterations begin at the exact state of the number before, the first 5 % off. Nothing is measured where
-    the sheet has no regular answer.
+    Iterations begin at the exact state of the number before, or 5 % off where other rules are active.
+    Nothing is measured where the sheet has no regular answer.
     """
     before: Case | None = None
     plan: Plan | None = None
@@ -104,7 +104,7 @@ def measure(
         if case is None:
             continue
         plan = plan or prepare(model, names, case.judged, case.given, dict(guesses))
-        start = _start(case.modes[0], before.modes[0].state if before else {})
+        start = _start(case.modes[0], before and before.modes[0])
         for method in _methods(case, plan, names, start, FEW if names else TOLERANCES):
             yield _mark(case, method, number)
         before = case
@@ -162,14 +162,13 @@ def _active(case: Case, state: State, inputs: Mapping[str, Value]) -> list[int]:
     return [equation.index for equation in active_equations(case.model, values, inputs)]
 
 
-def _start(mode: Mode, before: State) -> list[float]:
-    """Where iterations begin: at the state before; else beside the answer, above and below in turn."""
-    start = []
-    for place, name in enumerate(mode.rules.unknowns):
-        number = float(mode.state[name])
-        beside = number * (1 + (OFF if place % 2 else -OFF)) if number else OFF
-        start.append(float(before.get(name, beside)))
-    return start
+def _start(mode: Mode, before: Mode | None) -> list[float]:
+    """Where iterations begin: at the state before, if it has the same rules; else beside the answer."""
+    unknowns = mode.rules.unknowns
+    if before is not None and sorted(before.rules.equations) == sorted(mode.rules.equations):
+        return [float(before.state[name]) for name in unknowns]
+    numbers = [float(mode.state[name]) for name in unknowns]
+    return [n * (1 + (OFF if k % 2 else -OFF)) if n else OFF for k, n in enumerate(numbers)]
 
 
 # --- methods ---
