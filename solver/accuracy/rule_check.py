@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from struct import pack, unpack
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
@@ -32,6 +33,7 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import walk
+from solver.accuracy.many_digits import residual_in_many_digits
 from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP, UNIT_ROUNDOFF
 
 DIGITS = 50
@@ -156,8 +158,6 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
 
 
 def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
-    from solver.accuracy.many_digits import residual_in_many_digits
-
     if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
         return RuleCheck(False, None, math.inf)
     found = residual_in_many_digits(equation, values, BACKWARD, STEEP, noise)
@@ -253,8 +253,6 @@ def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
 
 def half_unit(number: float) -> float:
     """How far a given number may be from the one that was meant: nothing, for one with few digits."""
-    from struct import pack, unpack
-
     short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
     return 0.0 if short else abs(number) * UNIT_ROUNDOFF
 

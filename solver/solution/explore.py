@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cached_property, partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
@@ -16,12 +16,10 @@ from solver.accuracy.rule_check import check_rule, half_unit, is_checked
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
-from solver.kernel.linear_block import Blur
 from solver.kernel.question import MANY, PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
 from solver.path.cases import EQUAL, Pair, activity, value_of_equality
-from solver.path.graph import ModelGraph
 from solver.path.planner import planner
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.solution.leaves import (
@@ -162,81 +160,6 @@ MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
 
 
-class BlockOutcomes:
-    """Searches each block at most once for the same known numbers, under whatever rules they meet it."""
-
-    def __init__(
-        self, graph: ModelGraph, guesses: Mapping[str, float], budget: Budget, outcomes: Outcomes
-    ) -> None:
-        self.graph, self.guesses, self.budget, self.outcomes = graph, guesses, budget, outcomes
-        self._searched: set[SolveBlock] = set()
-
-    def outcome(self, step: SolveBlock, branch: Branch, proving: bool, off: Blur) -> BlockOutcome:
-        """The outcome of a block at the values of a branch.
-
-        ``proving``: a proof that it has no other answers would still serve; ``off`` tells how far the known
-        numbers may be from what they stand for.
-        """
-        kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
-        numbers = tuple(values[name] for name in kernel.known)
-        key = step, numbers
-        if key not in self.outcomes:
-            again = len(self.outcomes) - len(self._searched)
-            if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
-                return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
-            shared = assumed or step in self._searched
-            self._searched.add(step)
-            self.budget.begin_block(proving, shared)
-            given = [name for name in kernel.known if self._is_given(branch, name)]
-            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
-        return self.outcomes[key]
-
-    def _is_given(self, branch: Branch, name: str) -> bool:
-        """Whether a value is exact: an input, or a number that a rule says."""
-        step = branch.origins.get(name)
-        if not isinstance(step, Evaluate):
-            return step is None
-        isolation = self.graph.isolation(step.equation, self.graph.number[name])
-        return isolation is not None and isolation.identity and isinstance(isolation.start, Number)
-
-
-def agreed(
-    graph: ModelGraph,
-    equation: int,
-    values: Mapping[str, Value],
-    inputs: Collection[str],
-    decided: Mapping[int, bool],
-) -> tuple[str, float] | None:
-    """A computed variable of an equation that does not hold, and a value with which it does, and so do all
-    other rules that read it as far as their values are known. None where there is none.
-
-    The nearest is taken: another may be another answer, and that is on a branch of its own.
-    """
-    for name in graph.model.equations[equation].names:
-        isolation = graph.isolation(equation, graph.number[name])
-        if name in inputs or isolation is None:
-            continue
-        others = {other: value for other, value in values.items() if other != name}
-        numbers = [v for v in solve_step(graph, equation, isolation, others).values if isinstance(v, float)]
-        for value in sorted(numbers, key=partial(_distance, values[name])):
-            if _hold(graph, name, {**others, name: value}, decided):
-                return name, value
-    return None
-
-
-def _distance(value: Value, other: float) -> float:
-    return abs(other - value) if isinstance(value, float) else 0.0
-
-
-def _hold(graph: ModelGraph, name: str, values: Mapping[str, Value], decided: Mapping[int, bool]) -> bool:
-    readers = (graph.model.equations[index] for index in graph.users(name))
-    return all(
-        check_rule(equation, values).holds
-        for equation in readers
-        if activity(equation, decided) and all(other in values for other in equation.names)
-    )
-
-
 # --- following a path ---
 
 MAX_ASSUMPTIONS = 16
@@ -279,6 +202,7 @@ class Explorer:
         self.findings = Findings(model, judged, enough)
         self.budget = Budget()
         self.outcomes: Outcomes = {}
+        self._searched: set[SolveBlock] = set()
         self.cases = 0
 
     def run(self) -> Exploration:
@@ -453,13 +377,31 @@ class Explorer:
         return False
 
     def _agreed(self, branch: Branch, equation: int) -> bool:
-        """Whether another value, as good for all other rules, satisfies one that fails; then it is taken."""
+        """Whether another value, as good for all rules that read it, satisfies one that fails: it is taken.
 
-        found = agreed(self.graph, equation, branch.values, self.inputs, branch.conditions)
-        if found is not None:
-            branch.values.update([found])
-            branch.precise.pop(found[0], None)
-        return found is not None
+        The nearest is: another may be another answer, and that is on a branch of its own.
+        """
+        for name in self.model.equations[equation].names:
+            isolation, number = self.graph.isolation(equation, self.graph.number[name]), branch.values[name]
+            if name in self.inputs or isolation is None or isinstance(number, str):
+                continue
+            others = {other: value for other, value in branch.values.items() if other != name}
+            found = solve_step(self.graph, equation, isolation, others).values
+            for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
+                if self._hold(name, {**others, name: value}, branch.conditions):
+                    branch.values[name] = value
+                    branch.precise.pop(name, None)
+                    return True
+        return False
+
+    def _hold(self, name: str, values: Mapping[str, Value], decided: Mapping[int, bool]) -> bool:
+        """Whether all rules hold that read a variable, as far as their values are known."""
+        readers = (self.model.equations[index] for index in self.graph.users(name))
+        return all(
+            check_rule(equation, values).holds
+            for equation in readers
+            if activity(equation, decided) and all(other in values for other in equation.names)
+        )
 
     def _turned(self, unknown: str) -> bool:
         """Whether whole turns of an angle, of which one is looked at, may be answers of their own."""
@@ -489,12 +431,27 @@ class Explorer:
         return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
-        return self.blocks.outcome(step, branch, self.findings.complete, partial(self._off, branch))
+        """The outcome of a block, which is searched at most once for the same known numbers."""
+        kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
+        key = step, tuple(values[name] for name in kernel.known)
+        if key not in self.outcomes:
+            again = len(self.outcomes) - len(self._searched)
+            if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
+                return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
+            self.budget.begin_block(self.findings.complete, assumed or step in self._searched)
+            self._searched.add(step)
+            given = [name for name in kernel.known if self._is_given(branch, name)]
+            off = partial(self._off, branch)
+            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
+        return self.outcomes[key]
 
-    @cached_property
-    def blocks(self) -> BlockOutcomes:
-
-        return BlockOutcomes(self.graph, self.guesses, self.budget, self.outcomes)
+    def _is_given(self, branch: Branch, name: str) -> bool:
+        """Whether a value is exact: an input, or a number that a rule says."""
+        step = branch.origins.get(name)
+        if not isinstance(step, Evaluate):
+            return step is None
+        isolation = self.graph.isolation(step.equation, self.graph.number[name])
+        return isolation is not None and isolation.identity and isinstance(isolation.start, Number)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""
