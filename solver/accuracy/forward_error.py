@@ -22,7 +22,7 @@ from rulesheets.syntax.nodes import subtract
 from solver.accuracy.alike import Evaluated, evaluated
 from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
-from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
+from solver.numerics.linear_algebra import Factor, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import UNIT_ROUNDOFF
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
@@ -172,7 +172,11 @@ class _Propagation:
         slopes = dict(slopes)
         for name, slope in others.items():
             slopes[name] = slopes.get(name, 0.0) - slope
-        size = noise + more + abs(left - right) if self.rounds else self._last_places(equation)
+        size = (
+            noise + more + abs(left - right)
+            if self.rounds
+            else blur(subtract(equation.left, equation.right), self.values, {})
+        )
         off = [size * sign for sign in _signs(equation.index)] if size else [0.0] * SAMPLES
         for name, slope in slopes.items():
             known = self.errors.get(name)
@@ -180,16 +184,12 @@ class _Propagation:
                 off = [a + slope * b for a, b in zip(off, known, strict=True)]
         return _Row(slopes, [_finite(number) for number in off])
 
-    def _last_places(self, equation: Equation) -> float:
-
-        return blur(subtract(equation.left, equation.right), self.values, {})
-
     def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
         if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:
             self._spread(double, unknowns)
             return
         present = [name for name in unknowns if name in self.values]
-        if len(unknowns) > MANY and len(present) == len(unknowns) and self.rounds and not self.doubles:
+        if len(unknowns) > MANY and len(present) == len(unknowns) and self.rounds:
             self._large_block(equations, unknowns)
             return
         rows = (
@@ -221,12 +221,8 @@ class _Propagation:
         if not (np.isfinite(off).all() and np.isfinite(found.slopes).all()):
             return None
         matrix = sparse_matrix(found.slopes[inside], found.rows[inside], columns[inside], (n, n))
-        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
-        factor = factorise(matrix if n > DENSE else matrix.toarray(), weights)
-        key = tuple(unknowns)
-        regular = factor.rank == n
-        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
-        if not regular:
+        factor = self._factored(matrix if n > DENSE else matrix.toarray(), unknowns)
+        if factor is None:
             return None
         errors = np.column_stack([factor.solution(-column) for column in off.T])
         return np.where(np.isnan(errors), np.inf, errors)
@@ -244,20 +240,22 @@ class _Propagation:
 
     def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
         """The errors of the unknowns for every choice of signs; None where they are not determined."""
-
-        if not all(math.isfinite(row.slopes.get(name, 0.0)) for row in rows for name in row.slopes):
+        if not all(math.isfinite(slope) for row in rows for slope in row.slopes.values()):
             return None
-        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
-        factor = factorise(_matrix(rows, unknowns), weights)
-        key = tuple(unknowns)
-        if factor.rank < len(unknowns):
-            self.blocks[key] = BlockCondition(key, factor.rank, math.inf)
+        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
+        factor = self._factored(as_matrix(matrix, len(unknowns)), unknowns)
+        if factor is None or not all(math.isfinite(off) for row in rows for off in row.off):
             return None
-        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition())
         columns = ([-row.off[k] for row in rows] for k in range(SAMPLES))
-        if not all(math.isfinite(off) for row in rows for off in row.off):
-            return None
         return [[_finite(e) for e in factor.solve(column)] for column in columns]
+
+    def _factored(self, matrix: Any, unknowns: Sequence[str]) -> Factor | None:
+        """The Jacobian of a block in units of its unknowns; None where it is deficient."""
+        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
+        factor, key = factorise(matrix, weights), tuple(unknowns)
+        regular = factor.rank == len(key)
+        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
+        return factor if regular else None
 
 
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
@@ -266,23 +264,6 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
     for name, slope in derivatives(equation.right, values)[1].items():
         found[name] = found.get(name, 0.0) - slope
     return found
-
-
-def _matrix(rows: Sequence[_Row], unknowns: Sequence[str]) -> Any:
-    """Rows for a small block, an array for a larger one, a sparse matrix for a large one."""
-
-    if len(unknowns) <= DENSE:
-        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
-        return as_matrix(matrix, len(unknowns))
-    column = {name: place for place, name in enumerate(unknowns)}
-    entries = [
-        (slope, i, column[name])
-        for i, row in enumerate(rows)
-        for name, slope in row.slopes.items()
-        if name in column
-    ]
-    numbers, places, columns = zip(*entries, strict=True)
-    return sparse_matrix(numbers, places, columns, (len(rows), len(unknowns)))
 
 
 def _signs(index: int) -> Iterator[float]:
