@@ -50,6 +50,8 @@ CLOSE = 1e-5
 """Relative distance of a root from another whose fold it shares."""
 DRIFT = 1e-2
 """How far a root may lie from the float answer that it is taken for, relative to its size."""
+NUDGE = 2.0**-20
+"""Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
 """A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a larger."""
 
@@ -197,8 +199,19 @@ class _PreciseSearch(Explorer):
             if name in self.findings.judged and isinstance(step, Evaluate):
                 rule = self.model.equations[step.equation]
                 with suppress(Undefined, ZeroDivisionError):
-                    if self._inverts(branch, name, rule, moved):
+                    if self._drops_out(branch, name, rule, moved) or self._inverts(branch, name, rule, moved):
                         yield RestsOnRounding(step.equation, name)
+
+    def _drops_out(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
+        """Whether the slope of a rule along its unknown may be 0."""
+        values, total = branch.values, 0.0
+        slope = slopes(rule, values).get(name, 0.0)
+        for other in rule.names:
+            number = values[other]
+            if other != name and isinstance(number, float) and number and moved.get(other):
+                there = slopes(rule, {**values, other: number * (1.0 + NUDGE)}).get(name, 0.0)
+                total += abs((there - slope) / (NUDGE * number)) * moved[other]
+        return slope != 0.0 and abs(slope) <= total < math.inf
 
     def _inverts(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
         """Whether a number goes as an inverse power of what moves it, and so through a pole, not through 0.
