@@ -20,8 +20,6 @@ ROUNDING = 1e-13
 """The same, relative to the terms before anything cancelled."""
 MOST = 300
 """Candidates that whole turns make of one."""
-STRANGE = 1e-6
-"""A candidate that misses an equation by more than this, relative to its terms, is none."""
 
 
 class Unclear(Exception):
@@ -70,7 +68,7 @@ def _settled(question: Question, candidates: Candidates, point: dict[str, float]
     candidates.refine(list(point.values()))
     if len(candidates.answers) > count or candidates.outside is not None:
         return True
-    return astray(question, point, STRANGE)
+    return astray(question, point)
 
 
 def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:

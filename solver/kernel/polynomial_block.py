@@ -43,8 +43,6 @@ CANCELLED = 10**9
 """A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
 TOUCHING = Fraction(1, 10**9)
 """An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
-STRANGE = 1e-6
-"""A zero of a squared rule that misses the rule by more than this, beside its terms, has another sign."""
 SAME = 1e-9
 """Relative distance within which a root of the eliminant is an answer; looked at when none is there."""
 
@@ -173,7 +171,7 @@ def _tried(question: Question, trial: Candidates, point: Point, several: bool) -
     count = len(trial.answers)
     if not several:
         trial.refine(list(point.values()))
-    return len(trial.answers) > count or astray(question, point, STRANGE)
+    return len(trial.answers) > count or astray(question, point)
 
 
 def _is_singular(question: Question, point: Point) -> bool:
@@ -274,7 +272,7 @@ def _settled(question: Question, candidates: Candidates, forms: Forms, root: flo
     if is_listed():
         return True
     points = list(_points(question, forms, root))
-    if all(point is None or astray(question, point, STRANGE) for point in points):
+    if all(point is None or astray(question, point) for point in points):
         return True
     for point in points:
         if point is not None:

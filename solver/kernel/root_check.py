@@ -31,7 +31,7 @@ from solver.kernel.question import SPARSE, Question, Sparse
 from solver.numerics.elimination import eliminate
 from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
-from solver.numerics.tolerances import BACKWARD, EPS
+from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS
 
 ORDINARY = 1e8
 """Condition up to which the backward error of an answer says enough."""
@@ -102,16 +102,16 @@ def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
     )
 
 
-def astray(question: Question, point: Mapping[str, float], share: float) -> bool:
-    """Whether a point that was computed is plainly no answer: an equation misses by more than a share of its
-    terms, and than what rounding of the point itself explains. A number that cancellation has left no digit
-    of says nothing against the others.
+def astray(question: Question, point: Mapping[str, float]) -> bool:
+    """Whether a point that was computed is plainly no answer: an equation misses by more than ``ASTRAY``
+    beside its terms, and than what rounding of the point itself explains. A number that cancellation has left
+    no digit of says nothing against the others.
     """
     x, here = list(point.values()), {**question.here, **point}
     try:
         misses = question.residual(x)
         far = [
-            abs(miss) > share * gross(equation, here)
+            abs(miss) > ASTRAY * gross(equation, here)
             for miss, equation in zip(misses, question.kernel.equations, strict=True)
         ]
         if not any(far):
