@@ -130,6 +130,8 @@ ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
 BATCH = 65_536
 """Rows that the encoder takes at once."""
+BUFFER = 2**20
+"""Bytes below which parts (the heads of pages) are handed over together: each holds up the solver."""
 SAMPLE = 4096
 """Rows by which it is judged whether a column repeats."""
 
@@ -150,6 +152,7 @@ class ParquetTable:
         self._waiting: list[Columns] = []
         self._held = 0
         self._writer: Any = None
+        self._stream: Any = None
 
     def add(self, table: Columns) -> None:
         self._waiting.append(table)
@@ -164,6 +167,7 @@ class ParquetTable:
         if self._held or self._writer is None:
             self._write(self._waiting or [self._empty()])
         self._guarded(self._writer.close)
+        self._guarded(self._stream.close)
 
     def _write(self, pieces: Sequence[Columns]) -> None:
         batch = self._batch(pieces)
@@ -187,8 +191,10 @@ class ParquetTable:
         pages: dict[str, Any] = {"data_page_size": 16 * ROW_GROUP, "write_batch_size": BATCH}
         if "max_rows_per_page" in signature(self._parquet.ParquetWriter).parameters:
             pages["max_rows_per_page"] = ROW_GROUP
+        file = self._arrow.PythonFile(_Sink(self._file), mode="w")
+        self._stream = self._arrow.BufferedOutputStream(file, BUFFER)
         return self._parquet.ParquetWriter(
-            self._file.path, schema, use_dictionary=texts, compression="none", **pages
+            self._stream, schema, use_dictionary=texts, compression="none", **pages
         )
 
     def _batch(self, pieces: Sequence[Columns]) -> Any:
@@ -235,6 +241,39 @@ def _divided(pieces: Sequence[Columns], rows: int) -> tuple[list[Columns], list[
             after.append(piece.rows(max(rows, 0), len(piece)))
         rows -= len(piece)
     return first, after
+
+
+class _Sink:
+    """The part of a file that pyarrow asks for."""
+
+    closed = False
+
+    def __init__(self, file: Replacement) -> None:
+        self._file = file
+        self._position = 0
+
+    def write(self, data: Any) -> int:
+        self._file.write(data)
+        self._position += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        return self._position
+
+    def flush(self) -> None:
+        """Nobody reads the file before it is whole."""
+
+    def writable(self) -> bool:
+        return True
+
+    def readable(self) -> bool:
+        return False
+
+    def seekable(self) -> bool:
+        return False
+
+    def close(self) -> None:
+        """The replacement itself is kept or discarded by whom it belongs to."""
 
 
 def parquet_columns(path: str) -> tuple[tuple[str, ...], int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -12,6 +12,9 @@ from typing import BinaryIO, Self
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import unwritable
 from rulesheets.syntax.source import Source, Span
+
+with suppress(ImportError):  # a system without refuses to remove open files by itself
+    import fcntl
 
 
 def unreadable_rows(path: str, reason: str) -> Diagnosis:
@@ -113,8 +116,8 @@ class Replacement:
 
     ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
     kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
-    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. ``path`` is where the bytes go.
-    Raises RuleSheetError (E416) for every failure of the system.
+    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
+    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
     def __init__(self, path: str) -> None:
@@ -126,10 +129,6 @@ class Replacement:
         except OSError as failure:
             self._remove()
             raise RuleSheetError(unwritable(path, failure)) from None
-
-    @property
-    def path(self) -> str:
-        return self._unfinished or self._target
 
     def write(self, data: bytes) -> None:
         try:
@@ -186,6 +185,7 @@ class Replacement:
         if there is not None and not stat.S_ISREG(there.st_mode):
             return open(self._target, "wb")
         folder, name = os.path.split(self._target)
+        remove_unfinished(folder)
         self._unfinished, handle = _unfinished_file(folder, name)
         file = open(handle, "wb")  # noqa: SIM115 (closed by keep or discard)
         if there is not None:
@@ -197,11 +197,42 @@ class Replacement:
         return file
 
 
+def remove_unfinished(folder: str) -> None:
+    """Remove the unfinished files of processes that ended: those of living ones are locked."""
+    for path in _unfinished_in(folder):
+        with suppress(OSError):
+            handle = os.open(path, os.O_WRONLY)
+            try:
+                _lock(handle)
+                os.unlink(path)
+            finally:
+                os.close(handle)
+
+
+def _unfinished_in(folder: str) -> Iterator[str]:
+    with suppress(OSError), os.scandir(folder) as items:
+        for item in items:
+            if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
+                yield item.path
+
+
 def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
-    """A new file that no other writer has: its path, and a handle."""
+    """A new file that no other writer has, locked while this process lives: its path, and a handle."""
     short = os.fsdecode(os.fsencode(name)[:_LONGEST])
-    path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
-    return path, os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+    while True:
+        path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
+            _lock(handle)
+        if os.path.exists(path):
+            return path, handle
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    """Lock a file for as long as it is open. Raises OSError if another process has it."""
+    if "fcntl" in globals():
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _sync_folder(folder: str) -> None:
