@@ -89,7 +89,8 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 
 
 LARGE_BITS = 40
-"""Binary digits before the point of the largest exponent: mpmath squares, and squares again."""
+"""Binary digits before the point from which on an exponent is large."""
+SPARE = 5
 MOST_BITS = 100_000
 """Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
@@ -147,9 +148,20 @@ class Digits(Arithmetic[Extended]):
         negative_root = base < 0 and exponent != int(exponent)
         if negative_root or (base == 0 and exponent < 0):
             raise Undefined("^", (float(base), float(exponent)), node)
-        if base and exponent and exponent.exp + exponent.bc > LARGE_BITS:
+        size = exponent.exp + exponent.bc if exponent else 0
+        if size <= LARGE_BITS or not base:
+            return base**exponent
+        return self._large_power(node, base, exponent, size)
+
+    def _large_power(self, node: Power, base: Extended, exponent: Extended, size: int) -> Extended:
+        """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares,
+        and squares again, for whole exponents, and for others it takes no more digits."""
+        if size > MOST_BITS:
             raise Undefined("overflow", (math.inf,), node)
-        return base**exponent
+        mp = context(self.digits + SPARE + size // 3)
+        found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
+        odd = base < 0 and int(exponent) % 2 == 1
+        return +context(self.digits).mpf(-found if odd else found)
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:
         for argument in arguments:

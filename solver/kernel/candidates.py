@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from solver.accuracy.rule_check import gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
+from solver.kernel.chain import Chain
 from solver.kernel.question import Question
 from solver.kernel.root_check import (
     RootCheck,
@@ -322,13 +323,25 @@ def _near(
     return True
 
 
+class Stretch(NamedTuple):
+    """A short interval of the tear of a ``chain`` that a search could not settle.
+
+    ``turn``: the period of the tear, where it is an angle.
+    """
+
+    chain: Chain
+    low: float
+    high: float
+    turn: float | None = None
+
+
 class BlockOutcome(NamedTuple):
     """``answers`` are distinct, the preferred one first; ``complete`` where they are proven to be all.
 
     ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then
     the one answer holds what it does determine). ``attempts`` are the methods that were tried.
     ``suspects`` are points that satisfy the block so nearly that floats do not tell whether two roots lie
-    there, one, or none.
+    there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
     answers; if they were, all would be known where ``whole`` says so. ``doubtful``: rounding
     may have decided whether a linear block determines its unknowns, or contradicts itself. ``remote``: there
@@ -341,6 +354,7 @@ class BlockOutcome(NamedTuple):
     free: tuple[str, ...] = ()
     attempts: tuple[Attempt, ...] = ()
     suspects: tuple[Mapping[str, float], ...] = ()
+    stretches: tuple[Stretch, ...] = ()
     refused: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
     doubtful: bool = False

@@ -1,18 +1,25 @@
 """The residual of a chain with one tear, and its slope, over boxes of the tear.
 
-They are compiled when they are first asked for: to floats for a few boxes, to arrays for many.
+They are compiled when they are first asked for: to floats for a few boxes, to arrays for many. Quotients
+whose dividend and divisor vanish together are bounded where they do: ``rate/(1 - (1 + rate)^(-term))`` is 0/0
+at 0, and next to that interval arithmetic knows nothing of it. But if N and D both vanish at 0, then
+N(x)/D(x) = N'(t)/D'(t) for some t between 0 and x (Cauchy's mean value theorem), so that the slopes over the
+hull of 0 and the box bound the quotient over the box.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.functions import TABLE
 from rulesheets.functions.intervals.arrays import Array
 from rulesheets.functions.intervals.arrays import Interval as Intervals
 from rulesheets.syntax import nodes
@@ -29,14 +36,90 @@ from rulesheets.syntax.nodes import (
     Sum,
     add,
     divide,
+    exchange,
     is_number,
     multiply,
     negative,
+    substitute,
 )
 from rulesheets.syntax.program import walk
 from solver.kernel.chain import Assignment, Chain, directions, jumps
 from solver.kernel.emitter import IntervalEmitter, Operations, Pair
 from solver.kernel.interval_forms import ARRAYS, FLOATS
+
+_FROM_ZERO = "#from zero"
+
+
+def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
+    """Other bounds of the residual, with one such quotient bounded by slopes; nan where they have none."""
+    tear = chain.tears[0]
+    assigned = {item.name for item in chain.assignments}
+    residual = chain.assignments[-1].expression
+    for number, quotient in enumerate(dict.fromkeys(_quotients(residual))):
+        used = {*nodes.names(quotient)}
+        if tear not in used or used & assigned:
+            continue
+        if _at_zero(quotient.left, tear) != 0 or _at_zero(quotient.right, tear) != 0:
+            continue
+        try:
+            slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
+        except NotDifferentiable:
+            continue
+        emitter.assign(_FROM_ZERO, emitter.apply("from_zero", emitter.of(Name(tear))))
+        pairs = [emitter.of(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
+        bounded = f"#quotient {number}"
+        emitter.assign(bounded, emitter.apply("by_slopes", *pairs))
+        yield emitter.of(exchange(residual, quotient, Name(bounded)))
+
+
+def _quotients(expression: Expression) -> Iterator[Quotient]:
+    stack = [expression]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Quotient):
+            yield node
+        stack.extend(nodes.operands(node))
+
+
+def _at_zero(expression: Expression, tear: str) -> Fraction | None:
+    """The exact value where the tear is 0, whatever the other numbers are; None where it depends on them."""
+    match expression:
+        case Number(value):
+            return Fraction(value)
+        case Name(name):
+            return Fraction(0) if name == tear else None
+        case Negative(operand):
+            inside = _at_zero(operand, tear)
+            return None if inside is None else -inside
+        case Sum(terms):
+            values = [v for term in terms if (v := _at_zero(term, tear)) is not None]
+            return sum(values, Fraction(0)) if len(values) == len(terms) else None
+        case Product(left, right):
+            one, other = _at_zero(left, tear), _at_zero(right, tear)
+            if one == 0 or other == 0:
+                return Fraction(0)
+            return None if one is None or other is None else one * other
+        case Power(base, exponent):
+            raised = _at_zero(base, tear)
+            power = _at_zero(exponent, tear)
+            if raised == 1 or power == 0:
+                return Fraction(1)
+            return Fraction(0) if raised == 0 and power is not None and power > 0 else None
+        case Call(function, (argument,)) if _at_zero(argument, tear) == 0:
+            return _value_at_zero(function)
+        case _:
+            return None
+
+
+def _value_at_zero(function: str) -> Fraction | None:
+    """The exact value of a function at 0, where that is 0 or 1; None of those registered from Python."""
+    row = TABLE[function]
+    try:
+        value = row.value(0.0)
+    except (ArithmeticError, ValueError):
+        return None
+    return Fraction(value) if row.source is None and row.smooth and value in (0.0, 1.0) else None
+
 
 # --- the residual with its denominators multiplied away ---
 
@@ -156,6 +239,40 @@ def _raised(base: Expression, exponent: float) -> Expression:
     return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
 
 
+MOST = 2
+"""Directions of a chain, of which every combination of sides is a chain of its own."""
+
+
+def sides(chain: Chain) -> tuple[Chain, ...]:
+    """One chain for every combination of sides; none where there is no direction, or too many.
+
+    The residual is at every point that of one of the chains, if it has a value there.
+    """
+    calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
+    if not 0 < len(calls) <= MOST:
+        return ()
+    return tuple(
+        _beside(chain, dict(zip(calls, upper, strict=True)))
+        for upper in product((True, False), repeat=len(calls))
+    )
+
+
+def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
+    """The chain with directions on the upper side of their cut, or on the lower one."""
+    assignments: list[Assignment] = []
+    for item in chain.assignments:
+        expression = item.expression
+        for number, call in enumerate(upper):
+            if call in directions(expression):
+                y, x = call.arguments
+                name = f"#side {number}"
+                assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
+                turned = Call(call.function, (Name(name), x))
+                expression = exchange(expression, call, turned if upper[call] else negative(turned))
+        assignments.append(item._replace(expression=expression))
+    return Chain(chain.tears, tuple(assignments), chain.residuals)
+
+
 Interval: TypeAlias = tuple[float, float]
 Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
 
@@ -174,11 +291,27 @@ class Enclosure:
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
 
     def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
-        """The residual over each box; nan, nan where it is undefined all over it."""
+        """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
+        has no root."""
         if len(boxes) > FEW:
-            return _in_arrays(self.range_on, boxes, known)
-        evaluated = self._floats[0]
-        return [_range(*evaluated(low, high, *known)) for low, high in boxes]
+            found = _in_arrays(self.range_on, boxes, known)
+        else:
+            evaluated = self._floats[0]
+            found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
+        if not self._sides:
+            return found
+        return [
+            (nan, nan) if below <= 0.0 <= above and self._jumps_across(*box, known) else (below, above)
+            for box, (below, above) in zip(boxes, found, strict=True)
+        ]
+
+    def _jumps_across(self, low: float, high: float, known: Sequence[float]) -> bool:
+        """Whether the residual has no root on either side of the cuts of its directions."""
+        for side in self._sides:
+            below, above = _range(*side._floats[0](low, high, *known))
+            if not (below > 0.0 or above < 0.0 or (isnan(below) and isnan(above))):
+                return False
+        return True
 
     def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is monotone on a box."""
@@ -219,6 +352,10 @@ class Enclosure:
             return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
 
     @cached_property
+    def _sides(self) -> tuple[Enclosure, ...]:
+        return tuple(Enclosure(side, self._known) for side in sides(self._chain))
+
+    @cached_property
     def _floats(self) -> Code:
         return self._compiled(FLOATS)
 
@@ -230,6 +367,8 @@ class Enclosure:
         """Functions of the ends of the boxes and of the known numbers, for the range and for the slope."""
         emitter = _followed(self._chain, self._known, operations)
         residual = emitter.of(Name(self._chain.residuals[0]))
+        for pair in by_slopes(emitter, self._chain):
+            residual = emitter.apply("within", residual, pair)
         if self.cleared is not None:
             *items, numerator = self.cleared.assignments
             followed = {item.name for item in self._chain.assignments}
@@ -262,6 +401,15 @@ def _in_arrays(
     return list(
         zip(np.broadcast_to(below, shape).tolist(), np.broadcast_to(above, shape).tolist(), strict=True)
     )
+
+
+def slope_chain(chain: Chain) -> Chain | None:
+    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
+    slopes = slopes_of(chain)
+    if slopes is None:
+        return None
+    added = (Assignment(name, expression) for name, expression in slopes)
+    return Chain(chain.tears, (*chain.assignments, *added), (_slope_name(chain.residuals[0]),))
 
 
 def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:

@@ -197,7 +197,7 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     others = _but(outcome.answers, points)
     if others:
         facts = (*outcome.facts, beside(curves[0]))
-        return outcome._replace(answers=others, complete=False, whole=False, facts=facts)
+        return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
 
 

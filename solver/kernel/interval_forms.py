@@ -5,7 +5,7 @@ Callers of those on arrays silence numpy's warnings once.
 
 from __future__ import annotations
 
-from math import inf, isnan
+from math import inf, isfinite, isnan
 
 import numpy as np
 
@@ -47,6 +47,17 @@ def quotient(
     return divide(a_low, a_high, b_low, b_high)
 
 
+def from_zero(low: float, high: float) -> Interval:
+    """The hull of 0 and a box."""
+    return smaller(low, 0.0), greatest(high, 0.0)
+
+
+def by_slopes(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
+    """The quotient of two slopes where both are bounded: where they are not, they may not be defined."""
+    known = isfinite(a_low) and isfinite(a_high) and isfinite(b_low) and isfinite(b_high)
+    return divide(a_low, a_high, b_low, b_high) if known else EMPTY
+
+
 def cuts(y_low: Array, y_high: Array, x_low: Array, _: Array) -> Mask:
     """Where the direction of (x, y) may jump from one half turn to the other, or is undefined."""
     return ~((y_low > 0.0) | (y_high < 0.0) | (x_low > 0.0))
@@ -63,6 +74,11 @@ def all_bounded(
     return np.where(empty, np.nan, low), np.where(empty, np.nan, high), empty, doubtful
 
 
+def all_within(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> tuple[Array, Array]:
+    """What two enclosures of one quantity have in common."""
+    return np.fmax(a_low, b_low), np.fmin(a_high, b_high)
+
+
 FLOATS = Operations(
     float,
     FLOAT_INTERVALS,
@@ -72,6 +88,9 @@ FLOATS = Operations(
         "cut": cut,
         "bounded": bounded,
         "quotient": quotient,
+        "within": intervals.within,
+        "from_zero": from_zero,
+        "by_slopes": by_slopes,
     },
 )
 
@@ -84,5 +103,8 @@ ARRAYS = Operations(
         "cut": cuts,
         "bounded": all_bounded,
         "quotient": box_by_box(quotient),
+        "within": all_within,
+        "from_zero": box_by_box(from_zero),
+        "by_slopes": box_by_box(by_slopes),
     },
 )

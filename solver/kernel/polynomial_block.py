@@ -1,7 +1,8 @@
 """A block that its tearing makes a polynomial in one tear: every answer, by an exact count of roots.
 
 The known numbers are taken as the exact fractions that floats are, and the steps are followed in polynomials
-of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are.
+of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
+the tear is an angle θ, the polynomials are those of t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
 
 ``counted``: whether the answers of a block with one tear, found otherwise, are all, because every root of
 its eliminant is accounted for.
@@ -20,7 +21,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import enclose
-from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
@@ -36,8 +37,8 @@ Polynomial: TypeAlias = Sequence[Fraction]
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 Point: TypeAlias = Mapping[str, float]
 
-Pair: TypeAlias = tuple[Any, Any]
-"""A polynomial, and what it would be if nothing cancelled in it."""
+Ratio: TypeAlias = tuple[Any, Any, int]
+"""A polynomial over (1 + t²) to that power; second, what it would be if nothing cancelled in it."""
 
 CANCELLED = 10**9
 """A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
@@ -51,93 +52,159 @@ class NotPolynomial(Exception):
     """Something that is no polynomial of low degree, or whose coefficients are not exact."""
 
 
-class _Steps:
-    """The steps of a block followed in polynomials of its tear."""
+class Steps:
+    """The steps of a block followed in polynomials of its tear, or of the tangent of half of it."""
 
-    def __init__(self, question: Question, forms: Forms) -> None:
-        x = np.poly1d(np.array([Fraction(1), Fraction(0)]))
-        self.values = {n: _exact(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
-        self.values[question.kernel.block.tears[0]] = x, x
+    def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
+        tears = question.kernel.block.tears
+        begun, self.turn, self.tear = self.begin(tears), turn, tears[0]
+        t, one = begun[self.tear], self.exact(1.0)
+        self.circle = one + t**2
+        self.cosine, self.sine = (one - t**2, self.circle, 1), (2 * t, 2 * t, 1)
+        self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
+        if turn is None:
+            self.values |= {tear: (x, x, 0) for tear, x in begun.items()}
         for name, form in forms:
             expect_time()
-            self.values[name] = self.of(form)
+            self.values[name] = self._value(form)
 
-    def of(self, node: Expression) -> Pair:
-        """Raises NotPolynomial."""
+    def begin(self, tears: Sequence[str]) -> dict[str, Any]:
+        """The tears as polynomials."""
+        return {tears[0]: np.poly1d(np.array([Fraction(1), Fraction(0)]))}
+
+    def exact(self, number: float) -> Any:
+        return np.poly1d(np.array([Fraction(number)]))
+
+    def constant(self, polynomial: Any) -> Any:
+        """None of a polynomial of a higher degree than 0."""
+        return None if polynomial.order else polynomial[0]
+
+    def degree(self, polynomial: Any) -> int:
+        return int(polynomial.order)
+
+    def residuals(self, question: Question) -> list[Ratio]:
+        """What must vanish. Raises NotPolynomial."""
+        equations = (question.graph.model.equations[number] for number in question.kernel.block.residuals)
+        return [self._value(smooth(equation.left, equation.right)) for equation in equations]
+
+    def _value(self, node: Expression) -> Ratio:
         match node:
             case Number(number):
-                return _exact(number)
+                return self._number(number)
             case Name(name) if name in self.values:
                 return self.values[name]
             case Negative(operand):
-                return _scaled(self.of(operand), -1)
+                return _scaled(self._value(operand), -1)
             case Sum(terms):
-                found = [self.of(term) for term in terms]
-                return sum(p for p, _ in found), sum(gross for _, gross in found)
+                return reduce(self._plus, map(self._value, terms))
             case Product(left, right):
-                return _times(self.of(left), self.of(right))
+                return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
-                divisor, gross = self.of(right)
-                if divisor.order or CANCELLED * abs(divisor[0]) <= gross[0]:
+                divisor, gross, power = self._value(right)
+                number = self.constant(divisor)
+                if number is None or power or CANCELLED * abs(number) <= self.constant(gross):
                     raise NotPolynomial
-                return _scaled(self.of(left), 1 / divisor[0])
+                return _scaled(self._value(left), 1 / number)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
-                return reduce(_times, [self.of(base)] * int(exponent))
+                return reduce(self._times, [self._value(base)] * int(exponent))
+            case Call(function, (argument,)) if self.turn is not None:
+                return self._wave(function, argument, self.turn)
+            case _:
+                raise NotPolynomial
+
+    def _times(self, a: Ratio, b: Ratio) -> Ratio:
+        expect_time()
+        if self.degree(a[0]) + self.degree(b[0]) > HIGHEST_DEGREE:
+            raise NotPolynomial
+        return a[0] * b[0], a[1] * b[1], a[2] + b[2]
+
+    def _number(self, number: float) -> Ratio:
+        if not math.isfinite(number):
+            raise NotPolynomial
+        return self.exact(number), self.exact(abs(number)), 0
+
+    def _plus(self, a: Ratio, b: Ratio) -> Ratio:
+        power = max(a[2], b[2])
+        (p, p_gross), (q, q_gross) = (
+            (part * self.circle ** (power - own), gross * self.circle ** (power - own))
+            for part, gross, own in (a, b)
+        )
+        return p + q, p_gross + q_gross, power
+
+    def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
+        """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
+        functions = ("cosd", "sind") if turn == 360.0 else ("cos", "sin")
+        sign, offset = self._angle(argument)
+        quarters, rest = divmod(offset, 90.0)
+        if function not in functions or rest or (offset and turn != 360.0):
+            raise NotPolynomial
+        cosine, sine = self.cosine, _scaled(self.sine, sign)
+        for _ in range(int(quarters) % 4):
+            cosine, sine = _scaled(sine, -1), cosine
+        return cosine if function == functions[0] else sine
+
+    def _angle(self, node: Expression) -> tuple[int, float]:
+        match node:
+            case Name(name) if name == self.tear:
+                return 1, 0.0
+            case Negative(operand):
+                sign, offset = self._angle(operand)
+                return -sign, -offset
+            case Sum((Number(number), other)) | Sum((other, Number(number))):
+                sign, offset = self._angle(other)
+                return sign, offset + number
+            case Sum((other, Negative(Number(number)))):
+                sign, offset = self._angle(other)
+                return sign, offset - number
             case _:
                 raise NotPolynomial
 
 
-def _exact(number: float) -> Pair:
-    if not math.isfinite(number):
-        raise NotPolynomial
-    return tuple(np.poly1d(np.array([Fraction(v)])) for v in (number, abs(number)))  # type: ignore[return-value]
+def _scaled(ratio: Ratio, factor: Any) -> Ratio:
+    return ratio[0] * factor, ratio[1] * abs(factor), ratio[2]
 
 
-def _scaled(pair: Pair, factor: Any) -> Pair:
-    return pair[0] * factor, pair[1] * abs(factor)
+def _closing(question: Question, forms: Forms, turn: float | None = None) -> tuple[list[Fraction], int]:
+    """What must vanish in the only tear, or in the tangent of half of it; how often ∞ is a root then.
 
-
-def _times(a: Pair, b: Pair) -> Pair:
-    expect_time()
-    if a[0].order + b[0].order > HIGHEST_DEGREE:
-        raise NotPolynomial
-    return a[0] * b[0], a[1] * b[1]
-
-
-def _closing(question: Question, forms: Forms) -> list[Fraction]:
-    """What must vanish in the only tear. Raises NotPolynomial, and OverflowError."""
-    equation = question.graph.model.equations[question.kernel.block.residuals[0]]
-    polynomial, gross = _Steps(question, forms).of(smooth(equation.left, equation.right))
+    Raises NotPolynomial, and OverflowError.
+    """
+    ((polynomial, gross, power),) = Steps(question, forms, turn).residuals(question)
     found = [polynomial[k] for k in range(polynomial.order + 1)]
     if any(c and CANCELLED * abs(c) <= gross[k] for k, c in enumerate(found)):
         raise NotPolynomial
-    return found
+    return found, 2 * power - polynomial.order
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
 
-    Multiple roots are what they are in exact numbers.
+    The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers.
     """
     tears = question.kernel.block.tears
     forms = explicit_forms(question) if len(tears) == 1 else None
     if forms is None:
         return False
+    turn, domain = question.turn(tears[0]), question.domain(tears[0])
+    if turn is not None and (not question.graph.is_turning(tears[0]) or domain != (-turn / 2, turn / 2)):
+        return False
     try:
-        polynomial = _closing(question, forms)
+        polynomial, at_half_turn = _closing(question, forms, turn)
     except (NotPolynomial, OverflowError):
         return False
     simple = simple_part(polynomial)
-    roots = real_roots(simple, *_widened(*question.domain(tears[0])))
+    roots = real_roots(simple, *(_widened(*domain) if turn is None else ()))
     if roots is None or doubtful_extremum(simple):
         return False
+    if turn is not None:
+        roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (at_half_turn > 0)
     trial = Candidates(question)
-    several = len(simple) < len(polynomial)
+    several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
     for root in roots:
         point = point_at(question, forms, {tears[0]: root})
         if point is None:
             return False
-        plain = not several and _plainly(question, trial, point)
+        plain = turn is None and not several and _plainly(question, trial, point)
         if not plain and not _tried(question, trial, point, several):
             return False
     candidates.take(trial)

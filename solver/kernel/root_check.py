@@ -102,16 +102,16 @@ def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
     )
 
 
-def astray(question: Question, point: Mapping[str, float]) -> bool:
-    """Whether a point that was computed is plainly no answer: an equation misses by more than ``ASTRAY``
-    beside its terms, and than what rounding of the point itself explains. A number that cancellation has left
+def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY) -> bool:
+    """Whether a point that was computed is plainly no answer: an equation misses by more than a share
+    of its terms, and than what rounding of the point itself explains. A number that cancellation has left
     no digit of says nothing against the others.
     """
     x, here = list(point.values()), {**question.here, **point}
     try:
         misses = question.residual(x)
         far = [
-            abs(miss) > ASTRAY * gross(equation, here)
+            abs(miss) > share * gross(equation, here)
             for miss, equation in zip(misses, question.kernel.equations, strict=True)
         ]
         if not any(far):

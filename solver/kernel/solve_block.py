@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
+from rulesheets.functions import named
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
@@ -17,7 +18,7 @@ from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.box_search import search_boxes
-from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates
+from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
 from solver.kernel.contradiction import contradiction, unattained
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.free_curve import free_curve, with_isolated, without_curves
@@ -60,6 +61,8 @@ FEW_TEARS = 3
 MAX_TORN = 12, 6
 """Unknowns and tears of a block, beyond both of which starts at random find all but the sensible answer."""
 
+_CIRCULAR = named(lambda row: row.turn and not row.half_turn)
+
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
     """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
@@ -83,11 +86,14 @@ def is_large(kernel: BlockKernel) -> bool:
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
-    """Those that count the answers."""
-    if may_be_polynomial(kernel):
+    """Those that count the answers. A polynomial in half an angle has a higher degree than a formula."""
+    turning = any(kernel.graph.turn(tear) for tear in kernel.block.tears)
+    if not turning and may_be_polynomial(kernel):
         yield Method.POLYNOMIAL
     if kernel.closed is not None:
         yield Method.FORMULA
+    if turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
 
 
 def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
@@ -103,14 +109,17 @@ def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
-    """Whether the block may lead to one polynomial in its tear."""
+    """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
-    if len(tears) != 1 or kernel.graph.turn(tears[0]):
+    turning = any(kernel.graph.turn(tear) for tear in tears)
+    if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
         return False
-    return not any(
-        isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
+    admitted = _CIRCULAR if turning else frozenset[str]()
+    return all(
+        node.function in admitted
         for form in kernel.forms
         for node in walk(form)
+        if isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
     )
 
 
@@ -120,6 +129,8 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 DENSE = 300
 """Unknowns of a linear block beyond which its matrix is first taken as a sparse one."""
+MAX_STRETCHES = 6
+"""Intervals that a search left open, beyond which it is no use to settle them."""
 
 
 def solve_block(
@@ -190,6 +201,7 @@ class _Search:
         self.off = off
         self.candidates = Candidates(question)
         self.complete = self.whole = False
+        self.stretches: tuple[Stretch, ...] = ()
         self.methods: Mapping[Method, Callable[[], BlockOutcome | None]] = {
             Method.LINEAR: self._linear,
             Method.POLYNOMIAL: self._polynomial,
@@ -204,7 +216,7 @@ class _Search:
     def outcome(self) -> BlockOutcome:
         found = _outcome(self.question, self.candidates, self.complete)
         whole = (self.whole or found.whole) and not self.candidates.remote
-        return found._replace(whole=whole)
+        return found._replace(stretches=self.stretches, whole=whole)
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
@@ -237,7 +249,11 @@ class _Search:
         return linear._replace(attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        solved = solve_as_polynomial(self.question, self.candidates)
+        if len(self.kernel.block.tears) == 2:
+            from solver.kernel.resultant_block import solve_by_resultant as method  # brings sympy
+        else:
+            method = solve_as_polynomial
+        solved = method(self.question, self.candidates)
         return self._all(Method.POLYNOMIAL) if solved else None
 
     def _formula(self) -> BlockOutcome | None:
@@ -270,6 +286,7 @@ class _Search:
         self.whole = any(search.run() for search in searches)
         if method is Method.RANGE and not self.whole:
             self.whole = not self.budget.brief and counted(question, candidates)
+            self.stretches = () if self.whole else _settleable(searches)
         self.complete = self.whole and not candidates.withheld
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
@@ -288,6 +305,14 @@ class _Search:
         torn_once = len(self.kernel.block.tears) == 1
         if torn_once and not self.candidates.answers and not self.kernel.exhaustive:
             TearSearch(self.question, self.candidates, self.kernel, self.budget).run()
+
+
+def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:
+    """Where the first search failed to prove that it had found all, if only in a few short stretches."""
+    for search in searches:
+        if search.stretches and not search.doubts and len(search.stretches) <= MAX_STRETCHES:
+            return tuple(search.stretches)
+    return ()
 
 
 def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:

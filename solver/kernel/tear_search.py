@@ -22,7 +22,7 @@ from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import Answer, BlockOutcome, Candidates
+from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
@@ -89,6 +89,7 @@ class TearSearch:
         self.kernel, self.budget = kernel, budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
+        self.stretches: list[Stretch] = []
         self.doubts = False
 
     def run(self) -> bool:
@@ -99,8 +100,9 @@ class TearSearch:
         if len(every) > MOST_CHAINS or not self.budget.affords(work):
             return False
         low, high = self.question.domain(self.tear)
+        turn = self.question.turn(self.tear)
         complete, known = True, self.question.known
-        for place in range(len(every)):
+        for place, chain in enumerate(every):
             expect_time()
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
@@ -118,6 +120,7 @@ class TearSearch:
             search = self._without_holes(place, search)
             complete = complete and search.complete and (smooth or not search.roots)
             self.doubts = self.doubts or not smooth
+            self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
             for x in search.crossings:
                 self._candidate(place, x)
             along = [self._along(place, x) for x in search.roots if x not in search.crossings]

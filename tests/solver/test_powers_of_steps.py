@@ -20,6 +20,8 @@ def test_a_power_is_undone_to_the_last_places(exponent: float, decades: float) -
     target = 10.0**decades
     with mpmath.workdps(60):
         exact = mpmath.mpf(target) ** (1 / mpmath.mpf(exponent))
+    if not 1e-300 < exact < 1e300:
+        return
     model = rulesheets.loads(f"variables\n  z\n  t = {target!r}\nrules\n  z^({exponent!r}) = t\n")
     result = solver.solve(model)
     assert result.status is solver.Status.SOLVED

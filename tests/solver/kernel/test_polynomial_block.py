@@ -123,6 +123,7 @@ def test_quarter_turns_are_exact() -> None:
     """3 s - 6 s² = k for the sine s."""
     result = solved(QUARTERS, k=0.25)
     assert result.complete
+    assert methods(result) == [Method.POLYNOMIAL]
     assert len(result.solutions) == 4
     sines = {round(math.sin(math.radians(s["t"])), 12) for s in result.solutions}
     assert sorted(sines) == pytest.approx([(3 - math.sqrt(3)) / 12, (3 + math.sqrt(3)) / 12], abs=1e-11)

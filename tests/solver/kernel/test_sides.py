@@ -1,0 +1,98 @@
+"""Directions that jump: no root is lost beside a cut, and that there is none across it is seen."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+from rulesheets.syntax.nodes import Name, Number, Product, Sum, call, subtract
+from solver.kernel.chain import RESIDUAL, Assignment, Chain, compile_chain
+from solver.kernel.enclosure import Enclosure, sides
+
+T, TARGET = Name("t"), Name("target")
+SIZES = st.floats(-3.0, 3.0).map(lambda a: round(a, 2))
+ANGLES = st.floats(-200.0, 200.0).map(lambda t: round(t, 1))
+
+
+def direction_chain(a: float, b: float, c: float, d: float) -> Chain:
+    """``atan2d(a*sind(t) + b, c*cosd(t) + d) - target`` along a tear t."""
+    y = Sum((Product(Number(a), call("sind", T)), Number(b)))
+    x = Sum((Product(Number(c), call("cosd", T)), Number(d)))
+    steps = (Assignment("y", y), Assignment("x", x))
+    residual = Assignment(RESIDUAL, subtract(call("atan2d", Name("y"), Name("x")), TARGET))
+    return Chain(("t",), (*steps, residual), (RESIDUAL,))
+
+
+def directions_at(chain: Chain, angle: float) -> list[float]:
+    """The direction at an angle, if it has one: not at the origin, nor where y has another sign."""
+    try:
+        return list(compile_chain(chain, ("target",), (RESIDUAL,))(angle, 0.0))
+    except ValueError:
+        return []
+
+
+@settings(max_examples=60)
+@given(SIZES, SIZES, SIZES, SIZES, ANGLES)
+def test_a_direction_is_that_of_one_of_its_sides(
+    a: float, b: float, c: float, d: float, angle: float
+) -> None:
+    chain = direction_chain(a, b, c, d)
+    found = [one for side in sides(chain) for one in directions_at(side, angle)]
+    for direction in directions_at(chain, angle):
+        assert any(abs(one - direction) <= 1e-12 for one in found)
+
+
+@settings(max_examples=60)
+@given(SIZES, SIZES, SIZES, SIZES, ANGLES, st.floats(0.0, 90.0), st.floats(0.0, 90.0))
+def test_no_root_is_lost(
+    a: float, b: float, c: float, d: float, root: float, before: float, after: float
+) -> None:
+    """Not even one on the cut itself, where a = b = 0 and x < 0."""
+    chain = direction_chain(a, b, c, d)
+    targets = directions_at(chain, root)
+    assume(targets)
+    ((below, above),) = Enclosure(chain, ("target",)).ranges([(root - before, root + after)], targets)
+    assert below <= 0.0 <= above
+
+
+def test_a_jump_across_zero_is_no_root() -> None:
+    """y = sind(t) changes its sign at 0, x = -1: the direction jumps from -180 to 180, far from -154."""
+    chain = direction_chain(1.0, 0.0, 0.0, -1.0)
+    boxes = [(-1.0, 1.0), (-1.0, 30.0)]
+    for around in (boxes, boxes * 40):
+        found = Enclosure(chain, ("target",)).ranges(around, [-154.0])
+        assert all(math.isnan(below) and math.isnan(above) for below, above in found)
+    ((below, above),) = Enclosure(chain, ("target",)).ranges([(-1.0, 1.0)], [180.0])
+    assert below <= 0.0 <= above
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-178.0, -100.0).map(lambda angle: round(angle, 1)), st.floats(3.0, 5.0))
+def test_a_crank_driven_by_its_rod_has_both_positions_proven(rod: float, crank: float) -> None:
+    """Pin B is on a slide of offset 2 behind a rod of length 8 at an angle from B to A below the slide."""
+    height = 2.0 + 8.0 * math.sin(math.radians(rod))
+    share = height / crank
+    if abs(abs(share) - 1.0) < 1e-3:
+        return
+    text = f"""
+variables
+  theta in [-180, 180]
+  xB
+rules
+  {crank!r}*sind(theta) = yA
+  xB - {crank!r}*cosd(theta) = sqrt(8^2 - (2 - yA)^2)
+  {rod!r} = atan2d(yA - 2, {crank!r}*cosd(theta) - xB)
+"""
+    result = solver.solve(rulesheets.loads(text))
+    if abs(share) > 1.0:
+        assert (str(result.status), result.complete) == ("infeasible", True)
+        return
+    angle = math.degrees(math.asin(share))
+    expected = sorted((angle, math.copysign(180.0, angle) - angle))
+    assert (str(result.status), result.complete) == ("solved", True)
+    assert sorted(answer["theta"] for answer in result.solutions) == pytest.approx(expected, rel=1e-9)
