@@ -299,7 +299,7 @@ class Preimages:
         dividend = self._dividend(stage, target)
         if self._holds_anyway() or (dividend == 0.0 and not self.isolation.common):
             raise Refused(AsksNothing(self.index, unknown))
-        self.delicate = self.delicate or abs(dividend) <= DELICATE * self._size()
+        self.delicate = self.delicate or not abs(dividend) > DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"
         if stage.operation != "product":
             reading = f"division by 0 for {unknown}"
@@ -314,7 +314,10 @@ class Preimages:
         return result != 0.0 and abs(result) <= CANCELLED * made_of
 
     def _dividend(self, stage: Stage, target: float) -> float:
-        """What a vanishing divisor divides: where it is 0 too, the equation holds whatever the unknown is."""
+        """What a vanishing divisor divides: where it is 0 too, the equation holds whatever the unknown is.
+
+        Not a number where that is not asked: more digits tell a divisor that is below floats from 0 then.
+        """
         form = stage.forms[0]
         if stage.operation == "quotient" and stage.divisor != TARGET:
             return math.nan

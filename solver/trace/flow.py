@@ -14,14 +14,16 @@ from typing import NamedTuple
 
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.numerics.tolerances import EPS
+from solver.numerics.tolerances import BACKWARD, EPS
 from solver.trace.graph import FOLD, LEAVES, LOGICAL, Graph, Node, NotCompilable, Operand, operands, schedule
-from solver.trace.simplify import SIMPLIFY
+from solver.trace.simplify import SIMPLIFY, not_negative
 
 LIBRARY = 4.0
 """Units in the last place that an operation, or a function of the library, may be off by."""
 WIDE = 2.0**16
 _EXACT = frozenset({"neg", "abs", "rint", "where", "max"})
+_BOUNDED = frozenset({"sin", "cos", "sind", "cosd"})
+_ODD = frozenset({"tan", "tand", "sinh", "tanh", "asin", "asind", "atan", "atand", "asinh"})
 NEAR = 1e-13
 """A direction nearer to the axis than this (as a quotient) is left to a full solve."""
 
@@ -79,7 +81,49 @@ class Flow(Graph):
     def _divisor(self, divisor: int) -> None:
         if self.value_of(divisor) is None:
             self.bound(divisor)
+            self.apart_from_zero(divisor)
+
+    def apart_from_zero(self, divisor: int) -> None:
+        """Require a divisor not to be 0, and no sum in it to be what rounding of its terms leaves."""
+        sums = [(factor, terms) for factor in self._factors(divisor) if (terms := self._cancelling(factor))]
+        for factor, terms in sums:
+            size = self.constant(0.0)
+            for term in terms:
+                size = self.add("add", size, self._reach(term))
+            limit = self.add("mul", self.constant(BACKWARD), size)
+            self.require(self.add("lt", limit, self.add("abs", factor)))
+        if [divisor] != [factor for factor, _ in sums]:
             self.require(self.add("not", self.add("eq", divisor, self.constant(0.0))))
+
+    def _reach(self, term: int) -> int:
+        """How large a term is, at most; a number for a sine, which saves operations."""
+        number, node = self.factor(term) or (1.0, term)
+        return self.constant(abs(number)) if self.nodes[node][0] in _BOUNDED else self.add("abs", term)
+
+    def _factors(self, node: int) -> list[int]:
+        """What vanishes where a product does, a quotient, or an odd function."""
+        kind, *parts = self.nodes[node]
+        if kind == "call" and parts[0] in _ODD:
+            return self._factors(int(parts[1]))
+        if kind not in ("mul", "div", "neg", "abs", "sin", "sind"):
+            return [node]
+        read = parts[:1] if kind == "div" else dict.fromkeys(parts)
+        return [factor for part in read for factor in self._factors(int(part))]
+
+    def _cancelling(self, node: int) -> list[int]:
+        """The terms of a sum that may cancel, and 1 of a logarithm; none of another number."""
+        if self.nodes[node][:2] == ("call", "ln"):
+            return [self.constant(1.0)]
+        if self.nodes[node][0] not in ("add", "sub") or not_negative(self, node):
+            return []
+        terms, waiting = list[int](), [node]
+        while waiting:
+            kind, *parts = self.nodes[one := waiting.pop()]
+            if kind in ("add", "sub", "neg"):
+                waiting.extend(map(int, parts))
+            else:
+                terms.append(one)
+        return terms
 
     def _power(self, base: int, exponent: Expression, values: Mapping[str, int]) -> int:
         match exponent:

@@ -102,7 +102,7 @@ class Inverses(Guards):
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
             flow.bound(divisor)
-            flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
+            flow.apart_from_zero(divisor)
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:
@@ -179,8 +179,9 @@ class Inverses(Guards):
         root = self._root(*self._discriminant(a, b, c))
         signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)
         q = flow.add("mul", flow.constant(-0.5), flow.add("add", b, signed))
+        flow.apart_from_zero(a)
+        flow.require(flow.add("not", flow.add("eq", q, flow.constant(0.0))))
         for divisor in (a, q):
-            flow.require(flow.add("not", flow.add("eq", divisor, flow.constant(0.0))))
             flow.bound(divisor)
         return flow.add("div", q, a), flow.add("div", c, q)
 
