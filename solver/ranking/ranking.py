@@ -3,8 +3,7 @@
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
 as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
-inputs suggest, within half a decade of the nearest (for each pair of a size and an angle, as phasors
-have); angles nearest to 0; the nearest sizes; and for what is
+inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is
 still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
 come after all others. Nothing depends on the order of rules or variables.
 
@@ -27,14 +26,11 @@ UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
 ZERO = 1e-12
 """A share of the largest value among the answers that counts as 0."""
-RESIDUE = 1e-30
-"""The same of the largest value of its kind in one answer: what an iteration has left of 0."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
 
 SLACK = 0.5
-"""Decades by which sizes may be farther from the suggested ones than the best are, and count alike; they
-add up over phasors."""
+"""Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
 SIZE = 5
 """The place of the size in a key."""
 
@@ -68,8 +64,6 @@ class Ranking:
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]
         self.angles = [name in self.signs.angles for name in self.names]
-        turning = sum(self.angles)
-        self._slack = SLACK * max(1, min(turning, len(self.angles) - turning))
         self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
         self._floors = [self.signs.floor(name) for name in self.names]
 
@@ -104,13 +98,7 @@ class Ranking:
         return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
 
     def _row(self, answer: Mapping[str, Value]) -> tuple[float, ...]:
-        numbers = [_number(answer.get(name)) for name in self.read]
-        largest = dict[int | None, float]()
-        for kind, number in zip(self._kinds, numbers, strict=False):
-            largest[kind] = max(largest.get(kind, 0.0), abs(number))
-        largest[None] = 0.0
-        pairs = zip(self._kinds, numbers, strict=False)
-        return tuple(0.0 if abs(n) < RESIDUE * largest[kind] else n for kind, n in pairs)
+        return tuple(_number(answer.get(name)) for name in self.read)
 
     def _given(self, given: Mapping[str, Value]) -> tuple[float, ...]:
         return tuple(_number(given.get(name)) for name in self.known)
@@ -142,8 +130,8 @@ class Ranking:
         weights = self._weights(tops, given)
         keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
         least = -on.largest([-key[SIZE] for key in keys])
-        for key in keys:  # what is about as near as the best is of the same size
-            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - self._slack, 0.0]))
+        for key in keys:  # what is within half a decade of the best is of the same size
+            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
         return keys
 
     def _weights(self, tops: Sequence[Number], given: Sequence[Number]) -> list[Number]:
