@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import solver
 from benchmarks.speed.closed_forms import Array
 from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.rules_as_equations import System, system_of
-from rulesheets.model import Model
+from rulesheets.model import Model, Value
 from solver.facts import Status
 from solver.plan import Plan
 from solver.result import CODES
@@ -169,14 +169,21 @@ def _differences(model: Model, plan: Plan, driver: str, value: float) -> Differe
         scales = _scales(model, plan, driver, float(number))
         inputs = {**plan.given, driver: float(number)}
         exact = explore_refined(Asked(model, inputs, plan.want, plan.guesses, plan.want), always=True)
+        first = {name: float(tables[0][name][2 * place]) for name in scales}
+        answer = min((leaf.branch.values for leaf in exact.leaves), key=lambda v: _distance(first, v))
         for name, scale in scales.items():
-            expected = exact.leaves[0].branch.values[name]
+            expected = answer[name]
             if isinstance(expected, float):
                 distance = max(abs(float(table[name][2 * place]) - expected) for table in tables)
                 if distance:
                     relative = max(relative, distance / abs(expected) if expected else math.inf)
                     apart = max(apart, distance / (EPSILON * (abs(expected) + scale)))
     return Difference(same, tried, relative, apart)
+
+
+def _distance(one: Mapping[str, float], other: Mapping[str, Value]) -> float:
+    """From the first answer of a table to one of the list, which is in the order of the search."""
+    return sum(abs(v - w) for n, v in one.items() if isinstance(w := other[n], float))
 
 
 def _scales(model: Model, plan: Plan, driver: str, number: float) -> dict[str, float]:
