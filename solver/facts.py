@@ -79,6 +79,16 @@ class Indeterminacy(NamedTuple):
     values: Mapping[str, Value] = {}
 
 
+class Fixed(NamedTuple):
+    """By ``equations`` the given ``name`` would be ``value``, whatever ``unknown`` is, and not ``given``."""
+
+    name: str
+    value: float
+    given: float
+    unknown: str
+    equations: tuple[int, ...]
+
+
 class Filled(NamedTuple):
     """``equation`` has no value at an answer, and was taken by its ``limit``."""
 
@@ -236,6 +246,7 @@ Fact: TypeAlias = (
     | Beside
     | Uncovered
     | Filled
+    | Fixed
     | Truncated
     | OutOfTime
 )

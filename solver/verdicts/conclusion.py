@@ -1,22 +1,26 @@
 """One question to its verdict: explored, judged, and judged again where more can be said.
 
 Where rules lose an unknown (at a dead centre, above all), they are read again without what vanishes. Where a
-block has no answer, its equations may be 0/0 where there would be one.
+block has no answer, its equations may be 0/0 where there would be one, or fix a given number otherwise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
     ZERO,
+    Call,
     Expression,
+    Name,
     Negative,
     Product,
     Quotient,
@@ -30,12 +34,16 @@ from rulesheets.syntax.nodes import (
     operands,
     rebuilt,
 )
+from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
-from solver.facts import AsksNothing, DoubleRoot, Filled, NoRoot, RankLoss, Status
+from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
+from solver.numerics.linear_algebra import null_direction
 from solver.path.cases import activity
+from solver.solution.explore import explore
 from solver.solution.leaves import Asked, Exploration, Leaf, indeterminacy
 from solver.solution.limits import answers_between
 from solver.solution.refinement import explore_refined, explore_required
+from solver.verdicts.remedy import Patience
 from solver.verdicts.verdict import Verdict, judge
 
 # --- rules that lose an unknown ---
@@ -43,6 +51,7 @@ from solver.verdicts.verdict import Verdict, judge
 # A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
 # such a product does not tie that unknown to the others. Without it the rules may determine what was left
 # open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
+# The same goes for rules of a block that say the same thing at these values: one of them is left out.
 
 DIGITS = (50, 100)
 """A factor is 0 that is so to as many digits as are looked at."""
@@ -60,12 +69,15 @@ def look_behind(
     if coincide or verdict.status not in (Status.SINGULAR, Status.PARTIAL):
         return None
     void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
-    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void.values()):
+    lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
+    if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
         return None
-    model = asked.model
-    reduced, open_ = _reduced(model, _shared(found.leaves))
-    if not open_:
+    model, values = asked.model, _shared(found.leaves)
+    reduced, open_ = _reduced(model, values)
+    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    if not open_ and not repeated:
         return None
+    reduced = _left_out(reduced, repeated)
     by = asked._replace(model=reduced)
     again = explore_refined(by, always)
     told = judge(by, again)._replace(reread=True)
@@ -110,6 +122,30 @@ def _stands(model: Model, leaf: Leaf) -> bool:
         if all(decided.get(p.condition) is p.holds for p in rule.guard)
         and all(n in values for n in rule.names)
     )
+
+
+def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    equations = [model.equations[index] for index in fact.equations]
+    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
+    at = {**values, **dict.fromkeys(unknowns, 1.0)}
+    try:
+        slopes = [[derivatives(side, at)[1] for side in (e.left, e.right)] for e in equations]
+    except Undefined:
+        return None
+    rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
+    sizes = [max(map(abs, row), default=0.0) for row in rows]
+    if len(rows) != len(unknowns) or not all(sizes):
+        return None
+    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
+    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
+    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
+
+
+def _left_out(model: Model, places: Collection[int]) -> Model:
+    """The model with rules that say nothing in these places."""
+    equations = (replace(e, left=ZERO, right=ZERO) if e.index in places else e for e in model.equations)
+    return replace(model, equations=tuple(equations))
 
 
 def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
@@ -185,6 +221,91 @@ def _vanishes(factor: Expression, values: Mapping[str, float]) -> bool:
         return False
 
 
+# --- given numbers that the rules fix otherwise, whatever the unknowns are ---
+#
+# A ratio of speeds does not depend on the speed that is free. A search for the speed at which it comes out as
+# given finds nothing, or creeps towards 0; but the rules give the ratio one value at any speed.
+
+TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
+"""Shares of its size at which an unknown is tried."""
+MOST = 4
+"""Unknowns, and given numbers, that are looked at."""
+_FLAT = named(lambda row: not row.smooth)
+"""Functions that are constant, or without a part of their arguments, over a range of them."""
+SAME = 1e-9
+"""Relative difference of values that do not depend on the trial; a given one must agree with them."""
+
+
+def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
+    """The verdict that a given number contradicts the rules at any value of an unknown; None if none does."""
+    patience = Patience()
+    for equations, unknowns in filter(None, map(_refused, verdict.facts)):
+        if any(_has_pieces(asked.model.equations[e]) for e in equations):
+            continue
+        for found in _fixed(asked, equations, unknowns, patience):
+            return verdict._replace(status=Status.INCONSISTENT, facts=(found,))
+    return None
+
+
+def _refused(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]] | None:
+    """The rules of which it is said that nothing satisfies them, with their unknowns."""
+    match fact:
+        case NoRoot(equations=equations, unknowns=unknowns):
+            return equations, unknowns
+        case NoValue(equation=equation, unknown=unknown, reading=reading, pole=pole):
+            return ((equation,), (unknown,)) if pole or reading.startswith("product") else None
+        case _:
+            return None
+
+
+def _has_pieces(equation: Equation) -> bool:
+    """Whether what an equation says may differ from one range of its variables to the next."""
+    parts = (part for side in (equation.left, equation.right) for part in walk(side))
+    return bool(equation.guard) or any(isinstance(p, Call) and p.function in _FLAT for p in parts)
+
+
+def _fixed(
+    asked: Asked, equations: Sequence[int], unknowns: Sequence[str], patience: Patience
+) -> Iterator[Fixed]:
+    model, inputs = asked.model, asked.inputs
+    rules = [model.equations[e] for e in equations]
+    read = [name for rule in rules for name in rule.names]
+    alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)}
+    own = {name: variable.value for name, variable in model.variables.items()}
+    given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
+    given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
+    free = sorted((n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone))
+    for unknown in free[:MOST]:
+        for name in given[:MOST]:
+            value, number = _whatever(asked, name, unknown, patience), inputs[name]
+            if value is None or not isinstance(number, float):
+                continue
+            if abs(value - number) > SAME * max(abs(value), abs(number)):
+                yield Fixed(name, value, number, unknown, tuple(equations))
+
+
+def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> float | None:
+    """The one value that the rules give to a variable at any trial of an unknown; None if there is none."""
+    rest = {n: v for n, v in asked.inputs.items() if n != name}
+    sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
+    size = math.exp(sum(map(math.log, sizes)) / len(sizes)) if sizes else 1.0
+    found: set[float] = set()
+    for share in TRIALS:
+        trial = {**rest, unknown: share * size}
+        if patience.lost or not asked.model.variables[unknown].admits(share * size):
+            return None
+        tried = patience.shown(explore(Asked(asked.model, trial, None, {}, (name,)), brief=True))
+        leaves = [leaf for leaf in tried.leaves if leaf.solved]
+        if len(leaves) != 1 or not tried.complete:
+            return None
+        value = leaves[0].branch.values[name]
+        if not isinstance(value, float):
+            return None
+        found.add(value)
+    low, high = min(found), max(found)
+    return low if high - low <= SAME * max(abs(low), abs(high)) else None
+
+
 # --- blocks without an answer whose equations are 0/0 where there would be one ---
 
 NEAR = 1e-4
@@ -257,4 +378,6 @@ def conclude(asked: Asked, *, prove: bool = False, limits: bool = False) -> Conc
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED:
             verdict = at_a_limit(asked, verdict) or verdict
+        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
+            verdict = fixed_otherwise(asked, verdict) or verdict
     return Conclusion(verdict, found, by)

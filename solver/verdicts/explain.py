@@ -19,6 +19,7 @@ from solver.facts import (
     DoubleRoot,
     Fact,
     Filled,
+    Fixed,
     Gap,
     Indeterminacy,
     NoRoot,
@@ -77,7 +78,8 @@ class _Explanation:
             yield self._said(cut_off[0])
             return
         if verdict.status is Status.INCONSISTENT:
-            yield self._clash()
+            fixed = [fact for fact in verdict.facts if isinstance(fact, Fixed)]
+            yield self._said(fixed[0]) if fixed else self._clash()
             return
         if verdict.status in (Status.INFEASIBLE, Status.FAILED, Status.SINGULAR, Status.PARTIAL):
             yield from dict.fromkeys(map(self._of, verdict.facts))
@@ -205,6 +207,13 @@ class _Explanation:
                 where = format_condition(case[0] if len(case) == 1 else And(case))
                 message = f"no rule determines {listed(free)} where {where}"
                 return self._note("S597", message, (), free)
+            case Fixed(name, value, given, unknown, equations):
+                message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
+                notes = (
+                    f"leave out {name}: the other inputs make it {value:.10g}",
+                    f"to have {name} = {number_text(given)}, free an input that {name} depends on",
+                )
+                return self._error("S521", message, equations, (name, unknown), notes)
             case Unmet():
                 return self._unmet(fact)
             case OutOfTime(known):

@@ -1,12 +1,54 @@
-"""Verdicts that help: what to give, what to try next."""
+"""Verdicts that help: what does not depend on the freed input, what to give, what to try next."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 
 import rulesheets
 import solver
 from solver.report.text import result_text, rule_statuses
+
+GEARS = "n2 = n1*z1/z2\nn3 = n2*z3/z4\ni = n1/n3\n"
+TEETH = {"z1": 20.0, "z2": 60.0, "z3": 25.0, "z4": 80.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "inputs", "message"),
+    [
+        (GEARS, {**TEETH, "i": 10.0}, "i is 9.6 whatever n1 is, and 10 is given"),
+        (
+            "A = pi*d^2/4\nV = A*h\nr = V/(d^2*h)",
+            {"r": 0.5, "h": 2.0},
+            f"r is {math.pi / 4:.10g} whatever d is, and 0.5 is given",
+        ),
+        ("y = (x + 1)^2 - x^2 - 2*x", {"y": 4.0}, "y is 1 whatever x is, and 4 is given"),
+        ("y = sin(x)^2 + cos(x)^2", {"y": 2.0}, "y is 1 whatever x is, and 2 is given"),
+    ],
+)
+def test_what_does_not_depend_on_the_freed_input_is_inconsistent(
+    text: str, inputs: dict[str, float], message: str
+) -> None:
+    result = solver.solve(rulesheets.loads(text), inputs)
+    assert str(result.status) == "inconsistent"
+    (diagnosis,) = result.diagnoses
+    assert (diagnosis.code, diagnosis.message) == ("S521", message)
+    assert not any("e-1" in note for note in diagnosis.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "inputs"),
+    [
+        ("y = erf(x)", {"y": 1.5}),
+        ("y = max(x, 3)", {"y": 2.0}),
+        ("y = x^2 + 1", {"y": 0.5}),
+        ("y = tanh(x)*k", {"y": 3e3, "k": 1e3}),
+    ],
+)
+def test_what_does_depend_on_it_is_not(text: str, inputs: dict[str, float]) -> None:
+    result = solver.solve(rulesheets.loads(text), inputs)
+    assert "whatever" not in " ".join(diagnosis.message for diagnosis in result.diagnoses)
 
 
 @pytest.mark.parametrize(

@@ -60,6 +60,29 @@ def test_a_factor_that_vanishes_in_a_small_sheet() -> None:
     assert sorted(s["x"] for s in result.solutions) == [-2.0, 2.0]
 
 
+@pytest.mark.parametrize(
+    ("rules", "answers"),
+    [
+        ("x + y = 2\nx + k*y = 2\nx*y = 0.75", [(0.5, 1.5), (1.5, 0.5)]),
+        ("x + y = 2\nx + k*y = 2\nz = x - y\nz^2 = 1", [(0.5, 1.5), (1.5, 0.5)]),
+    ],
+)
+def test_what_reads_a_block_that_says_the_same_twice_is_solved_with_it(
+    rules: str, answers: list[tuple[float, float]]
+) -> None:
+    model = rulesheets.loads(rules)
+    result = solver.solve(model, {"k": 1.0})
+    assert result.status is solver.Status.SOLVED
+    assert sorted((s["x"], s["y"]) for s in result.solutions) == answers
+    plan = solver.prepare(model, ["k"], want=["x", "y"])
+    assert sorted(plan.all(1.0)) == answers
+    whole = solver.prepare(model, ["k"])
+    assert len(whole.all(1.0)) == len(answers)
+    with pytest.raises(solver.Unsolved):
+        whole(2.0)  # which makes y = 0: nothing of what held at 1 is taken for granted
+    assert sorted(plan.all(1.0)) == answers
+
+
 def test_a_block_that_says_the_same_twice_and_is_read_by_nothing_stays_open() -> None:
     result = solver.solve(rulesheets.loads("x + y = 2\nx + k*y = 2\nz = x - y"), {"k": 1.0})
     assert result.status is solver.Status.PARTIAL
