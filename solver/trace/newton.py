@@ -131,7 +131,7 @@ MAX_UNKNOWNS = 60
 """Unknowns up to which a block is written as straight-line code."""
 CONTRACTION = 0.25
 ITERATIONS = 12
-CONVERGED = 5e-7
+CONVERGED = 1e-7
 """Relative length of a step after which the next one is no more than the correction of a rounded root."""
 LAST = 3e-10
 """Relative length that this correction may have."""
