@@ -313,6 +313,29 @@ def _replace(system: System, equation: Polynomial, name: str) -> None:
     system.equations = [substituted(e, name, value) for e in system.equations]
 
 
+def cross(system: System) -> bool:
+    """Two lines in two plain letters, by Cramer's rule: no pivot to choose before there are numbers."""
+    for i, one in enumerate(system.equations):
+        x, *others = sorted(system.unknown(one))
+        if len(others) != 1 or not (system.linear(one) and system.plain(x) and system.plain(others[0])):
+            continue
+        for j, other in enumerate(system.equations):
+            if i < j and system.unknown(other) == {x, *others} and system.linear(other):
+                _meet(system, one, other, x, others[0])
+                system.drop(i, j)
+                return True
+    return False
+
+
+def _meet(system: System, one: Polynomial, other: Polynomial, x: str, y: str) -> None:
+    (a, b, p), (c, d, q) = (system.sides(line, x, y) for line in (one, other))
+    inverse = Name(system.reciprocal(minus(times(a, d), times(b, c))))
+    by_x, by_y = minus(times(p, d), times(b, q)), minus(times(a, q), times(p, c))
+    system.forward.append(Let(x, multiply(system.expression(by_x), inverse)))
+    system.forward.append(Let(y, multiply(system.expression(by_y), inverse)))
+    system.found(x, y)
+
+
 Turn: TypeAlias = tuple[Polynomial, Polynomial, Polynomial, Polynomial]
 """``a c + b s = p`` and ``-b c + a s = q`` as a, b, p and q."""
 
@@ -407,6 +430,7 @@ MOVES: tuple[Move, ...] = (
     rotate,
     subtract,
     line_and_circle,
+    cross,
     partial(substitute, by_number=False),
 )
 """In the order in which they are tried: the first that can be made is made, then all are tried again."""
