@@ -285,6 +285,28 @@ class Exploration:
     gaps: tuple[Gap, ...] = ()
 
 
+PATIENCE = 50_000
+"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
+
+
+class Patience:
+    """Runs out with the work of the explorations it is shown: counted, so the same anywhere.
+
+    One for all that is said of a solve.
+    """
+
+    def __init__(self, work: int = PATIENCE) -> None:
+        self._left = work
+
+    @property
+    def lost(self) -> bool:
+        return self._left <= 0
+
+    def shown(self, found: Exploration) -> Exploration:
+        self._left -= found.work
+        return found
+
+
 class CutOff(TimeIsUp):
     """The limit in time was met: what was ``found`` until then, and the values ``known`` before any fork."""
 

@@ -40,10 +40,9 @@ from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, N
 from solver.numerics.linear_algebra import null_direction
 from solver.path.cases import activity
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked, Exploration, Leaf, indeterminacy
+from solver.solution.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.solution.limits import answers_between
 from solver.solution.refinement import explore_refined, explore_required
-from solver.verdicts.remedy import Patience
 from solver.verdicts.verdict import Verdict, judge
 
 # --- rules that lose an unknown ---

@@ -34,8 +34,8 @@ from solver.facts import (
     Unfixed,
     Unmet,
 )
-from solver.solution.leaves import Leaf
-from solver.verdicts.remedy import Patience, bounds, clash, cures, derivation, givings, rounded
+from solver.solution.leaves import Leaf, Patience
+from solver.verdicts.remedy import bounds, clash, cures, derivation, givings, rounded
 from solver.verdicts.verdict import Verdict
 
 MAX_NAMED = 8

@@ -13,7 +13,7 @@ from rulesheets.syntax import nodes
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked, Exploration, Leaf
+from solver.solution.leaves import Asked, Leaf, Patience
 
 MAX_CANDIDATES = 200
 MAX_SETS = 400
@@ -25,27 +25,6 @@ NEAR = 1e-9
 """How near to a bound that does not belong to them feasible values must come, relative to it."""
 BEYOND = (0.25, 0.5, 0.75, 0.99)
 """Shares of the way to an edge, at which nothing is feasible if it is one."""
-PATIENCE = 50_000
-"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
-
-
-class Patience:
-    """Runs out with the work of the explorations it is shown: counted, so the same anywhere.
-
-    One for all that is said of a solve.
-    """
-
-    def __init__(self, work: int = PATIENCE) -> None:
-        self._left = work
-
-    @property
-    def lost(self) -> bool:
-        return self._left <= 0
-
-    def shown(self, found: Exploration) -> Exploration:
-        self._left -= found.work
-        return found
-
 
 # --- under-determined: what to give ------------------------------------------------------
 
