@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, SupportsFloat
 from rulesheets.checks.names import check_constant
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.evaluate import Undefined, value
-from rulesheets.expand import with_round_values
+from rulesheets.evaluate.exactly import with_round_values
 from rulesheets.input_messages import (
     names_variable,
     no_tolerance,

@@ -12,29 +12,29 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rulesheets.loading import load as load
     from rulesheets.loading import loads as loads
-    from solver.derivation import Derivation as Derivation
-    from solver.derivation import why as why
     from solver.facts import Status as Status
     from solver.facts import Unsolved as Unsolved
-    from solver.interaction import interact as interact
+    from solver.page.interaction import interact as interact
     from solver.pictures.drawing import draw as draw
-    from solver.plan import Plan as Plan
-    from solver.plan import prepare as prepare
+    from solver.report.derivation import Derivation as Derivation
+    from solver.report.derivation import why as why
     from solver.result import Result as Result
     from solver.result import Samples as Samples
     from solver.result import Solution as Solution
     from solver.result import Table as Table
     from solver.solving import solve as solve
+    from solver.sweeps.plan import Plan as Plan
+    from solver.sweeps.plan import prepare as prepare
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
 
 _NAMES = {
     "rulesheets.loading": "load loads",
-    "solver.derivation": "Derivation why",
+    "solver.report.derivation": "Derivation why",
     "solver.facts": "Status Unsolved",
-    "solver.interaction": "interact",
+    "solver.page.interaction": "interact",
     "solver.pictures.drawing": "draw",
-    "solver.plan": "Plan prepare",
+    "solver.sweeps.plan": "Plan prepare",
     "solver.result": "Result Samples Solution Table",
     "solver.solving": "solve",
     "solver.sweeps.sweep": "monte_carlo sweep",

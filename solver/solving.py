@@ -13,14 +13,14 @@ from rulesheets.deadline import TimeIsUp, grace, time_limit
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
 from solver.facts import OutOfTime, Status, Unmet
+from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.path.planner import planner
 from solver.path.steps import Path
 from solver.ranking.ranking import unlikely
 from solver.result import Result, Solution
-from solver.solution.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
+from solver.solution.conclusion import conclude
 from solver.solution.refinement import explore_required
-from solver.verdicts.conclusion import conclude
-from solver.verdicts.verdict import Verdict, judge
+from solver.solution.verdict import Verdict, judge
 
 CUT = "S593"
 """The code of a note on a list of answers that was cut off."""
@@ -112,7 +112,7 @@ def _cut_off(asked: Asked, reached: CutOff) -> Result:
 
 def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
     """The result with what it says of answers that are not listed; where a list was cut off, in a note."""
-    from solver.verdicts.explain import gap_notes
+    from solver.solution.explain import gap_notes
 
     gaps = gap_notes(result.model, found)
     cut = tuple(note for note in gaps if note.code == CUT)
@@ -178,7 +178,7 @@ def _explained(
     noted = verdict.facts or any(branch.facts for branch in branches)
     if verdict.status is Status.SOLVED and branches and not noted and not branches[0].void:
         return ()
-    from solver.verdicts.explain import explain
+    from solver.solution.explain import explain
 
     try:
         return explain(model, verdict, inputs, judged)

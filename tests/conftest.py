@@ -33,7 +33,7 @@ QUICK = (
     ),
     *("solver/path/test_closed_form.py", "solver/ranking/test_homogeneity.py", "solver/report/test_table.py"),
     *("solver/solution/test_turns.py", "solver/structure/test_matching.py", "solver/trace/test_record.py"),
-    *("solver/verdicts/test_close_answers.py", "solver/kernel/test_unattained.py"),
+    *("solver/solution/test_close_answers.py", "solver/kernel/test_unattained.py"),
 )
 """At least one of each room: what `pytest -m quick` runs, beside tests that say so themselves."""
 

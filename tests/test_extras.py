@@ -24,8 +24,8 @@ GUARDS = {
     "solver.commands.chart": "require_matplotlib",
     "solver.commands.draw": "require_matplotlib",
     "solver.commands.sweep": "require_matplotlib",
-    "solver.commands.serving": "missing_extra",
-    "solver.interaction": "missing_extra",
+    "solver.page.serving": "missing_extra",
+    "solver.page.interaction": "missing_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
 tried, and ImportError is caught."""

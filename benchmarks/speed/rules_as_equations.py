@@ -14,8 +14,8 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.kernel.emitter import compile_expressions
 from solver.path.steps import Evaluate, Select, SolveBlock, equations_of
-from solver.plan import Plan
-from solver.verdicts.verdict import Verdict
+from solver.solution.verdict import Verdict
+from solver.sweeps.plan import Plan
 
 
 @dataclass(frozen=True)

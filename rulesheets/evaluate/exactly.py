@@ -9,7 +9,18 @@ from math import isfinite, isqrt
 
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Symbol
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Symbol,
+    children,
+    rebuilt,
+)
 
 LARGEST = 64
 """Exponents beyond which numbers are not multiplied out."""
@@ -108,3 +119,57 @@ def _root(number: int) -> int:
     if number < 0 or isqrt(number) ** 2 != number:
         raise Inexact("sqrt")
     return isqrt(number)
+
+
+# --- parts of π -------------------------------------------------------------------------
+#
+# Floats have no π, so that they make 1.2e-16 of sin(pi): a coefficient, where a rule has none. What is
+# exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
+
+
+def with_round_values(expression: Expression) -> Expression:
+    """The expression with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1 put in."""
+    parts = children(expression)
+    if not parts:
+        return expression
+    found: list[Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        found.append(with_round_values(part))  # type: ignore[arg-type]
+    if any(new is not old for new, old in zip(found, parts, strict=True)):
+        expression = rebuilt(expression, tuple(found))
+    if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
+        number = _round_value(expression.function, expression.arguments[0])
+        return expression if number is None else Number(number, expression.span)
+    return expression
+
+
+def _round_value(function: str, angle: Expression) -> float | None:
+    share = _share_of_pi(angle)
+    try:
+        return None if share is None else float(known(f"{function}d", 180 * share))
+    except Inexact:
+        return None
+
+
+def _share_of_pi(angle: Expression) -> Fraction | None:
+    """q where the angle is written as q·π, q a rational number; else None."""
+    try:
+        shares = {_WithPi({}, pi).of(angle) / pi for pi in _STAND_INS}
+    except Inexact:
+        return None
+    return shares.pop() if len(shares) == 1 else None
+
+
+_STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
+"""Numbers in place of π: what is proportional to both is proportional to π."""
+
+
+class _WithPi(Rationals):
+    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction) -> None:
+        super().__init__(numbers, {})
+        self.pi = pi
+
+    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+        if node.function != "pi":
+            raise Inexact(node.function)
+        return self.pi

@@ -12,8 +12,8 @@ from io import StringIO
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.syntax.source import escaped
-from solver.chart import measure
 from solver.commands.inputs import Option, Request, add_input_options, read_request
+from solver.commands.measure import measure
 from solver.commands.over import read_approach, read_axes
 from solver.commands.running import Command
 from solver.facts import Mark

@@ -8,9 +8,9 @@ from rulesheets.diagnosis import render
 from rulesheets.inputs import override, variable_named
 from solver.commands.inputs import add_display_options, add_input_options, read_request
 from solver.commands.running import Command
-from solver.derivation import Derivation, why
 from solver.path.planner import planner
 from solver.path.tree import path_tree
+from solver.report.derivation import Derivation, why
 from solver.report.path import reaches, tree_text
 from solver.report.why import why_latex, why_markdown, why_text
 from solver.solving import posted, solve

@@ -26,7 +26,7 @@ class Command(NamedTuple):
 
 def command_named(name: str) -> Command:
     """The command, from the table ``COMMANDS`` of its module."""
-    found: Command = import_module(f"solver.commands.{COMMANDS[name][0]}").COMMANDS[name]
+    found: Command = import_module(f"solver.{COMMANDS[name][0]}").COMMANDS[name]
     return found
 
 

@@ -26,9 +26,9 @@ from solver.files.tables import is_csv, write_table
 from solver.interruption import WATCH
 from solver.path.planner import planner
 from solver.pictures.drawing import require_matplotlib
-from solver.plan import prepare
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.grid import Chunk
+from solver.sweeps.plan import prepare
 from solver.sweeps.stream import (
     FileSink,
     Outcome,

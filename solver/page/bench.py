@@ -28,15 +28,15 @@ from rulesheets.loading import loads
 from rulesheets.model import Model, Value
 from rulesheets.units.check import check_units
 from rulesheets.units.quantity import converted, displays, parted
-from solver.derivation import why
 from solver.facts import Status
 from solver.page.description import answered, complaint, derived, described, finite, typeset
 from solver.page.figures import geometry, handles, needed
 from solver.page.rail import Rail, apart, extents, rail, turn
-from solver.plan import Plan, prepare
+from solver.report.derivation import why
 from solver.report.why import why_text
 from solver.result import Result
 from solver.solving import solve
+from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.sweep import sweep
 
 Json = dict[str, Any]

@@ -10,11 +10,11 @@ from typing import Any
 from rulesheets.diagnosis import Diagnosis, render
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.units.quantity import displaying
-from solver.derivation import Derivation, Together
 from solver.facts import Status
 from solver.page.figures import geometry, outline
 from solver.path.cases import activity, outcomes
 from solver.path.steps import equations_of
+from solver.report.derivation import Derivation, Together
 from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.report.why import Line, Page
 from solver.result import Result

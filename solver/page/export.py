@@ -20,8 +20,8 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import displaying
 from solver.page.figures import geometry, handles, needed, outline, rectangle
 from solver.page.rail import turn
-from solver.plan import prepare
 from solver.solving import solve
+from solver.sweeps.plan import prepare
 
 STATIC = Path(__file__).parent / "static"
 

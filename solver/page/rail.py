@@ -13,7 +13,7 @@ from solver.facts import Unsolved
 from solver.page.figures import Handle, diagrams, needed, rectangle
 from solver.path.planner import planner
 from solver.path.steps import equations_of
-from solver.plan import Plan, prepare
+from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.sweep import sweep
 
 _TURNS = {"deg": 360.0, "°": 360.0, "rad": 2 * pi}

@@ -15,10 +15,10 @@ from rulesheets.format import readable
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
-from solver.derivation import Derivation
 from solver.derivatives.sensitivities import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.report.derivation import Derivation
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows
 from solver.report.table import table

@@ -11,7 +11,7 @@ from rulesheets.diagnosis import plural
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
-from solver.derivation import Derivation, Direct, Guard, Known, Link, Together
+from solver.report.derivation import Derivation, Direct, Guard, Known, Link, Together
 from solver.report.path import Notation, Places, Plain, Tex
 from solver.report.table import columns
 

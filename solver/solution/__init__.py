@@ -1,1 +1,1 @@
-"""A path followed to every answer, case by case, with more digits where floats do not tell."""
+"""A path followed to every answer, case by case; what that comes to, in the user's names, and its cures."""

@@ -19,10 +19,7 @@ from solver.kernel.candidates import BlockOutcome
 from solver.kernel.question import MANY, PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
 from solver.kernel.step import solve_step
-from solver.path.cases import EQUAL, Pair, activity, value_of_equality
-from solver.path.planner import planner
-from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
-from solver.solution.leaves import (
+from solver.leaves import (
     Asked,
     Branch,
     Casework,
@@ -38,6 +35,9 @@ from solver.solution.leaves import (
     unmet,
     without_value,
 )
+from solver.path.cases import EQUAL, Pair, activity, value_of_equality
+from solver.path.planner import planner
+from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -443,7 +443,8 @@ class Explorer:
             given = [name for name in kernel.known if self._is_given(branch, name)]
             off = partial(self._off, branch)
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
-        return self.outcomes[key]
+        outcome: BlockOutcome = self.outcomes[key]
+        return outcome
 
     def _is_given(self, branch: Branch, name: str) -> bool:
         """Whether a value is exact: an input, or a number that a rule says."""

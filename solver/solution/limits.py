@@ -20,10 +20,10 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Number, Quotient, children, operands, rebuilt
 from solver.accuracy.rule_check import check_rule
 from solver.facts import Filled
+from solver.leaves import Asked, Exploration, Leaf, unmet
 from solver.numerics.tolerances import BACKWARD
 from solver.path.cases import activity, outcomes
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked, Exploration, Leaf, unmet
 from solver.solution.precise_search import explore_precisely
 from solver.solution.refinement import explore_required
 

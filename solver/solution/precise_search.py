@@ -38,12 +38,12 @@ from solver.kernel.enclosure import Enclosure, slope_chain
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
 from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
+from solver.leaves import Asked, Branch, Casework, Exploration, Leaf
 from solver.numerics.elimination import eliminate
 from solver.path.cases import activity
 from solver.path.isolate import Isolation
 from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution.explore import Explorer
-from solver.solution.leaves import Asked, Branch, Casework, Exploration, Leaf
 
 AGREEMENT = 1e-18
 """Relative difference of two precisions that no float can show."""

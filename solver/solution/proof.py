@@ -24,9 +24,9 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from solver.facts import DoubleRoot, Proof, ProvedRoots
+from solver.leaves import Leaf
 from solver.path.cases import activity, outcome
 from solver.path.steps import Evaluate, Select, SolveBlock
-from solver.solution.leaves import Leaf
 
 if TYPE_CHECKING:
     from solver.kernel.krawczyk import Square

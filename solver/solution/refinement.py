@@ -20,8 +20,8 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Name, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
+from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors
 from solver.solution.precise_search import explore_precisely
 
 VAGUE = 1e-13

@@ -15,14 +15,14 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Status
 from solver.files.columns import free_name
+from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path.graph import ModelGraph
 from solver.path.isolate import is_linear
 from solver.path.planner import given_by, planner, read_by
 from solver.path.steps import Assume, Evaluate, Select, Step, equations_of
-from solver.plan import Plan, prepare
 from solver.result import CODES
-from solver.solution.leaves import Leaf
+from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,
     CoreSystem,

@@ -17,6 +17,7 @@ from rulesheets.syntax.nodes import Call, Name, subtract
 from solver.derivatives.linearization import active_equations
 from solver.facts import Status
 from solver.kernel.emitter import compile_expressions
+from solver.leaves import Asked
 from solver.numerics.continuation import (
     CurvePoint,
     End,
@@ -32,8 +33,7 @@ from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph
 from solver.result import Table
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked
-from solver.verdicts.verdict import judge
+from solver.solution.verdict import judge
 
 
 class CoreSystem:

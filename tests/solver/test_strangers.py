@@ -19,7 +19,7 @@ from rulesheets.inputs import guarded, unguarded
 from rulesheets.variables import read_variable_sheet
 from solver.__main__ import main
 from solver.commands import WRONG
-from solver.derivation import why
+from solver.report.derivation import why
 from solver.report.sheet import result_csv
 from solver.report.why import code_span, why_markdown
 

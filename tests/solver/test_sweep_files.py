@@ -32,10 +32,10 @@ from solver.files.columns import Columns, ParquetTable, csv_head, csv_rows, stac
 from solver.files.replacing import Replacement
 from solver.files.tables import heading, pieces, write_table
 from solver.interruption import Interrupted
-from solver.plan import Plan
 from solver.sweeps import sweep as sweeping
 from solver.sweeps import workers
 from solver.sweeps.grid import Grid, Zipped, grid_chunks, grid_lessons, listed
+from solver.sweeps.plan import Plan
 from solver.sweeps.stream import Outcome, run
 from solver.sweeps.sweep import work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked

@@ -12,7 +12,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import value
 from rulesheets.format import format_expression
 from rulesheets.syntax.nodes import names
-from solver.derivation import Derivation, Direct, Together, why
+from solver.report.derivation import Derivation, Direct, Together, why
 
 
 def derive(text: str, name: str, inputs: dict[str, float | str | None] | None = None) -> Derivation:

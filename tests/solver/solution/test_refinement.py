@@ -12,10 +12,10 @@ import pytest
 
 import rulesheets
 import solver
-from solver.solution.leaves import Asked
+from solver.leaves import Asked
 from solver.solution.refinement import explore_refined
+from solver.solution.verdict import Verdict, judge
 from solver.solving import posted
-from solver.verdicts.verdict import Verdict, judge
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 

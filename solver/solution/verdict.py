@@ -27,10 +27,10 @@ from solver.facts import (
     Unfixed,
     Unmet,
 )
+from solver.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.ranking.ranking import Ranking
-from solver.solution.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 
 ROUNDED = 2.0**-51
 """Relative difference of two floats next to the same number."""

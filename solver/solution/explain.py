@@ -34,9 +34,9 @@ from solver.facts import (
     Unfixed,
     Unmet,
 )
-from solver.solution.leaves import Leaf, Patience
-from solver.verdicts.remedy import bounds, clash, cures, derivation, givings, rounded
-from solver.verdicts.verdict import Verdict
+from solver.leaves import Leaf, Patience
+from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
+from solver.solution.verdict import Verdict
 
 MAX_NAMED = 8
 MAX_INPUTS = 10

@@ -37,13 +37,13 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
+from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
 from solver.path.cases import activity
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.solution.limits import answers_between
 from solver.solution.refinement import explore_refined, explore_required
-from solver.verdicts.verdict import Verdict, judge
+from solver.solution.verdict import Verdict, judge
 
 # --- rules that lose an unknown ---
 #

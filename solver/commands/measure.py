@@ -23,9 +23,9 @@ from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, Syste
 from solver.numerics.termination import scaled_norm
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
-from solver.plan import Plan, prepare
 from solver.solution.proof import can_prove
 from solver.solving import solve
+from solver.sweeps.plan import Plan, prepare
 
 DIGITS = 60
 OFF = 0.05

@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from typing import Any, TypeAlias
 
     from solver.facts import Attempt
-    from solver.kernel.candidates import BlockOutcome
     from solver.path.cases import Pair
     from solver.path.steps import SolveBlock, Step
 
@@ -261,7 +260,7 @@ class Asked(NamedTuple):
     judged: Sequence[str]
 
 
-Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], BlockOutcome]"
+Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], Any]"
 """What a block came to at the values that it was met at."""
 
 

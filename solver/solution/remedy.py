@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
+from solver.leaves import Asked, Leaf, Patience
 from solver.path.planner import planner
 from solver.path.steps import equations_of
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked, Leaf, Patience
 
 MAX_CANDIDATES = 200
 MAX_SETS = 400

@@ -18,18 +18,18 @@ from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.columns import column_of, free_name
 from solver.interruption import WATCH, Interrupted
+from solver.leaves import Asked, Exploration
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, kept
 from solver.result import CODES, Column, Table
-from solver.solution.leaves import Asked, Exploration
+from solver.solution.conclusion import conclude
+from solver.solution.explain import explain
+from solver.solution.verdict import Verdict
 from solver.trace.guards import Pattern
 from solver.trace.program import Program
 from solver.trace.python import with_resort
 from solver.trace.records import Records
 from solver.trace.rows import AnswerSweeper, listed
-from solver.verdicts.conclusion import conclude
-from solver.verdicts.explain import explain
-from solver.verdicts.verdict import Verdict
 
 
 def arguments(
