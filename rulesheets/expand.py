@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from rulesheets.evaluate.exactly import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
-from rulesheets.parse.builder import ends
+from rulesheets.parse.ranges import ends
 from rulesheets.syntax.nodes import (
     And,
     Call,

@@ -28,7 +28,7 @@ from rulesheets.input_messages import (
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.parse import parse
-from rulesheets.parse.builder import empty_range
+from rulesheets.parse.ranges import empty_range
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     Comparison,

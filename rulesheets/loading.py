@@ -13,7 +13,7 @@ from rulesheets.checks.names import duplicate_function
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, suggestion
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
-from rulesheets.parse import parse
+from rulesheets.parse import parse, parse_file
 from rulesheets.registered import run_python
 from rulesheets.syntax.nodes import Function, RuleSheet, UnitRow, Use
 from rulesheets.syntax.program import Program, rules_of
@@ -235,7 +235,7 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
     Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is no rule sheet.
     """
     try:
-        return parse(source)
+        return parse(source) if path is None else parse_file(source)
     except RuleSheetError:
         if path is None or is_sheet(path):
             raise

@@ -1,94 +1,20 @@
-"""What the grammar recognises, as nodes: one method for each rule of ``rules.lark``, and what a range may be.
+"""What the grammar recognises, as nodes: one method for each rule of ``rules.lark``.
 
 The parser calls these as it reduces, so it never builds a tree of its own. Children are
 nodes, tuples of nodes, and tokens (strings that know ``start_pos`` and ``end_pos``)."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 from lark import Token
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
-from rulesheets.evaluate import Undefined, value
+from rulesheets.diagnosis import RuleSheetError, said
+from rulesheets.parse.ranges import Bound, bounded, limit
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Comparison, Expression, Name, Range, measured, names, units_of
 from rulesheets.syntax.source import Source, Span
-
-
-class Bound(NamedTuple):
-    """``< 5`` and the like, beside a name in the variables section; ``limit`` may name variables."""
-
-    operator: str
-    limit: float | Expression
-    span: Span
-
-
-def limit(expression: Expression) -> float | Expression:
-    """The value of an expression of numbers; ``3[in]`` and one that names variables as it is."""
-    if measured(expression) is not None:
-        return expression
-    if (unit := next(units_of(expression), None)) is not None:
-        reason = f"a bound is one number with its unit, and {unit} stands in an expression"
-        raise RuleSheetError(_wrong(reason, expression.span))
-    if any(names(expression)):
-        return expression
-    try:
-        return value(expression, {})
-    except Undefined as undefined:
-        reason = f"this bound has no value: {undefined}"
-    except KeyError as unknown:
-        reason = f"a bound is a number: there is no function {unknown.args[0]}"
-    raise RuleSheetError(_wrong(reason, expression.span))
-
-
-def bounded(bounds: Sequence[Bound]) -> Range | None:
-    """All bounds of a row together; None where there are none."""
-    if not bounds:
-        return None
-    found = Range()
-    for bound in bounds:
-        found = _narrowed(found, bound)
-    span = Span(bounds[0].span.source, bounds[0].span.start, bounds[-1].span.end)
-    if found.low > found.high or (found.low == found.high and (found.low_open or found.high_open)):
-        raise RuleSheetError(empty_range(span))
-    return replace(found, span=span)
-
-
-def _narrowed(limits: Range, bound: Bound) -> Range:
-    """The range with one of its ends, which must not be there yet."""
-    if bound.operator == "<>":
-        raise RuleSheetError(_wrong("<> is no bound", bound.span))
-    is_lower, is_open = bound.operator[0] == ">", len(bound.operator) == 1
-    number, expression = (bound.limit, None) if isinstance(bound.limit, float) else (None, bound.limit)
-    present = (limits.low, limits.lower) if is_lower else (limits.high, limits.upper)
-    if present != ((-math.inf if is_lower else math.inf), None):
-        raise RuleSheetError(_wrong("this end of the range is already set", bound.span))
-    if is_lower:
-        low = limits.low if number is None else number
-        return replace(limits, low=low, lower=expression, low_open=is_open)
-    high = limits.high if number is None else number
-    return replace(limits, high=high, upper=expression, high_open=is_open)
-
-
-def ends(name: str, limits: Range) -> Iterator[Comparison]:
-    """The ends of a range that name variables, as comparisons with the variable that it bounds."""
-    if limits.lower is not None and measured(limits.lower) is None:
-        yield Comparison(">" if limits.low_open else ">=", Name(name), limits.lower, limits.span)
-    if limits.upper is not None and measured(limits.upper) is None:
-        yield Comparison("<" if limits.high_open else "<=", Name(name), limits.upper, limits.span)
-
-
-def empty_range(span: Span | None) -> Diagnosis:
-    return _wrong("this range is empty: its lower end is not below its upper end", span)
-
-
-def _wrong(message: str, span: Span | None) -> Diagnosis:
-    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")
-
 
 Children: TypeAlias = Sequence[Any]
 Expressions: TypeAlias = tuple[nodes.Expression, ...]

@@ -88,8 +88,8 @@ _SKIPPED = "skipped"
 """The section whose lines are not read, because its head says what is not there yet."""
 
 
-def parse(source: Source) -> nodes.RuleSheet:
-    """The rule sheet that a text says. Raises RuleSheetError with what is wrong, line by line."""
+def read(source: Source) -> nodes.RuleSheet:
+    """What :func:`rulesheets.parse.parse` returns."""
     reading = _Reading(source)
     for line in logical_lines(source.text):
         reading.take(line)

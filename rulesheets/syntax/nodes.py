@@ -1,4 +1,4 @@
-"""The syntax of a rule sheet as frozen values.
+"""The syntax of a rule sheet as values.
 
 Every node keeps its place in the text (``span``), which equality ignores: two
 sheets are equal when they say the same. Expressions serve both as syntax and,
@@ -8,15 +8,49 @@ once names are bound, as the mathematics that the solver works on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, ClassVar, TypeAlias
 
 from rulesheets.syntax.source import Span
 
 # --- arithmetic -----------------------------------------------------------------
 
 
-class Operators:
+_PLACES = frozenset({"span", "gap"})
+
+
+class Node:
+    """A value of its fields, of which ``span`` and ``gap`` tell only where it stands.
+
+    Compared, hashed and shown here for all kinds of nodes: a dataclass that does so for itself, or that
+    freezes, takes five times as long to import. No node is changed once it is made.
+    """
+
+    __slots__: ClassVar[tuple[str, ...]] = ()
+    _content: ClassVar[attrgetter[Any]]
+
+    def __init_subclass__(cls) -> None:
+        if content := [name for name in cls.__annotations__ if name not in _PLACES]:
+            cls._content = attrgetter(*content)
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return bool(self._content(self) == self._content(other))
+
+    def __hash__(self) -> int:
+        return hash(self._content(self))
+
+    def __repr__(self) -> str:
+        shown = ((name, getattr(self, name)) for name in self.__slots__ if name not in _PLACES)
+        return f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in shown if v is not None)})"
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        return type(self), tuple(getattr(self, name) for name in self.__slots__)
+
+
+class Operators(Node):
     """``+ - * / **`` of expressions and numbers; terms 0 and factors 1 fold away."""
 
     __slots__ = ()
@@ -52,38 +86,38 @@ class Operators:
         return power(self, _tree(other))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Number(Operators):
     """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, which no solve sees."""
 
     value: float
-    span: Span | None = field(default=None, compare=False, repr=False)
-    unit: str | None = field(default=None, repr=False)
+    span: Span | None = None
+    unit: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Symbol(Operators):
     """A symbolic value such as ``'open``; ``name`` is ``open``."""
 
     name: str
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Name(Operators):
     """A variable. In a model the name is the full, dotted one."""
 
     name: str
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Negative(Operators):
     operand: Expression
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Sum(Operators):
     """``a + b - c`` is ``Sum((a, b, Negative(c)))``: two terms or more, added left to right.
 
@@ -91,37 +125,37 @@ class Sum(Operators):
     """
 
     terms: tuple[Expression, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Product(Operators):
     left: Expression
     right: Expression
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Quotient(Operators):
     left: Expression
     right: Expression
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Power(Operators):
     base: Expression
     exponent: Expression
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Call(Operators):
     """A function in an expression; the name is in lower case. ``pi`` is ``Call("pi", ())``."""
 
     function: str
     arguments: tuple[Expression, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
@@ -130,40 +164,40 @@ Operand: TypeAlias = Expression | float
 # --- conditions -----------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Comparison:
+@dataclass(slots=True, eq=False, repr=False)
+class Comparison(Node):
     """``operator`` is one of ``=  <>  <  <=  >  >=``."""
 
     operator: str
     left: Expression
     right: Expression
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class And:
+@dataclass(slots=True, eq=False, repr=False)
+class And(Node):
     terms: tuple[Condition, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Or:
+@dataclass(slots=True, eq=False, repr=False)
+class Or(Node):
     terms: tuple[Condition, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+@dataclass(slots=True, eq=False, repr=False)
+class Not(Node):
     term: Condition
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Given:
+@dataclass(slots=True, eq=False, repr=False)
+class Given(Node):
     """``given('x)``: true where x is an input."""
 
     name: str
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
 Condition: TypeAlias = Comparison | And | Or | Not | Given
@@ -171,8 +205,8 @@ Condition: TypeAlias = Comparison | And | Or | Not | Given
 # --- rules ----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Equality:
+@dataclass(slots=True, eq=False, repr=False)
+class Equality(Node):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
     ``(x, y) = f(a)`` has two on the left and the call alone on the right.
@@ -180,42 +214,42 @@ class Equality:
 
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class CallRule:
+@dataclass(slots=True, eq=False, repr=False)
+class CallRule(Node):
     """``call f(arguments; results)``."""
 
     function: str
     arguments: tuple[Expression, ...]
     results: tuple[Expression, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class IfRule:
+@dataclass(slots=True, eq=False, repr=False)
+class IfRule(Node):
     """``if c then r else s``; an ``else if`` chain is an ``IfRule`` in ``otherwise``."""
 
     condition: Condition
     then: RuleBody
     otherwise: RuleBody | None = None
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Inequality:
+@dataclass(slots=True, eq=False, repr=False)
+class Inequality(Node):
     """``a < b`` as a rule; of a chain such as ``0 < x < 1``, the comparison of each two neighbours."""
 
     comparisons: tuple[Comparison, ...]
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
 RuleBody: TypeAlias = Equality | Inequality | CallRule | IfRule
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+@dataclass(slots=True, eq=False, repr=False)
+class Rule(Node):
     """One rule of a sheet with its trailing comment (without the comment mark).
 
     ``gap`` says, here and below, that a blank line stands before it.
@@ -223,24 +257,24 @@ class Rule:
 
     body: RuleBody
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
-    gap: bool = field(default=False, compare=False, repr=False)
+    span: Span | None = None
+    gap: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class CommentLine:
+@dataclass(slots=True, eq=False, repr=False)
+class CommentLine(Node):
     """A line that only comments, kept so that a formatted sheet loses nothing."""
 
     text: str
-    span: Span | None = field(default=None, compare=False, repr=False)
-    gap: bool = field(default=False, compare=False, repr=False)
+    span: Span | None = None
+    gap: bool = False
 
 
 # --- variables and sheets -------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
+@dataclass(slots=True, eq=False, repr=False)
+class Range(Node):
     """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``.
 
     ``lower`` and ``upper`` are ends that name variables; the number of such an end is infinite.
@@ -252,20 +286,20 @@ class Range:
     high_open: bool = False
     lower: Expression | None = None
     upper: Expression | None = None
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Tolerance:
+@dataclass(slots=True, eq=False, repr=False)
+class Tolerance(Node):
     """``± 0.01`` or ``± 1%`` after the value of an input; ``size`` as written."""
 
     size: Expression
     percent: bool = False
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class VariableRow:
+@dataclass(slots=True, eq=False, repr=False)
+class VariableRow(Node):
     """A row of the variables section.
 
     ``value`` is the input as written (an expression of numbers, or a symbol), ``guess``
@@ -279,20 +313,20 @@ class VariableRow:
     display_unit: str | None = None
     range: Range | None = None
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
-    gap: bool = field(default=False, compare=False, repr=False)
+    span: Span | None = None
+    gap: bool = False
     tolerance: Tolerance | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class UnitRow:
+@dataclass(slots=True, eq=False, repr=False)
+class UnitRow(Node):
     """A line of the units section: ``names = meaning``; ``""`` for a unit of a kind of its own."""
 
     names: tuple[str, ...]
     meaning: str = ""
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
-    gap: bool = field(default=False, compare=False, repr=False)
+    span: Span | None = None
+    gap: bool = False
 
     @property
     def definition(self) -> str:
@@ -300,18 +334,18 @@ class UnitRow:
         return ", ".join(f"~{name}" for name in self.names) + f" = {self.meaning}"
 
 
-@dataclass(frozen=True, slots=True)
-class Use:
+@dataclass(slots=True, eq=False, repr=False)
+class Use(Node):
     """``use "a.tk", "b.tk"``: paths as written; ``python``: files of Python, which register functions."""
 
     paths: tuple[str, ...]
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
     python: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+@dataclass(slots=True, eq=False, repr=False)
+class Function(Node):
     """A rule function: ``function f(arguments; results)``, ``parameters``, ``rules``.
 
     ``above`` are the comment lines that stand right above its head.
@@ -323,25 +357,25 @@ class Function:
     parameters: tuple[str, ...]
     rules: tuple[Rule | CommentLine, ...]
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
     above: tuple[CommentLine, ...] = ()
     parameters_comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+@dataclass(slots=True, eq=False, repr=False)
+class Mark(Node):
     """One line of a figure: ``point A = (x, y)``, ``line (O, A)``. ``kind`` is a row of ``marks.KINDS``."""
 
     kind: str
     name: str | None
     arguments: tuple[Expression, ...]
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
-    gap: bool = field(default=False, compare=False, repr=False)
+    span: Span | None = None
+    gap: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+@dataclass(slots=True, eq=False, repr=False)
+class Figure(Node):
     """``figure name [unit]`` with what is drawn in it; the comment beside the head is its caption.
 
     ``unit`` is that of its coordinates, ``above`` are the comment lines right above its head.
@@ -351,12 +385,12 @@ class Figure:
     unit: str | None
     marks: tuple[Mark | CommentLine, ...]
     comment: str = ""
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
     above: tuple[CommentLine, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class RuleSheet:
+@dataclass(slots=True, eq=False, repr=False)
+class RuleSheet(Node):
     """A whole file. ``variables`` is None where the sheet has no such section."""
 
     uses: tuple[Use, ...] = ()
@@ -364,7 +398,7 @@ class RuleSheet:
     rules: tuple[Rule | CommentLine, ...] = ()
     functions: tuple[Function, ...] = ()
     comments: tuple[CommentLine, ...] = ()
-    span: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = None
     figures: tuple[Figure, ...] = ()
     units: tuple[UnitRow | CommentLine, ...] = ()
 

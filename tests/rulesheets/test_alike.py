@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.parse import alike
+from rulesheets.parse import alike, parse
 from rulesheets.parse.grammar import grammar
-from rulesheets.parse.sections import parse
 from rulesheets.syntax.source import Source, Span
 
 names = st.sampled_from(["a", "b2", "T_1", "pi", "If_", "E", "e5", "mod", "in"])

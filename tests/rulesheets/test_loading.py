@@ -1,12 +1,16 @@
 """Files, folders, shipped names and the functions that sheets use."""
 
 import os
+from unittest.mock import patch
 
 import pytest
 
 import rulesheets
 from rulesheets import RuleSheetError, load, loads
+from rulesheets.functions import TABLE
 from rulesheets.loading import find_sheet, shipped_models
+from rulesheets.parse import parse
+from rulesheets.syntax.nodes import Name
 
 
 def codes(caught: pytest.ExceptionInfo[RuleSheetError]) -> list[str]:
@@ -116,3 +120,63 @@ def test_every_public_name_is_there():
         assert getattr(rulesheets, name) is not None
     with pytest.raises(AttributeError):
         rulesheets.nothing_of_the_kind  # noqa: B018
+
+
+@pytest.fixture
+def parses(tmp_path, monkeypatch):
+    """The texts that are parsed, of a user whose cache is empty."""
+    monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "cache"))
+    seen: list[str] = []
+    monkeypatch.setattr(
+        rulesheets.parse, "parse", lambda source: (seen.append(source.name), parse(source))[1]
+    )
+    return seen
+
+
+def test_a_file_is_parsed_again_only_after_a_change(crank, parses):
+    first = load(crank)
+    assert len(parses) == 3
+    again = load(crank)
+    assert len(parses) == 3
+    assert again == first
+    assert [item.rule for item in again.equations] == [item.rule for item in first.equations]
+    (crank / "parts" / "rod.tk").write_text("function rod(a; b)\nrules\n  b = 3*a\n")
+    assert load(crank).equations != first.equations
+    assert parses[3:] == [str(crank / "parts" / "rod.tk")]
+
+
+def test_a_damaged_entry_is_parsed_again(crank, parses):
+    first = load(crank)
+    for entry in (crank.parent / "cache").glob("syntax-*"):
+        entry.write_bytes(entry.read_bytes()[:-1])
+    assert load(crank) == first
+    assert len(parses) == 6
+
+
+def test_a_wrong_sheet_is_wrong_every_time(tmp_path, parses):
+    (tmp_path / "wrong.tk").write_text("a = 2 b\nc = = 3\n")
+    for _ in range(2):
+        with pytest.raises(RuleSheetError) as caught:
+            load(tmp_path / "wrong.tk")
+        assert codes(caught) == ["E105", "E104"]
+
+
+@pytest.mark.parametrize(("factors", "parsed"), [(290, 1), (3000, 2)])
+def test_deep_trees_are_kept_as_far_as_sheets_have_them(tmp_path, parses, factors, parsed):
+    (tmp_path / "long.tk").write_text("y = " + "*".join(["x"] * factors) + "\n")
+    for _ in range(2):
+        if factors < 300:
+            assert load(tmp_path / "long.tk").equations[0].left == Name("y")
+        else:
+            with pytest.raises(RuleSheetError) as caught:
+                load(tmp_path / "long.tk")
+            assert codes(caught) == ["E217"]
+    assert len(parses) == parsed
+
+
+def test_what_a_function_in_python_says_is_not_kept(tmp_path, parses):
+    (tmp_path / "range.tk").write_text("variables\nx < depth_of(1)\nrules\ny = x\n")
+    with patch.dict(TABLE):
+        for depth in (2.0, 3.0):
+            rulesheets.function("depth_of", lambda t, depth=depth: depth)
+            assert load(tmp_path / "range.tk").variables["x"].high == depth
