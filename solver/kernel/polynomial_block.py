@@ -101,8 +101,8 @@ class Steps:
                 return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
                 divisor, gross, power = self._value(right)
-                number = self.constant(divisor)
-                if number is None or power or CANCELLED * abs(number) <= self.constant(gross):
+                number, size = self.constant(divisor), self.constant(gross)
+                if number is None or size is None or power or CANCELLED * abs(number) <= size:
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / number)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):

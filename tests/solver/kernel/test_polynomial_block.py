@@ -128,3 +128,18 @@ def test_quarter_turns_are_exact() -> None:
     sines = {round(math.sin(math.radians(s["t"])), 12) for s in result.solutions}
     assert sorted(sines) == pytest.approx([(3 - math.sqrt(3)) / 12, (3 + math.sqrt(3)) / 12], abs=1e-11)
     assert str(solved(QUARTERS, k=1.0).status) == "infeasible"
+
+
+def test_a_divisor_in_which_the_unknown_cancels() -> None:
+    """rp + ra is 2a whatever rp is: the divisor is a number, its terms are not."""
+    result = solved(
+        "a = (rp + ra)/2\ne = (ra - rp)/(ra + rp)\nT = 2*pi*sqrt(a^3/mu)\n"
+        "vp = sqrt(mu*(2/rp - 1/a))\nE = -mu/(2*a)",
+        E=-2.4e7,
+        T=7593.0,
+        e=0.2,
+    )
+    assert str(result.status) == "solved"
+    a = math.sqrt(4.8e7) * 7593.0 / (2 * math.pi)  # mu = 2 a |E| and mu T^2 = 4 pi^2 a^3
+    assert result["rp"] == pytest.approx(0.8 * a)
+    assert result["ra"] == pytest.approx(1.2 * a)
