@@ -51,6 +51,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (MemoryError, RecursionError):
         print("error: this sheet is too large for the memory of this machine", file=sys.stderr)
         return WRONG
+    finally:
+        if argv is None:
+            gc.freeze()  # the process ends: to look for garbage then takes a fifth of a short command
 
 
 def _dispatch(words: list[str]) -> int:
