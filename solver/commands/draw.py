@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +18,7 @@ from solver.commands.running import Command
 from solver.facts import Status, Unsolved
 from solver.files.replacing import write_file
 from solver.pictures.diagram import variables
-from solver.pictures.drawing import chosen, left_out, views
+from solver.pictures.drawing import chosen, left_out, picture_kind, views
 from solver.pictures.layout import View
 from solver.report.text import MEANINGS
 from solver.result import Result
@@ -49,8 +48,6 @@ def _arguments(parser: ArgumentParser) -> None:
 
 def _run(arguments: Namespace) -> int:
     """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
-    from solver.pictures.drawing import chosen, require_matplotlib
-
     request = read_request(arguments)
     names = [name.strip() for text in arguments.figure for name in text.split(",")]
     figures = tuple(figure.name for figure in chosen(request.model, names or None))
@@ -60,7 +57,6 @@ def _run(arguments: Namespace) -> int:
     kind = _kind(path, kinds)
     request.expect_output(path)
     dpi = _dpi(arguments.dpi, kind)
-    require_matplotlib()
     studio = _Studio(request, figures, side_by_side, arguments.all)
     data = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
@@ -72,14 +68,9 @@ def _run(arguments: Namespace) -> int:
 
 
 def _kind(path: str, kinds: Sequence[str]) -> str:
-    kind = os.path.splitext(path)[1].lower()
-    if kind in kinds:
-        return kind
     film = "give --over NAME=START:STOP:STEP to make a film" if kinds is PICTURES else "a range makes a film"
-    wanted = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
-    what = "film" if kinds is FILMS else "picture"
-    notes = (film,) if (kind in FILMS or kinds is FILMS) else ()
-    raise RuleSheetError(error("E433", f"{path}: a {what} ends in {wanted}", notes=notes))
+    notes = (film,) if path.lower().endswith(FILMS) or kinds is FILMS else ()
+    return picture_kind(path, kinds, "film" if kinds is FILMS else "picture", notes)
 
 
 def _dpi(given: float | None, kind: str) -> float:

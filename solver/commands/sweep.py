@@ -25,7 +25,7 @@ from solver.files.replacing import write_file
 from solver.files.tables import is_csv, write_table
 from solver.interruption import WATCH
 from solver.path.planner import planner
-from solver.pictures.drawing import require_matplotlib
+from solver.pictures.drawing import picture_kind
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.grid import Chunk
 from solver.sweeps.plan import prepare
@@ -146,11 +146,9 @@ class PlotSink:
     ) -> None:
         self._path, self._model, self._inputs = path, model, inputs
         self._shape, self._answer = shape, answer
-        self._form = os.path.splitext(path)[1].lower()
+        self._form = picture_kind(path, PICTURES)
         self._pieces: list[Columns] = []
         self._rows = 0
-        if self._form not in PICTURES:
-            raise RuleSheetError(error("E433", f"{path}: a picture ends in .png, .svg or .pdf"))
 
     def add(self, piece: Solved) -> None:
         assert piece.table is not None
@@ -308,7 +306,6 @@ def _not_resumable() -> Diagnosis:
 
 
 def _plot(path: str, work: Work, swept: Swept) -> Sink:
-    require_matplotlib()
     if swept.total is not None and swept.total > ROWS_DRAWN:
         raise RuleSheetError(too_many())
     answer = work.names[len(work.inputs)] if work.every else None

@@ -11,26 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from solver.facts import FALSE, Mark
-from solver.pictures.plot import INK, tidy
+from solver.pictures.plot import COLORS, INK, tidy
 
 FLOOR, HIGHEST = 1e-17, 1e4
 """Errors are drawn between these: a float that is right to its last bit has up to 1e-16."""
 MANY = 40
 """Points of a line from which on they are not marked one by one."""
-OURS, RED = "backsolve", "#c0392b"
-
-STYLES = {
-    "backsolve": ("#1b4f72", "o", 2.4),
-    "backsolve, prepared": ("#3f9bd8", "o", 1.8),
-    "backsolve, proved": ("#16a085", "d", 1.6),
-    "Newton": ("#7d8a97", "s", 1.0),
-    "scipy hybr": ("#d68910", "^", 1.0),
-    "scipy lm": ("#af601a", "v", 1.0),
-    "scipy least_squares": ("#8e44ad", "P", 1.0),
-}
-"""Colour, marker and line width by family."""
-OTHERS = ("#c2185b", "#00838f", "#6d4c41", "#5c6bc0", "#ef6c00", "#9e9d24")
-
+MARKERS = "oosdP^vX"
+RED = "#c0392b"
 RING: dict[str, Any] = {"markersize": 9, "mfc": "none", "mec": RED, "zorder": 5, "marker": "o", "lw": 0}
 CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#5f6a72", "zorder": 3, "marker": "x", "lw": 0}
 
@@ -39,19 +27,17 @@ def speed_picture(marks: Sequence[Mark], title: str) -> Figure:
     """Time against error; methods with several tolerances joined by a line, the first and last told."""
     figure = Figure(figsize=(8.2, 4.4), layout="constrained")
     axes = figure.subplots()
-    for family in dict.fromkeys(mark.family for mark in marks):
+    for place, family in enumerate(dict.fromkeys(mark.family for mark in marks)):
         mine = [mark for mark in marks if mark.family == family and not math.isnan(mark.error)]
-        times = [1e6 * mark.seconds for mark in mine]
-        style = _style(family, len(mine)) | {"markersize": 10 if family == OURS else 6}
-        _errors(axes, times, mine, style, family if mine else f"{family} (no answer)")
-        for place in (0, -1) if len(mine) > 1 else ():
-            at, told = (times[place], max(mine[place].error, FLOOR)), f"to {mine[place].tolerance:.0e}"
+        times, style = [1e6 * mark.seconds for mark in mine], _style(place, len(mine))
+        _errors(axes, times, mine, style | {"markersize": 7}, family if mine else f"{family} (no answer)")
+        for end in (0, -1) if len(mine) > 1 else ():
+            at, told = (times[end], max(mine[end].error, FLOOR)), f"to {mine[end].tolerance:.0e}"
             offset: dict[str, Any] = {"xytext": (7, 5), "textcoords": "offset points"}
             axes.annotate(told, at, fontsize=7, color=style["color"], **offset)
     axes.set_xscale("log")
-    _error_axis(axes, marks)
+    _error_axis(axes, marks, title)
     axes.set_xlabel("time of a solve, µs", fontsize=9)
-    axes.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
     handles = [*axes.get_legend_handles_labels()[0], *_key(marks)]
     axes.legend(handles=handles, fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
@@ -71,38 +57,37 @@ def stability_picture(
     for row, method in enumerate(methods):
         mine = [mark for mark in marks if mark.method == method]
         x = [places[mark.at] if places else mark.at for mark in mine if mark.at is not None]
-        style = _style(mine[0].family, len(mine))
-        if (mine[0].tolerance or 0.0) > 1e-9:
-            style["linestyle"] = ":"
+        style = _style(row, len(mine))
         _errors(errors, x, mine, style, method)
         times.plot(x, [1e6 * mark.seconds for mark in mine], **style)
-        _statuses(status, row, x, mine)
+        _statuses(status, row, x, mine, style)
     if places:  # the axis is shared
         status.set_xscale("log")
         status.invert_xaxis()
-    _error_axis(errors, marks)
+    _error_axis(errors, marks, title)
     times.set_yscale("log")
     times.set_ylabel("time, µs", fontsize=9)
-    tidy(times)
     status.set_ylim(len(methods) - 0.4, -0.6)
     status.set_yticks(range(len(methods)), methods)
-    tidy(status)
     status.set_xlabel(label, fontsize=9, parse_math=False)
-    errors.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
+    tidy(times)
+    tidy(status)
     if entries := _key(marks):
         errors.legend(handles=entries, fontsize=8, frameon=False, loc="best")
     return figure
 
 
-def _look(family: str) -> tuple[str, str, float]:
-    """Colour, marker and line width; a family that is not listed has a colour by its name."""
-    return STYLES.get(family) or (OTHERS[sum(map(ord, family)) % len(OTHERS)], "X", 1.0)
-
-
-def _style(family: str, points: int) -> dict[str, Any]:
-    color, marker, width = _look(family)
-    size, layer = 3.5 if points < MANY else 0, 3 if family == OURS else 2
-    return {"color": color, "marker": marker, "linewidth": width, "markersize": size, "zorder": layer}
+def _style(place: int, points: int) -> dict[str, Any]:
+    """The colour and the marker of a method by its place; the first, our own, has the widest line."""
+    size, width = (3.5 if points < MANY else 0), 1.0 if place else 2.4
+    color, marker = COLORS[place % len(COLORS)], MARKERS[place % len(MARKERS)]
+    return {
+        "color": color,
+        "marker": marker,
+        "linewidth": width,
+        "markersize": size,
+        "zorder": 2 + (not place),
+    }
 
 
 def _errors(axes: Axes, x: Sequence[float], marks: Sequence[Mark], style: dict[str, Any], label: str) -> None:
@@ -116,25 +101,22 @@ def _errors(axes: Axes, x: Sequence[float], marks: Sequence[Mark], style: dict[s
             axes.vlines(at, error, max(mark.radius, FLOOR), color=style["color"], linewidth=1.0)
 
 
-def _statuses(axes: Axes, row: int, x: Sequence[float], marks: Sequence[Mark]) -> None:
+def _statuses(axes: Axes, row: int, x: Sequence[float], marks: Sequence[Mark], style: dict[str, Any]) -> None:
     """One row: dots where the method was right, rings where it was false, crosses where it gave no answer."""
-    at: dict[str, list[float]] = {"solved": [], "false": [], "silent": []}
-    for place, mark in zip(x, marks, strict=True):
-        at[mark.status if mark.status in at else "silent"].append(place)
-    color, marker, _ = _look(marks[0].family)
-    dot = {"color": color, "marker": marker, "lw": 0, "markersize": 4.0 if len(marks) < MANY else 2.2}
-    for name, style in (("solved", dot), ("silent", CROSS), ("false", RING)):
-        if at[name]:
-            axes.plot(at[name], [row] * len(at[name]), **style)
-    if at["false"]:
+    dot = {"color": style["color"], "marker": style["marker"], "lw": 0, "markersize": 3.0}
+    kinds = [mark.status if mark.status in ("solved", "false") else "silent" for mark in marks]
+    for kind, look in (("solved", dot), ("silent", CROSS), ("false", RING)):
+        if at := [place for place, found in zip(x, kinds, strict=True) if found == kind]:
+            axes.plot(at, [row] * len(at), **look)
+    if false := kinds.count("false"):
         beside: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-        told = f"{len(at['false'])} false"
-        axes.annotate(told, (1.0, row), (4, 0), fontsize=8, color=RED, va="center", **beside)
+        axes.annotate(f"{false} false", (1.0, row), (4, 0), fontsize=8, color=RED, va="center", **beside)
 
 
-def _error_axis(axes: Axes, marks: Sequence[Mark]) -> None:
+def _error_axis(axes: Axes, marks: Sequence[Mark], title: str) -> None:
     """From rounding to nonsense; what floats can't tell from right is shaded."""
     tidy(axes)
+    axes.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
     axes.set_yscale("log")
     worst = max((mark.error for mark in marks if not math.isnan(mark.error)), default=1.0)
     axes.set_ylim(FLOOR / 3, min(max(10 * worst, 1e-13), HIGHEST))

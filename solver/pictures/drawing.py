@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -111,3 +112,14 @@ def require_matplotlib() -> None:
         raise RuleSheetError(
             error("E432", "drawing needs matplotlib", notes=("pip install 'backsolve[plot]'",))
         )
+
+
+def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:
+    """The ending of a file to draw into. Raises RuleSheetError: E433 for another one, E432."""
+    kind = os.path.splitext(path)[1].lower()
+    if kind not in kinds:
+        endings = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
+        raise RuleSheetError(error("E433", f"{path}: a {what} ends in {endings}", notes=notes))
+    if kind != ".csv":
+        require_matplotlib()
+    return kind

@@ -15,8 +15,7 @@ pytest.importorskip("matplotlib")
 import rulesheets
 import solver
 from solver.__main__ import main
-from solver.commands.chart import COLUMNS, chart_csv, stability_table
-from solver.commands.measure import measure, mode_at, plain_newton
+from solver.commands.chart import COLUMNS, chart_csv, measure, mode_at, plain_newton, stability_table
 from solver.facts import Mark
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, scipy_root
@@ -70,7 +69,7 @@ def test_the_proof_tells_the_radius_of_its_numbers(marks: tuple[Mark, ...]) -> N
 def test_without_the_extra_there_is_no_proof_on_the_chart(
     crank: rulesheets.Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("solver.commands.measure.can_prove", lambda: False)
+    monkeypatch.setattr("solver.commands.chart.can_prove", lambda: False)
     found = list(measure(crank, {}, ["xB"], {}))
     assert "backsolve" in {mark.family for mark in found}
     assert "backsolve, proved" not in {mark.family for mark in found}
