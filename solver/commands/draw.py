@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from itertools import chain, product
+
+import numpy as np
 
 from rulesheets.diagnosis import RuleSheetError, error, render
 from rulesheets.format import readable
+from rulesheets.inputs import override
 from rulesheets.model import Model, Value
 from rulesheets.syntax.source import escaped
 from rulesheets.units.quantity import shown
@@ -16,13 +20,15 @@ from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
 from solver.commands.running import Command
 from solver.facts import Status, Unsolved
+from solver.files.columns import free_name
 from solver.files.replacing import write_file
-from solver.pictures.diagram import variables
+from solver.pictures.diagram import diagram, lacking, variables
 from solver.pictures.drawing import chosen, left_out, picture_kind, views
 from solver.pictures.layout import View
 from solver.report.text import MEANINGS
 from solver.result import Result
 from solver.solving import solve
+from solver.sweeps.sweep import sweep
 
 PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)
 _DPI = {".gif": 80.0}
@@ -121,43 +127,63 @@ class _Studio:
             self.complaints += map(render, result.diagnoses)
         if result.solutions:
             self.complaints += (about + text for text in left_out(result, self.figures))
-        return self._views(result, title, self.every)
+        with suppress(Unsolved):
+            return views(result, title, self.every, self.figures)
+        return []
 
     def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> bytes | None:
         """A frame for each value of the range; None where not one has an answer."""
-        from solver.pictures.page import frames, gif, images
+        from solver.pictures.page import Frame, gif, images
 
-        film = frames(self._instants(motion), self.every)
-        if not film:
-            return None
-        self.tally = f"{len(film)} frames"
-        return gif(images(film, dpi))
-
-    def _instants(self, motion: Mapping[str, Sequence[float]]) -> Iterator[tuple[str, list[list[View]]]]:
-        """By the value of the range, the views of each state. What has none is told at the end, by status."""
+        ((name, values),) = motion.items()
         missing: dict[str, list[str]] = {}
-        for values in product(*motion.values()):
-            instant = dict(zip(motion, values, strict=True))
-            views = []
-            for state in self.states:
-                result = self._solve({**instant, **state})
-                views.append(self._views(result, self._named(state), every=True, numbered=False))
-                if not views[-1]:
-                    missing.setdefault(str(result.status), []).append(self._named({**instant, **state}))
-            yield self._named(instant), views
+        states = [self._moving(name, values, state, missing) for state in self.states]
+        instants = (tuple(chain.from_iterable(views)) for views in zip(*states, strict=True))
+        film = [
+            Frame(self._named({name: at}), views)
+            for at, views in zip(values, instants, strict=True)
+            if any(views)
+        ]
         self.complaints += (f"not drawn, {status}: {_some(names)}" for status, names in missing.items())
+        self.tally = f"{len(film)} frames"
+        return gif(images(film, dpi)) if film else None
+
+    def _moving(
+        self, name: str, values: Sequence[float], state: Mapping[str, Value], missing: dict[str, list[str]]
+    ) -> list[list[View | None]]:
+        """One state through the motion: a view for each branch of answers, None where it has none.
+
+        The states without an answer join ``missing``, by status.
+        """
+        model, title = self.request.model, self._named(state)
+        declared = chosen(model, self.figures)
+        results = (self._solve({**state, name: value}) for value in values)
+        answer: Mapping[str, Value] = next((r.solutions[0] for r in results if r.solutions), {})
+        given = {n: v for n, v in {**self.request.inputs, **state}.items() if n != name}
+        known = override(model, given).values
+        needed = variables(figure for figure in declared if not answer or not lacking(figure, answer))
+        want = [n for n in needed if n not in known and n != name]
+        table = sweep(model, {name: values}, want, all=self.every, given=given, guesses=self.request.guesses)
+        numbers, instants = table.solved.astype(int), np.arange(len(values))
+        if self.every:
+            numbers = table[free_name("answer", (name, *want))]
+            instants = np.cumsum(numbers < 2) - 1
+        views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
+        for row, (instant, number) in enumerate(zip(instants.tolist(), numbers.tolist(), strict=True)):
+            at = {**known, **{n: table[n][row] for n in table}}
+            diagrams = [None if not number or lacking(one, at) else diagram(one, at) for one in declared]
+            if any(diagrams):
+                views[instant][number - 1] = View(title, tuple(diagrams))
+            else:
+                named = self._named({name: values[instant], **state})
+                missing.setdefault(table.words()[row], []).append(named)
+        return views
 
     def _solve(self, values: Mapping[str, Value]) -> Result:
         request = self.request
         return solve(
             request.model, {**request.inputs, **values}, want=self.want or None, guesses=request.guesses
         )
-
-    def _views(self, result: Result, title: str, every: bool, numbered: bool = True) -> list[View]:
-        try:
-            return views(result, title, every, self.figures, numbered)
-        except Unsolved:
-            return []
 
     def _named(self, values: Mapping[str, Value]) -> str:
         return ", ".join(_named(name, value, self.request.model) for name, value in values.items())

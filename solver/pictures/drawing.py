@@ -43,9 +43,8 @@ def views(
     title: str = "",
     every: bool = False,
     figures: Iterable[str] | None = None,
-    numbered: bool = True,
 ) -> list[View]:
-    """One view for each answer (with ``every``; else for the primary one), ``numbered`` in their titles.
+    """One view for each answer (with ``every``; else for the primary one), numbered in their titles.
 
     Raises as :func:`draw` does.
     """
@@ -61,8 +60,7 @@ def views(
         unknown = Status.PARTIAL if result.status is Status.SOLVED else result.status
         raise Unsolved(unknown, result.diagnoses)
     return [
-        View(_title(title, number, len(answers)) if numbered else title, diagrams)
-        for number, diagrams in enumerate(drawn, start=1)
+        View(_title(title, number, len(answers)), diagrams) for number, diagrams in enumerate(drawn, start=1)
     ]
 
 

@@ -33,7 +33,7 @@ from solver.pictures.diagram import (
     window,
 )
 from solver.pictures.layout import View, layout
-from solver.pictures.page import Frame, Track, compose, encode, frames, gif, images
+from solver.pictures.page import Frame, compose, encode, gif, images
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"
@@ -275,26 +275,8 @@ def test_what_cannot_be_drawn_is_refused() -> None:
         solver.draw(solver.solve(ladder(), {"foot": 6.0}))
 
 
-def test_a_mechanism_does_not_jump_in_a_film() -> None:
-    """The answers come in another order; each keeps to its column."""
-    low, high = ([_view(k, y) for k in range(3)] for y in (0.0, 5.0))
-    track = Track(every=True)
-    assert track.follow([high[0], low[0]]) == [high[0], low[0]]
-    assert track.follow([low[1], high[1]]) == [high[1], low[1]]
-    assert track.follow([low[2]]) == [None, low[2]]
-    assert track.follow([low[2], high[2], _view(9.0, 9.0)]) == [high[2], low[2], _view(9.0, 9.0)]
-
-
 def _view(x: float, y: float) -> View:
     return View("", (Diagram("position", "", "", {"A": (x, y)}, {"A": "point"}, ()),))
-
-
-def test_instants_without_an_answer_give_no_frame() -> None:
-    view = _view(0.0, 0.0)
-    film = frames([("1", [[view]]), ("2", [[]]), ("3", [[view]])], every=False)
-    assert [frame.heading for frame in film] == ["1", "3"]
-    two = frames([("1", [[view], []]), ("2", [[], [view]])], every=False)
-    assert [frame.views for frame in two] == [(view, None), (None, view)]
 
 
 def test_every_frame_has_the_size_of_the_film() -> None:
