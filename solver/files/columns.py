@@ -6,7 +6,6 @@ import csv
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from inspect import signature
 from io import StringIO
 from typing import Any, TypeAlias
 
@@ -25,13 +24,12 @@ Array: TypeAlias = NDArray[Any]
 class Columns:
     """``values`` (n,) by name: floats with NaN for nothing, integers, or objects (symbols, floats, None).
 
-    ``status`` (n,) are indices into ``words``. ``whole``: every number is known to be there.
+    ``status`` (n,) are indices into ``words``.
     """
 
     values: Mapping[str, Array]
     status: Array
     words: Sequence[str]
-    whole: bool = False
 
     def __len__(self) -> int:
         return len(self.status)
@@ -39,7 +37,7 @@ class Columns:
     def rows(self, first: int, last: int) -> Columns:
         """Rows ``first`` up to, but without, ``last``."""
         kept = {name: column[first:last] for name, column in self.values.items()}
-        return Columns(kept, self.status[first:last], self.words, self.whole)
+        return Columns(kept, self.status[first:last], self.words)
 
 
 def joined(parts: Sequence[Columns]) -> Columns:
@@ -47,8 +45,7 @@ def joined(parts: Sequence[Columns]) -> Columns:
     if len(parts) == 1:
         return parts[0]
     values = {name: stacked([part.values[name] for part in parts]) for name in parts[0].values}
-    whole = all(part.whole for part in parts)
-    return Columns(values, stacked([part.status for part in parts]), parts[0].words, whole)
+    return Columns(values, stacked([part.status for part in parts]), parts[0].words)
 
 
 def stacked(pieces: Sequence[Array]) -> Array:
@@ -128,152 +125,70 @@ def _cell(value: Any) -> str:
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
-BATCH = 65_536
-"""Rows that the encoder takes at once."""
-BUFFER = 2**20
-"""Bytes below which parts (the heads of pages) are handed over together: each holds up the solver."""
-SAMPLE = 4096
-"""Rows by which it is judged whether a column repeats."""
 
 
-class ParquetTable:
-    """A Parquet file under construction.
+class ParquetFile:
+    """Row groups of Parquet, written as they fill up.
 
     Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
     ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
     (E441) and where the file cannot be written (E416).
     """
 
-    def __init__(self, file: Replacement, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
+    def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._arrow, self._parquet = _pyarrow("Parquet files need")
-        self._file, self._path = file, path
-        self._symbols = frozenset(symbols)
-        self._names = tuple(names)
-        self._waiting: list[Columns] = []
-        self._held = 0
+        self._path, self._symbols, self._status = path, frozenset(symbols), free_name("status", names)
+        kinds = {name: self._arrow.string() if name in symbols else self._arrow.float64() for name in names}
+        self._waiting = [self._arrow.schema({**kinds, self._status: self._arrow.string()}).empty_table()]
         self._writer: Any = None
-        self._stream: Any = None
+        self._file = Replacement(path)
 
     def add(self, table: Columns) -> None:
-        self._waiting.append(table)
-        self._held += len(table)
-        while self._held >= ROW_GROUP:
-            group, rest = _divided(self._waiting, ROW_GROUP)
-            self._write(group)
-            self._waiting, self._held = rest, self._held - ROW_GROUP
+        columns = {name: self._column(name, column) for name, column in table.values.items()}
+        words = self._arrow.array(table.words).take(self._arrow.array(table.status))
+        new = self._arrow.table({**columns, self._status: words})
+        self._waiting = [*(one for one in self._waiting if len(one)), new]
+        if sum(map(len, self._waiting)) >= ROW_GROUP:
+            self._write(whole=False)
 
     def close(self) -> None:
         """Write the rows that wait, and the footer: after this the file can be read."""
-        if self._held or self._writer is None:
-            self._write(self._waiting or [self._empty()])
-        self._guarded(self._writer.close)
-        self._guarded(self._stream.close)
-
-    def _write(self, pieces: Sequence[Columns]) -> None:
-        batch = self._batch(pieces)
-        if self._writer is None:
-            first = joined(_divided(pieces, SAMPLE)[0])
-            self._writer = self._opened(batch.schema, [n for n in self._names if self._repeats(n, first)])
-        self._guarded(lambda: self._writer.write_table(batch, row_group_size=ROW_GROUP))
-
-    def _repeats(self, name: str, sample: Columns) -> bool:
-        """Whether a column has few values: symbols, the number of an answer, an outer input of a grid."""
-        column = sample.values[name]
-        return name in self._symbols or len(set(column.tolist())) <= len(column) // 8
-
-    def _opened(self, schema: Any, repeating: list[str]) -> Any:
-        """What repeats is written as runs of a dictionary; other doubles would not get smaller.
-
-        A page holds a row group of a column: it goes to the file in one write, and the pieces in which the
-        rows came leave no trace in it.
-        """
-        texts = [*repeating, free_name("status", self._names)]
-        pages: dict[str, Any] = {"data_page_size": 16 * ROW_GROUP, "write_batch_size": BATCH}
-        if "max_rows_per_page" in signature(self._parquet.ParquetWriter).parameters:
-            pages["max_rows_per_page"] = ROW_GROUP
-        file = self._arrow.PythonFile(_Sink(self._file), mode="w")
-        self._stream = self._arrow.BufferedOutputStream(file, BUFFER)
-        return self._parquet.ParquetWriter(
-            self._stream, schema, use_dictionary=texts, compression="none", **pages
-        )
-
-    def _batch(self, pieces: Sequence[Columns]) -> Any:
-        arrays = {name: self._column(name, pieces) for name in pieces[0].values}
-        texts = self._arrow.array(list(pieces[0].words), self._arrow.string())
-        codes = stacked([piece.status for piece in pieces])
-        arrays[free_name("status", self._names)] = self._arrow.DictionaryArray.from_arrays(codes, texts)
-        return self._arrow.table(arrays)
-
-    def _column(self, name: str, pieces: Sequence[Columns]) -> Any:
-        """Doubles stay where they are; what has a dictionary is brought together for it."""
-        columns = [piece.values[name] for piece in pieces]
-        if name in self._symbols:
-            texts = [_text(value) for column in columns for value in column.tolist()]
-            return self._arrow.array(texts, self._arrow.string()).dictionary_encode()
-        if columns[0].dtype.kind == "i":
-            return self._arrow.array(stacked(columns), self._arrow.int32())
-        whole = [piece.whole for piece in pieces]
-        return self._arrow.chunked_array(list(map(self._doubles, columns, whole)))
-
-    def _doubles(self, column: Array, whole: bool) -> Any:
-        """Without gaps the column need not be copied."""
-        gaps = not whole and bool(np.isnan(column).any())
-        return self._arrow.array(column, self._arrow.float64(), from_pandas=gaps)
-
-    def _empty(self) -> Columns:
-        none = np.zeros(0)
-        return Columns(dict.fromkeys(self._names, none), np.zeros(0, dtype=np.int8), ("solved",))
-
-    def _guarded(self, write: Callable[[], object]) -> None:
         try:
-            write()
+            self._write(whole=True)
+            self._guarded(self._writer.close)
+        except BaseException:
+            self.discard()
+            raise
+        self._file.keep()
+
+    def discard(self) -> None:
+        self._file.discard()
+
+    def _write(self, whole: bool) -> None:
+        """The row groups that are full; the last rows, too, of a ``whole`` file."""
+        rows = self._arrow.concat_tables(self._waiting).combine_chunks()
+        full = len(rows) if whole else len(rows) - len(rows) % ROW_GROUP
+        self._waiting = [rows.slice(full)]
+        if self._writer is None:
+            double = self._arrow.float64()
+            repeating = [field.name for field in rows.schema if field.type != double]
+            options = {"use_dictionary": repeating, "compression": "none"}
+            opened = self._parquet.ParquetWriter
+            self._writer = self._guarded(lambda: opened(self._file.stream, rows.schema, **options))
+        if full:
+            self._guarded(lambda: self._writer.write_table(rows.slice(0, full), row_group_size=ROW_GROUP))
+
+    def _column(self, name: str, column: Array) -> Any:
+        if name in self._symbols:
+            return self._arrow.array([_text(value) for value in column.tolist()], self._arrow.string())
+        kind = self._arrow.int32() if column.dtype.kind == "i" else self._arrow.float64()
+        return self._arrow.array(column, kind, from_pandas=True)
+
+    def _guarded(self, write: Callable[[], Any]) -> Any:
+        try:
+            return write()
         except OSError as failure:
             raise RuleSheetError(unwritable(self._path, failure)) from None
-
-
-def _divided(pieces: Sequence[Columns], rows: int) -> tuple[list[Columns], list[Columns]]:
-    """The first ``rows`` of some pieces, and what comes after them."""
-    first, after = list[Columns](), list[Columns]()
-    for piece in pieces:
-        if rows > 0:
-            first.append(piece.rows(0, rows))
-        if len(piece) > rows:
-            after.append(piece.rows(max(rows, 0), len(piece)))
-        rows -= len(piece)
-    return first, after
-
-
-class _Sink:
-    """The part of a file that pyarrow asks for."""
-
-    closed = False
-
-    def __init__(self, file: Replacement) -> None:
-        self._file = file
-        self._position = 0
-
-    def write(self, data: Any) -> int:
-        self._file.write(data)
-        self._position += len(data)
-        return len(data)
-
-    def tell(self) -> int:
-        return self._position
-
-    def flush(self) -> None:
-        """Nobody reads the file before it is whole."""
-
-    def writable(self) -> bool:
-        return True
-
-    def readable(self) -> bool:
-        return False
-
-    def seekable(self) -> bool:
-        return False
-
-    def close(self) -> None:
-        """The replacement itself is kept or discarded by whom it belongs to."""
 
 
 def parquet_columns(path: str) -> tuple[tuple[str, ...], int]:

@@ -130,6 +130,11 @@ class Replacement:
             self._remove()
             raise RuleSheetError(unwritable(path, failure)) from None
 
+    @property
+    def stream(self) -> BinaryIO:
+        """The file itself, for a library that writes to one."""
+        return self._file
+
     def write(self, data: bytes) -> None:
         try:
             self._file.write(data)

@@ -16,7 +16,7 @@ from rulesheets.inputs import decimal_point, delimiter, parse_value
 from solver.files.columns import (
     Array,
     Columns,
-    ParquetTable,
+    ParquetFile,
     csv_head,
     csv_rows,
     parquet_columns,
@@ -141,32 +141,6 @@ class CsvFile:
         self._file.write(lines)
 
     def close(self) -> None:
-        self._file.keep()
-
-    def discard(self) -> None:
-        self._file.discard()
-
-
-class ParquetFile:
-    """Row groups of Parquet."""
-
-    def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._file = Replacement(path)
-        try:
-            self._table = ParquetTable(self._file, path, names, symbols)
-        except RuleSheetError:
-            self._file.discard()
-            raise
-
-    def add(self, table: Columns) -> None:
-        self._table.add(table)
-
-    def close(self) -> None:
-        try:
-            self._table.close()
-        except BaseException:
-            self.discard()
-            raise
         self._file.keep()
 
     def discard(self) -> None:

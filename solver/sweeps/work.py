@@ -236,8 +236,7 @@ class Work(NamedTuple):
 
     def columns(self, table: Table) -> Columns:
         """A table in the order of ``names``."""
-        solved = not table.status.any()  # then inputs and answers are all there
-        return Columns({name: table[name] for name in self.names}, table.status, _WORDS, solved)
+        return Columns({name: table[name] for name in self.names}, table.status, _WORDS)
 
     def solved(self, rows: Rows, first: Array) -> Solved:
         """Rows with their primary answers, the ``first`` (n,) of each that has some."""

@@ -28,8 +28,7 @@ from solver.__main__ import INTERRUPTED, main
 from solver.commands import sweep as progress
 from solver.commands.sweep import clock, progress_line
 from solver.facts import Status
-from solver.files.columns import Columns, ParquetTable, csv_head, csv_rows, stacked
-from solver.files.replacing import Replacement
+from solver.files.columns import Columns, ParquetFile, csv_head, csv_rows, stacked
 from solver.files.tables import heading, pieces, write_table
 from solver.interruption import Interrupted
 from solver.sweeps import sweep as sweeping
@@ -137,11 +136,10 @@ def test_row_groups_do_not_depend_on_the_pieces(tmp_path: Path, monkeypatch: pyt
     for cuts in ([0, 1000], [0, 10, 250, 255, 999, 1000]):
         files.append(tmp_path / f"{len(cuts)}.parquet")
         whole = columns({"x": list(np.arange(1000.0))}, [0] * 1000)
-        with Replacement(str(files[-1])) as file:
-            table = ParquetTable(file, "x", ["x"], [])
-            for one, other in pairwise(cuts):
-                table.add(whole.rows(one, other))
-            table.close()
+        table = ParquetFile(str(files[-1]), ["x"], [])
+        for one, other in pairwise(cuts):
+            table.add(whole.rows(one, other))
+        table.close()
     assert files[0].read_bytes() == files[1].read_bytes()
     assert arrow.ParquetFile(files[0]).metadata.num_row_groups == 10
 
