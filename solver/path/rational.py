@@ -6,7 +6,6 @@ from functools import reduce
 from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.functions import TABLE, named
-from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
     ZERO,
@@ -22,6 +21,7 @@ from rulesheets.syntax.nodes import (
     add,
     call,
     divide,
+    exchange,
     is_number,
     multiply,
     names,
@@ -29,6 +29,7 @@ from rulesheets.syntax.nodes import (
     power,
     subtract,
 )
+from rulesheets.syntax.program import walk
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -136,60 +137,25 @@ _DIRECTIONS = named(lambda row: row.direction)
 _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
 
 
+_PART = "#part"
+"""Stands for a rough part of a rule."""
+
+
 def smooth(left: Expression, right: Expression) -> Expression:
     """An expression that vanishes wherever ``left = right`` does, smooth where that can be had."""
     form = subtract(left, right)
-    rough = [part for part in _linear_parts(form) if isinstance(part, Call) and part.function in _ROUGH]
-    if len(rough) != 1:
-        return form
-    split = _split(form, rough[0])
-    return form if split is None else _without(rough[0], *split)
-
-
-def _linear_parts(expression: Expression) -> list[Expression]:
-    """The operands of sums, signs, products and dividends, all the way down."""
-    match expression:
-        case Sum(terms):
-            return [part for term in terms for part in _linear_parts(term)]
-        case Negative(operand):
-            return _linear_parts(operand)
-        case Product(left, right):
-            return [*_linear_parts(left), *_linear_parts(right)]
-        case Quotient(left, Number()):
-            return _linear_parts(left)
-        case _:
-            return [expression]
+    parts = [part for part in walk(form) if isinstance(part, Call) and part.function in _ROUGH]
+    found = [(part, split) for part in dict.fromkeys(parts) if (split := _split(form, part))]
+    return _without(found[0][0], *found[0][1]) if len(found) == 1 else form
 
 
 def _split(form: Expression, rough: Call) -> tuple[Expression, Expression] | None:
     """``(factor, rest)`` with ``form = factor*rough + rest``; None where it is not linear."""
-    match form:
-        case Call() if form is rough:
-            return Number(1.0), Number(0.0)
-        case Sum(terms):
-            holding = [term for term in terms if _holds(term, rough)]
-            inner = _split(holding[0], rough) if len(holding) == 1 else None
-            others = tuple(term for term in terms if term is not holding[0])
-            return None if inner is None else (inner[0], add(inner[1], *others))
-        case Negative(operand):
-            inner = _split(operand, rough)
-            return None if inner is None else (negative(inner[0]), negative(inner[1]))
-        case Product(left, right):
-            one, other = (left, right) if _holds(left, rough) else (right, left)
-            inner = None if _holds(other, rough) else _split(one, rough)
-            return None if inner is None else (multiply(inner[0], other), multiply(inner[1], other))
-        case Quotient(left, Number() as divisor):
-            inner = _split(left, rough)
-            return None if inner is None else (divide(inner[0], divisor), divide(inner[1], divisor))
+    match equation(exchange(form, rough, Name(_PART)), ZERO, _PART):
+        case (rest, factor), False:
+            return factor, rest
         case _:
             return None
-
-
-def _holds(expression: Expression, part: Expression) -> bool:
-    return expression is part or any(
-        _holds(child, part)  # type: ignore[arg-type]
-        for child in nodes.children(expression)
-    )
 
 
 def _without(rough: Call, factor: Expression, rest: Expression) -> Expression:
