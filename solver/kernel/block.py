@@ -202,7 +202,7 @@ class BlockKernel:
 
         def rows(x: Sequence[float]) -> list[Sequence[float]]:
             flat = self._flat(*x, *known)
-            return [flat[i : i + n] for i in range(0, n * n, n)]
+            return [flat[i : i + n] for i in range(0, len(flat), n)]
 
         return rows if all(self.partials) else _differences(self.residual(known), n)
 

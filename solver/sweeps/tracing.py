@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
+from rulesheets.evaluate import Undefined
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Call, Name, subtract
-from solver.derivatives.linearization import active_equations
+from rulesheets.syntax.nodes import Call, Name
+from solver.accuracy.rule_check import sides, size
+from solver.derivatives.linearization import active_equations, slopes
 from solver.facts import Status
-from solver.kernel.emitter import compile_expressions
+from solver.kernel.block import kernel_of
 from solver.leaves import Asked
 from solver.numerics.continuation import (
     CurvePoint,
@@ -31,6 +32,7 @@ from solver.numerics.continuation import (
 )
 from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph
+from solver.path.steps import SolveBlock
 from solver.result import Table
 from solver.solution.explore import explore
 from solver.solution.verdict import judge
@@ -81,19 +83,26 @@ class CoreSystem:
         equations = self._independent(at, scale)
         if equations is None:
             return None
-        residual, jacobian = self._residual(equations), self._jacobian(equations)
+        block = SolveBlock(tuple(e.index for e in equations), self.names, ())
+        kernel, jumps = kernel_of(self.graph, block), [_jump(e) or math.inf for e in equations]
+        known: list[Any] = [self.fixed[name] for name in kernel.known]
+        misses, rows = kernel.residual(known), kernel.jacobian(known)
+
+        def residual(z: Vector) -> Vector:
+            pairs = zip(misses(z.tolist()), jumps, strict=True)
+            return np.array([math.remainder(miss, jump) for miss, jump in pairs], dtype=np.float64)
+
+        def jacobian(z: Vector) -> Vector:
+            return np.array(rows(z.tolist()), dtype=np.float64).reshape(len(equations), len(self.names))
+
         ranges = (self.low, self.high)
         return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
 
     def _independent(self, at: Vector, scale: Vector) -> list[Equation] | None:
-        rows, usable = [], []
+        values, rows, usable = self.values(at), [], []
         for equation in self.active(at):
-            try:
-                row = self._slopes(equation, self.values(at))
-            except Undefined:
-                continue
-            if np.isfinite(row).all():
-                rows.append(row)
+            if (row := slopes(equation, values)) is not None:
+                rows.append([row.get(name, 0.0) for name in self.names])
                 usable.append(equation)
         if not rows:
             return [] if len(self.names) == 1 else None
@@ -105,48 +114,13 @@ class CoreSystem:
         values = self.values(z)
         for equation in self.active(z):
             try:
-                left, by_left = derivatives(equation.left, values)
-                right, by_right = derivatives(equation.right, values)
+                (left, *_), (right, *_) = sides(equation, values)
             except Undefined:
                 return False
-            size = sum(abs(s * v) for by in (by_left, by_right) for n, s in by.items() if (v := values[n]))  # type: ignore[operator]
             miss = math.remainder(left - right, _jump(equation) or math.inf)
-            if abs(miss) > within * max(size, abs(left), abs(right)):
+            if abs(miss) > within * max(size(equation, values), abs(left), abs(right)):
                 return False
         return True
-
-    # --- numbers ---
-
-    def _constants(self) -> dict[str, float]:
-        return {name: value for name, value in self.fixed.items() if isinstance(value, float)}
-
-    def _residual(self, equations: Sequence[Equation]) -> Callable[[Vector], Vector]:
-        constants = self._constants()
-        forms = [subtract(e.left, e.right) for e in equations]
-        function = compile_expressions(forms, (*self.names, *constants))
-        jumps = [_jump(e) for e in equations]
-        known = tuple(constants.values())
-
-        def residual(z: Vector) -> Vector:
-            values = function(*z.tolist(), *known)
-            pairs = zip(values, jumps, strict=True)
-            return np.array([math.remainder(v, jump) if jump else v for v, jump in pairs], dtype=np.float64)
-
-        return residual
-
-    def _jacobian(self, equations: Sequence[Equation]) -> Callable[[Vector], NDArray[np.float64]]:
-        constants = self._constants()
-        known, shape = tuple(constants.values()), (len(equations), len(self.names))
-        try:
-            partials = [differentiate(subtract(e.left, e.right), n) for e in equations for n in self.names]
-        except NotDifferentiable:
-            return lambda z: np.array([self._slopes(e, self.values(z)) for e in equations])
-        function = compile_expressions(partials, (*self.names, *constants))
-        return lambda z: np.array(function(*z.tolist(), *known), dtype=np.float64).reshape(shape)
-
-    def _slopes(self, equation: Equation, values: Mapping[str, Value]) -> list[float]:
-        left, right = (derivatives(side, values)[1] for side in (equation.left, equation.right))
-        return [left.get(name, 0.0) - right.get(name, 0.0) for name in self.names]
 
 
 def _range(model: Model, name: str) -> tuple[float, float]:
