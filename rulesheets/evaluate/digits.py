@@ -91,8 +91,9 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 LARGE_BITS = 40
 """Binary digits before the point from which on an exponent is large."""
 SPARE = 5
-MOST_BITS = 100_000
-"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
+MOST_BITS = 4_000
+"""Binary exponents of arguments beyond which functions have no value here: floats end at 1,024, and
+``sin`` of e^1e300 takes all memory."""
 
 
 def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
@@ -145,19 +146,19 @@ class Digits(Arithmetic[Extended]):
         return above / below
 
     def raised(self, node: Power, base: Extended, exponent: Extended) -> Extended:
+        size = exponent.exp + exponent.bc if exponent else 0
+        if size > MOST_BITS:  # before any whole number of so many bits
+            raise Undefined("overflow", (math.inf,), node)
         negative_root = base < 0 and exponent != int(exponent)
         if negative_root or (base == 0 and exponent < 0):
             raise Undefined("^", (float(base), float(exponent)), node)
-        size = exponent.exp + exponent.bc if exponent else 0
         if size <= LARGE_BITS or not base:
             return base**exponent
-        return self._large_power(node, base, exponent, size)
+        return self._large_power(base, exponent, size)
 
-    def _large_power(self, node: Power, base: Extended, exponent: Extended, size: int) -> Extended:
+    def _large_power(self, base: Extended, exponent: Extended, size: int) -> Extended:
         """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares,
         and squares again, for whole exponents, and for others it takes no more digits."""
-        if size > MOST_BITS:
-            raise Undefined("overflow", (math.inf,), node)
         mp = context(self.digits + SPARE + size // 3)
         found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
         odd = base < 0 and int(exponent) % 2 == 1
