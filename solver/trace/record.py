@@ -26,6 +26,7 @@ from solver.path.steps import Decide, Evaluate, Select, SolveBlock, Step
 from solver.ranking.ranking import Ranking
 from solver.trace.graph import NotCompilable, operands
 from solver.trace.guards import Pattern, State
+from solver.trace.implied import lean
 from solver.trace.inverses import ClosedForms
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order
@@ -88,7 +89,7 @@ class Recording(ClosedForms):
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
-        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, order)
+        return lean(Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, order))
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
         """What is given, and the symbols among that, by their places."""

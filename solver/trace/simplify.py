@@ -35,7 +35,7 @@ def _add(flow: Graph, a: int, b: int) -> int | None:
         kind, *parts = flow.nodes[one]
         if kind == "sub" and parts[1] == other and not (flow.plain or flow.reported):
             return int(parts[0])
-    return None
+    return flow.node("add", b, a) if b < a else None
 
 
 def _subtract(flow: Graph, a: int, b: int) -> int | None:
@@ -210,6 +210,9 @@ def _absolute(flow: Graph, a: int) -> int | None:
     node = flow.nodes[a]
     if node[0] == "neg":
         return flow.add("abs", int(node[1]))
+    number = flow.factor(a)
+    if number is not None and number[0] < 0.0:
+        return flow.add("abs", flow.add("mul", flow.constant(-number[0]), number[1]))
     return a if not_negative(flow, a) else None
 
 
