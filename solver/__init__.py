@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from solver.report.derivation import Derivation as Derivation
     from solver.report.derivation import why as why
     from solver.result import Result as Result
-    from solver.result import Samples as Samples
     from solver.result import Solution as Solution
-    from solver.result import Table as Table
     from solver.solving import solve as solve
     from solver.sweeps.plan import Plan as Plan
     from solver.sweeps.plan import prepare as prepare
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
+    from solver.table import Samples as Samples
+    from solver.table import Table as Table
 
 _NAMES = {
     "rulesheets.loading": "load loads",
@@ -35,9 +35,10 @@ _NAMES = {
     "solver.page.interaction": "interact",
     "solver.pictures.drawing": "draw",
     "solver.sweeps.plan": "Plan prepare",
-    "solver.result": "Result Samples Solution Table",
+    "solver.result": "Result Solution",
     "solver.solving": "solve",
     "solver.sweeps.sweep": "monte_carlo sweep",
+    "solver.table": "Samples Table",
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, TypeAlias
 
-from rulesheets.diagnosis import Diagnosis
+from rulesheets.diagnosis import Diagnosis, suggestion
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Comparison
 
@@ -51,6 +51,19 @@ class Unsolved(Exception):
 
     def __str__(self) -> str:
         return f"{self.status}: " + "; ".join(d.message for d in self.diagnoses)
+
+
+class UnknownName(KeyError):
+    """A name that is not there. ``str`` is a sentence with the name that may be meant."""
+
+    def __init__(self, name: object, known: Iterable[str]) -> None:
+        super().__init__(name)
+        self.known = tuple(known)
+
+    def __str__(self) -> str:
+        name = self.args[0]
+        meant = suggestion(name, self.known) if isinstance(name, str) else ()
+        return f"there is no variable {name}" + (f": {meant[0]}" if meant else "")
 
 
 class NoValue(NamedTuple):

@@ -28,7 +28,7 @@ FLOORS = (
     ("solver.ranking", "solver.accuracy"),
     ("solver.leaves", "solver.kernel", "solver.derivatives"),
     ("solver.solution", "solver.trace"),
-    ("solver.result",),
+    ("solver.result", "solver.table"),
     ("solver.solving",),
     ("solver.sweeps",),
     ("solver.report", "solver.pictures"),

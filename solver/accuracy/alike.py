@@ -33,7 +33,7 @@ from rulesheets.syntax.nodes import (
 from solver.accuracy import rule_check
 from solver.accuracy.rule_check import RuleCheck
 from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP
-from solver.path.alike import Alike, Array, Family, alike
+from solver.path.graph import Alike, Array, Family, alike
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""

@@ -29,7 +29,7 @@ from solver.solving import solve
 
 if TYPE_CHECKING:
     from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
-    from solver.result import Samples
+    from solver.table import Samples
 
 MOST_WARNINGS = 3
 """Warnings of units after a table."""

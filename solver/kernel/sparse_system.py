@@ -1,6 +1,6 @@
 """A large block as a sparse system: residual and exact Jacobian, with rules of one shape compiled once.
 
-Rules of one shape (``path/alike.py``) are the rows of one vectorised function.
+Rules of one shape (``path/graph.py``) are the rows of one vectorised function.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from rulesheets.syntax.nodes import subtract
 from solver.kernel.emitter import compile_arrays
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
-from solver.path.alike import Alike, Family, template
+from solver.path.graph import Alike, Family, template
 
 
 class SparseSystem:

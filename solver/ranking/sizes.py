@@ -22,7 +22,7 @@ from rulesheets.functions import named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.sparse_newton import sparse_least_squares
-from solver.path.alike import Alike, template
+from solver.path.graph import Alike, template
 
 Vector = NDArray[np.float64]
 

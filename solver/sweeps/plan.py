@@ -21,10 +21,10 @@ from solver.interruption import WATCH, Interrupted
 from solver.leaves import Asked, Exploration
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, kept
-from solver.result import CODES, Column, Table
 from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict
+from solver.table import CODES, Column, Table
 from solver.trace.guards import Pattern
 from solver.trace.program import Program
 from solver.trace.python import with_resort

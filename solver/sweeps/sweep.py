@@ -21,12 +21,13 @@ from solver.files.columns import joined
 from solver.files.replacing import missing_extra
 from solver.interruption import Interrupted
 from solver.path.planner import planner
-from solver.result import SPREADS, Column, Result, Samples, Table
+from solver.result import Result
 from solver.sweeps.branches import Branches, Follower
 from solver.sweeps.grid import Chunk, Grid, Zipped, grid_chunks, grid_lessons, listed, one_length
 from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.work import ENDLESS, Solved, Work
 from solver.sweeps.workers import solved_pieces
+from solver.table import SPREADS, Column, Samples, Table
 
 
 def sweep(

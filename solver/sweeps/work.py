@@ -19,8 +19,8 @@ from solver.facts import Status
 from solver.files.columns import Array, Columns, csv_rows, free_name
 from solver.interruption import Interrupted
 from solver.ranking.branches import Answers, together
-from solver.result import CODES, Table
 from solver.sweeps.plan import Plan, one_answer, sweep_answers
+from solver.table import CODES, Table
 from solver.trace.rows import listed
 
 

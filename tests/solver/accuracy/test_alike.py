@@ -13,7 +13,7 @@ from rulesheets.evaluate import Undefined
 from solver.accuracy.alike import FEWEST, evaluated, note_checks
 from solver.accuracy.forward_error import slopes
 from solver.accuracy.rule_check import check_rule, gross, sides, size
-from solver.path.alike import alike
+from solver.path.graph import alike
 
 COUNT = 40
 SHAPES: list[tuple[str, Callable[[int], float]]] = [
