@@ -23,7 +23,7 @@ from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.question import Question, rank_loss
 from solver.kernel.start_search import sizes_of, starts_of
-from solver.numerics.multistart import project
+from solver.numerics.multistart import GAUSS_NEWTON, arrivals
 from solver.numerics.newton import NewtonLimits
 
 MAX_UNKNOWNS = 60
@@ -88,7 +88,7 @@ class _Curve:
 
         arrays, known = self.question.kernel.arrays, self.question.known
         residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
-        return project(residual, jacobian, starts, self.scale, self.low, self.high)
+        return arrivals(residual, jacobian, starts, self.scale, GAUSS_NEWTON, (self.low, self.high))
 
     def _settled(self, x: NDArray[Any]) -> NDArray[Any] | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""

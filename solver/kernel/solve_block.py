@@ -31,8 +31,8 @@ from solver.kernel.question import Budget, Question
 from solver.kernel.sparse_search import search_sparsely
 from solver.kernel.start_search import search_from_starts
 from solver.kernel.tear_search import TearSearch
-from solver.numerics.multistart import multistart, starting_points
-from solver.numerics.newton import TRUST_REGIONS, NewtonLimits, scipy_root
+from solver.numerics.multistart import starting_points
+from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
 
 TRUST_REGION_STARTS = 24
 
@@ -328,19 +328,18 @@ def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> 
 
 
 def _one_by_one(question: Question, candidates: Candidates) -> None:
-    found = multistart(
-        question.residual,
-        question.jacobian,
-        question.guess(),
-        [question.domain(name) for name in question.unknowns],
-        question.scale(),
-        FEW_STARTS if candidates.answers else STARTS,
-        limits=START_LIMITS,
-    )
-    for root in found.roots:
-        candidates.refine(root.x)
-    if found.best is not None:
-        candidates.note(question.named(found.best.x))
+    """Damped Newton from the guess, which is worth a longer search, and from a few further points."""
+    ranges, scale = [question.domain(name) for name in question.unknowns], question.scale()
+    count = FEW_STARTS if candidates.answers else STARTS
+    for number, start in enumerate(starting_points(question.guess(), ranges, scale, count)):
+        limits = START_LIMITS if number else STANDARD_LIMITS
+        end = newton(question.residual, question.jacobian, start, scale, limits)
+        if end.outcome.found:
+            candidates.refine(end.x)
+        else:
+            candidates.note(question.named(end.x))
+        if candidates.endless:
+            return
 
 
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:

@@ -6,20 +6,18 @@ would leave the domain it is held at the edge of it. Nothing is proven about roo
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Budget, Question
-from solver.numerics.multistart import Array, batch_newton, low_discrepancy
+from solver.numerics.multistart import Array, arrivals, spread
 from solver.numerics.newton import NewtonLimits
 
 ROUNDS = ((0, 128), (128, 512), (512, 1024))
 """From which start of a sequence to which a round goes, of each of the two kinds; two rounds at least."""
-DECADES = 3.0
 MOST = 48
 """Ends of a round that are looked at, those of ordinary size first: many may lie along a curve or far out."""
 SAME = 1e-6
@@ -34,7 +32,7 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
     found: list[Array] = []
     for turn, (first, last) in enumerate(ROUNDS):
         starts = starts_of(question, sizes, first, last)
-        ends = batch_newton(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
+        ends = arrivals(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
             new = _distinct(_wrapped(question, ends), found, scale)
             nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
@@ -71,9 +69,8 @@ def _points(
     question: Question, names: Sequence[str], sizes: Mapping[str, float], first: int, last: int
 ) -> Array:
     """The points (last - first, names) of a sequence that is spread over the ranges of unknowns."""
-    spreads = [_spread(*question.domain(name), sizes[name]) for name in names]
-    shares = low_discrepancy(len(names), last - first, first)
-    return np.array([[spread(u) for spread, u in zip(spreads, row, strict=True)] for row in shares])
+    ranges = [question.domain(name) for name in names]
+    return np.array(list(spread(ranges, [sizes[name] for name in names], last - first, first)))
 
 
 def sizes_of(question: Question) -> Mapping[str, float]:
@@ -85,23 +82,6 @@ def sizes_of(question: Question) -> Mapping[str, float]:
         name: turn / 4 if (turn := question.turn(name)) else abs(guesses.get(name, 0.0)) or sizes[name]
         for name in question.unknowns
     }
-
-
-def _spread(low: float, high: float, size: float) -> Callable[[float], float]:
-    """From shares in [0, 1) to values: even over a finite range, else over some decades around ``size``."""
-    if math.isfinite(low) and math.isfinite(high):
-        return lambda u: low + u * (high - low)
-    if math.isfinite(low):
-        return lambda u: low + _magnitude(u, size)
-    if math.isfinite(high):
-        return lambda u: high - _magnitude(u, size)
-    return lambda u: _magnitude(2 * u - 1, size) if u >= 0.5 else -_magnitude(1 - 2 * u, size)
-
-
-def _magnitude(share: float, size: float) -> float:
-    """From 10⁻³ to 10³ times the size, most of them near it."""
-    centred = 2.0 * share - 1.0
-    return size * math.pow(10.0, DECADES * centred * abs(centred))
 
 
 def _wrapped(question: Question, ends: Array) -> Array:

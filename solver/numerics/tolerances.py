@@ -82,14 +82,6 @@ HOME = 1e-7
 LEAST = 1e-9
 """Size of an unknown that a first step leaves alone, beside the largest."""
 
-# --- are two ends one root? ---
-
-SAME_ROOT = 1e-9
-"""Relative difference of two ends of Newton's method that are one root, ill-conditioned up to some 1e6 ε."""
-
-SAME_SINGULAR_ROOT = 1e-4
-"""The same at a multiple root: a threefold one is known to the cube root of ε, 6e-6, times its condition."""
-
 # --- is a matrix singular? ---
 
 INDEPENDENT = 1e-11

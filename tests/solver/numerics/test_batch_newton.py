@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.numerics.multistart import batch_newton
+from solver.numerics.multistart import arrivals
 
 
 def himmelblau(x: Any) -> Any:
@@ -29,7 +29,7 @@ GRID = np.array([[a, b] for a in np.linspace(-5, 5, 8) for b in np.linspace(-5, 
 
 
 def test_every_stationary_point_of_himmelblau() -> None:
-    ends = batch_newton(himmelblau, himmelblau_slopes, GRID, np.ones(2))
+    ends = arrivals(himmelblau, himmelblau_slopes, GRID, np.ones(2))
     assert len(ends) > 40
     assert np.abs(himmelblau(ends)).max() < 1e-5
     distinct = {tuple(np.round(end, 6) + 0.0) for end in ends}
@@ -39,20 +39,20 @@ def test_every_stationary_point_of_himmelblau() -> None:
 
 def test_the_ends_are_in_the_order_of_their_starts() -> None:
     starts = np.array([[3.1, 2.1], [100.0, np.nan], [-2.8, 3.1]])
-    ends = batch_newton(himmelblau, himmelblau_slopes, starts, np.ones(2))
+    ends = arrivals(himmelblau, himmelblau_slopes, starts, np.ones(2))
     assert ends == pytest.approx(np.array([[3.0, 2.0], [-2.805118, 3.131312]]), abs=1e-6)
 
 
 def test_no_root_no_end() -> None:
     starts = np.linspace(-9, 9, 20)[:, None]
-    found = batch_newton(lambda x: x**2 + 1, lambda x: 2 * x[:, :, None], starts, np.ones(1))
+    found = arrivals(lambda x: x**2 + 1, lambda x: 2 * x[:, :, None], starts, np.ones(1))
     assert found.shape == (0, 1)
 
 
 def test_steps_stay_in_the_domain() -> None:
     """sqrt(x) + x = 6 has the root 4; a full step from 90 would leave for negative numbers."""
     starts = np.array([[90.0], [0.01], [-1.0]])
-    ends = batch_newton(
+    ends = arrivals(
         lambda x: np.sqrt(x) + x - 6, lambda x: (0.5 / np.sqrt(x) + 1)[:, :, None], starts, np.ones(1)
     )
     assert ends.ravel().tolist() == pytest.approx([4.0, 4.0])
@@ -68,5 +68,5 @@ def test_a_singular_start_spoils_no_other() -> None:
         zero = np.zeros(len(x))
         return np.stack([np.stack([2 * x[:, 0], zero], 1), np.stack([x[:, 1], x[:, 0]], 1)], 1)
 
-    ends = batch_newton(residual, jacobian, starts, np.ones(2))
+    ends = arrivals(residual, jacobian, starts, np.ones(2))
     assert ends.tolist() == [pytest.approx([2.0, 1.0])]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.multistart import project
+from solver.numerics.multistart import GAUSS_NEWTON, arrivals
 
 ENDLESS = np.array([np.inf, np.inf])
 coordinates = st.floats(0.2, 5.0).map(lambda x: round(x, 3))
@@ -27,7 +27,8 @@ def slopes(points: Any) -> Any:
 
 
 def ends(starts: Any, low: Any = -ENDLESS, high: Any = ENDLESS) -> Any:
-    return project(circle, slopes, np.array(starts, dtype=float), np.full(2, 10.0), low, high)
+    at = np.array(starts, dtype=float)
+    return arrivals(circle, slopes, at, np.full(2, 10.0), GAUSS_NEWTON, (low, high))
 
 
 @settings(max_examples=60, deadline=None)
@@ -49,5 +50,6 @@ def test_what_has_no_solution_arrives_nowhere_that_is_one() -> None:
     def apart(points: Any) -> Any:
         return circle(points) + np.array([0.0, 1.0])
 
-    found = project(apart, slopes, np.array([[1.0, 2.0], [3.0, -1.0]]), np.ones(2), -ENDLESS, ENDLESS)
+    starts = np.array([[1.0, 2.0], [3.0, -1.0]])
+    found = arrivals(apart, slopes, starts, np.ones(2), GAUSS_NEWTON)
     assert all(abs(apart(end[None, :])).max() > 1e-3 for end in found)
