@@ -6,38 +6,37 @@ import math
 import os
 from collections.abc import Sequence
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels, meant, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, meant, said, suggestion
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.source import Span
 
 
 def names_variable(name: str, place: Span | None) -> Diagnosis:
-    return error(
+    return said(
         "E401",
         f"an input is a number or a symbol, and {name} is a variable",
-        *labels((place, "evaluated once, before anything is solved")),
-        notes=(
-            f"for the symbol write '{name}",
-            "to tie two variables together write a rule",
-        ),
+        place,
+        f"for the symbol write '{name}",
+        "to tie two variables together write a rule",
+        label="evaluated once, before anything is solved",
     )
 
 
 def not_finite(reason: str, place: Span | None) -> Diagnosis:
-    return error(
+    return said(
         "E402",
         f"this input has no finite value: {reason}",
-        *labels((place, "")),
-        notes=("give a finite number, or leave the value out to have it solved",),
+        place,
+        "give a finite number, or leave the value out to have it solved",
     )
 
 
 def outside_range(number: float, variable: Variable, place: Span | None) -> Diagnosis:
-    return error(
+    return said(
         "E403",
         f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}",
-        *labels((place, "")),
-        notes=("change the value, or the range in the variables section",),
+        place,
+        "change the value, or the range in the variables section",
     )
 
 
@@ -46,39 +45,37 @@ def symbol_for_number(symbol: str, variable: Variable, model: Model, place: Span
     kind = f"in [{variable.unit}]" if variable.unit else "that rules compute with"
     kind = f"that is {range_text(variable)}" if ranged and not variable.unit else kind
     tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()
-    return error(
+    return said(
         "E406",
         f"{variable.name} is a number {kind}, and '{symbol} is a symbol",
-        *labels((place, "")),
-        notes=("give a number, or clear the input to have it solved", *tied),
+        place,
+        "give a number, or clear the input to have it solved",
+        *tied,
     )
 
 
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
-    return error(
+    return said(
         "E404",
         f"a guess is a number, and '{symbol} is a symbol",
-        *labels((place, "")),
-        notes=(f"to give the symbol as an input write = '{symbol}",),
+        place,
+        f"to give the symbol as an input write = '{symbol}",
     )
 
 
 def no_tolerance(symbol: bool, place: Span | None) -> Diagnosis:
     """A tolerance of a symbol, or one that is not a number from 0 on."""
-    return error(
+    return said(
         "E405",
         "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative",
-        *labels((place, "")),
-        notes=("write it as in = 3 ± 0.01, or = 3 ± 1%",),
+        place,
+        "write it as in = 3 ± 0.01, or = 3 ± 1%",
     )
 
 
 def guess_with_tolerance(place: Span | None) -> Diagnosis:
-    return error(
-        "E405",
-        "a guess has no tolerance",
-        *labels((place, "")),
-        notes=("write the guess alone, or clear the G to make it an input",),
+    return said(
+        "E405", "a guess has no tolerance", place, "write the guess alone, or clear the G to make it an input"
     )
 
 
@@ -94,11 +91,8 @@ def range_text(variable: Variable) -> str:
 
 def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     help_ = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
-    return error(
-        "E406",
-        f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else ""),
-        *labels((place, "")),
-        notes=(help_,),
+    return said(
+        "E406", f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else ""), place, help_
     )
 
 
@@ -122,7 +116,7 @@ def not_a_number(given: object, variable: Variable) -> Diagnosis:
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
     """The complaint about a name that the model does not have, with the name that may be meant."""
     notes = meant(name, model.variables)
-    return error("E407", f"{model.name} has no variable {name}", *labels((place, "")), notes=notes)
+    return said("E407", f"{model.name} has no variable {name}", place, *notes)
 
 
 def no_name_column(columns: Sequence[str]) -> Diagnosis:
@@ -135,11 +129,12 @@ def no_name_column(columns: Sequence[str]) -> Diagnosis:
 
 
 def unknown_column(name: str, columns: Sequence[str], place: Span) -> Diagnosis:
-    return error(
+    return said(
         "E411",
         f"a variable sheet has no column {name}",
-        *labels((place, "")),
-        notes=(*suggestion(name, columns), f"the columns are {', '.join(columns)}"),
+        place,
+        *suggestion(name, columns),
+        f"the columns are {', '.join(columns)}",
     )
 
 
@@ -148,35 +143,28 @@ def unknown_status(status: str, place: Span) -> Diagnosis:
         message = "a variable with the status L holds a list, and lists are not there yet"
     else:
         message = f"there is no status {status}"
-    return error(
-        "E412",
-        message,
-        *labels((place, "")),
-        notes=("the column St is blank, or G for a guess, or C for a comment row",),
-    )
+    return said("E412", message, place, "the column St is blank, or G for a guess, or C for a comment row")
 
 
 def nameless_input(text: str, place: Span) -> Diagnosis:
-    return error(
+    return said(
         "E413",
         f"the input {text} belongs to no variable",
-        *labels((place, "")),
-        notes=("fill in the column Name, or mark a comment row by C in the column St",),
+        place,
+        "fill in the column Name, or mark a comment row by C in the column St",
     )
 
 
 def repeated_row(name: str, place: Span) -> Diagnosis:
-    return error(
-        "E414", f"{name} has a row already", *labels((place, "again")), notes=("keep one of the rows",)
-    )
+    return said("E414", f"{name} has a row already", place, "keep one of the rows", label="again")
 
 
 def too_many_cells(cells: int, columns: int, place: Span) -> Diagnosis:
-    return error(
+    return said(
         "E415",
         f"this row has {cells} cells, and the heading {columns}",
-        *labels((place, "")),
-        notes=("put a cell that has a comma in it in double quotes",),
+        place,
+        "put a cell that has a comma in it in double quotes",
     )
 
 

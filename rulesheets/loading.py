@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rulesheets.build import build
 from rulesheets.checks.names import duplicate_function
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, suggestion
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, said, suggestion
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
 from rulesheets.parse import parse, parse_file
@@ -248,11 +248,11 @@ def _no_sheet(name: str) -> Diagnosis:
 
 
 def outside(path: str, place: Span | None = None) -> Diagnosis:
-    return error(
+    return said(
         "E311",
         f"{path} lies outside the folder that sheets are confined to",
-        *labels((place, "")),
-        notes=("links count as the files that they lead to",),
+        place,
+        "links count as the files that they lead to",
     )
 
 
@@ -269,34 +269,29 @@ def place_of(path: str, use: Use) -> Span | None:
 
 def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
     notes = near_files(shown) or ("paths are relative to the file that names them",)
-    return error(
-        "E306",
-        f"there is no file {path} to use",
-        *labels((place, f"looked for {shown}")),
-        notes=notes,
-    )
+    return said("E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}")
 
 
 def _not_allowed(path: str, place: Span | None) -> Diagnosis:
-    return error(
+    return said(
         "E313",
         f"the sheet needs the Python file {path}, which is not allowed to run",
-        *labels((place, "named here")),
-        notes=(
-            "a Python file can do anything that you can: read it, and if you trust it, give --allow-python "
-            "(allow_python=True in Python)",
-        ),
+        place,
+        "a Python file can do anything that you can: read it, and if you trust it, give --allow-python "
+        "(allow_python=True in Python)",
+        label="named here",
     )
 
 
 def _circle(shown: list[str], place: Span | None) -> Diagnosis:
     ring = " → ".join(os.path.basename(name) for name in (*shown, shown[0]))
     message = "a file uses itself" if len(shown) == 1 else "files use each other in a circle"
-    return error(
+    return said(
         "E307",
         message,
-        *labels((place, "closes the circle")),
-        notes=(f"the way round: {ring}; move what both need into a file of its own",),
+        place,
+        f"the way round: {ring}; move what both need into a file of its own",
+        label="closes the circle",
     )
 
 
