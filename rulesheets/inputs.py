@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
-from rulesheets.checks.names import check_constant
+from rulesheets.checks import check_constant
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exactly import with_round_values

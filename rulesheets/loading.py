@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rulesheets.build import build
-from rulesheets.checks.names import duplicate_function
+from rulesheets.checks import duplicate_function
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, said, suggestion
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model

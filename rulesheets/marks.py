@@ -1,11 +1,16 @@
-"""What a figure can hold: the kinds of its lines, each with the shape that it is written in."""
+"""What a figure can hold: the kinds of its lines, each with its shape, and what the names in them mean."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from enum import Enum
 from typing import NamedTuple
 
-from rulesheets.syntax.nodes import Expression, Figure, Mark, Name
+from rulesheets.checks import check_builtin, name_in
+from rulesheets.diagnosis import Diagnosis, error, labels, meant, said, suggestion
+from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
+from rulesheets.syntax.program import Program, walk
+from rulesheets.syntax.source import Span
 
 
 class Shape(Enum):
@@ -80,3 +85,70 @@ def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
     named = {Shape.COORDINATES: 0, Shape.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
     points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
     return points, mark.arguments[named:]
+
+
+# --- names ----------------------------------------------------------------------
+
+
+def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:
+    """Names in figures are those of variables, or of points beside them.
+
+    ``variables`` are all of the model by their full names, locals of calls among them.
+    """
+    first: dict[str, Figure] = {}
+    for figure in program.sheet.figures:
+        earlier = first.setdefault(figure.name, figure)
+        if earlier is not figure:
+            yield _twice("figure", figure.name, _head(figure), _head(earlier))
+        yield from _check_figure(figure, variables, program.functions)
+
+
+def _check_figure(
+    figure: Figure, variables: Collection[str], functions: Collection[str]
+) -> Iterator[Diagnosis]:
+    points: dict[str, Mark] = {}
+    for mark in marks_of(figure):
+        if mark.kind in PLACES and mark.name is not None:
+            earlier = points.setdefault(mark.name, mark)
+            if earlier is not mark:
+                yield _twice("point", mark.name, mark.span, earlier.span)
+    for mark in marks_of(figure):
+        named, reckoned = parts(mark)
+        for name in named:
+            if name.name not in points:
+                notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
+                message = f"the figure {figure.name} has no point {name.name}"
+                yield said("E231", message, name.span, *notes)
+        for expression in reckoned:
+            yield from _check_expression(expression, variables, functions)
+
+
+def _check_expression(
+    expression: Expression, variables: Collection[str], functions: Collection[str]
+) -> Iterator[Diagnosis]:
+    for node in walk(expression):
+        if isinstance(node, Name) and node.name not in variables:
+            notes = meant(node.name, variables) or ("a figure names variables of the rules",)
+            yield said("E230", f"there is no variable {node.name}", node.span, *notes)
+        elif isinstance(node, Call) and node.function in functions:
+            message = f"a figure cannot call {node.function}, which is a function of rules"
+            yield said("E201", message, name_in(node), "call it in a rule, and name its results here")
+        elif isinstance(node, Call):
+            yield from check_builtin(node, (), variables)
+        elif isinstance(node, Symbol):
+            message = f"the symbol '{node.name} is no coordinate"
+            yield said("E233", message, node.span, "a figure is drawn from numbers")
+
+
+def _head(figure: Figure) -> Span | None:
+    span = figure.span
+    return span and Span(span.source, span.start, span.start + len("figure"))
+
+
+def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:
+    return error(
+        "E232",
+        f"the {what} {name} is there twice",
+        *labels((again, "again"), (first, "first here")),
+        notes=("give one of the two another name",),
+    )

@@ -1,13 +1,33 @@
-"""Polynomials of several unknowns with fractions for coefficients, by sympy."""
+"""Polynomials with fractions for coefficients, by sympy, and the one that an algebraic equation leads to.
+
+The roots of the *eliminant* of an equation with quotients, roots and absolute values include every solution.
+Quotients are multiplied away; a root s of degree q of an expression e is one more unknown with s^q = e, and
+so is an absolute value, with s^2 = e^2. Those are eliminated one by one by resultants (J. J. Sylvester).
+The polynomial may have further roots, such as those of the other sign of a square root, or poles. Where an
+explicit form is 0/0 its unknown is free, and a solution there may be none of its roots.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
-from sympy import QQ
+from sympy import QQ, Poly, resultant
+from sympy.polys.fields import field
 from sympy.polys.rings import ring
+
+from rulesheets.deadline import expect_time
+from rulesheets.evaluate.number import Arithmetic
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
+
+MAX_RADICALS = 3
+MAX_ROOT = 4
+MAX_DEGREE = 24
+
+Coefficients: TypeAlias = list[Fraction]
+"""Of a polynomial, lowest degree first."""
 
 
 def generators(names: Sequence[str]) -> tuple[Any, ...]:
@@ -21,6 +41,161 @@ def exact(number: float | Fraction) -> Any:
     return QQ(*number.as_integer_ratio())
 
 
-def coefficients(polynomial: Any) -> list[Fraction]:
+def coefficients(polynomial: Any) -> Coefficients:
     """Of a polynomial in one unknown, lowest degree first; none of 0."""
     return [Fraction(int(c.numerator), int(c.denominator)) for c in reversed(polynomial.to_dense())]
+
+
+# --- the eliminant --------------------------------------------------------------
+
+
+class Eliminant(NamedTuple):
+    """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include every
+    solution."""
+
+    polynomial: Coefficients
+    indeterminate: tuple[Coefficients, ...] = ()
+
+
+class NotAlgebraic(Exception):
+    """Something that is no algebraic function of low degree of the unknown."""
+
+
+def eliminant(
+    left: Expression,
+    right: Expression,
+    unknown: str,
+    forms: Sequence[tuple[str, Expression]],
+    known: Mapping[str, float],
+) -> Eliminant | None:
+    """The eliminant; None where the equation is not algebraic in the unknown.
+
+    ``forms`` are further unknowns as expressions of those before them; ``known`` numbers are exact fractions.
+    """
+    try:
+        return _Elimination(unknown, known).run(left, right, forms)
+    except (NotAlgebraic, OverflowError):
+        return None
+
+
+class _Elimination(Arithmetic[Any]):
+    """Quotients of polynomials (sympy's ``FracElement``) in the unknown and the radicals."""
+
+    def __init__(self, unknown: str, known: Mapping[str, float]) -> None:
+        self.field, first, *self.radicals = field(["x", *(f"s{k}" for k in range(MAX_RADICALS))], QQ)
+        self.values = {name: self._exact(number) for name, number in known.items()} | {unknown: first}
+        self.relations: dict[tuple[Any, int], Any] = {}
+        self.common: list[Any] = []
+
+    def run(self, left: Expression, right: Expression, forms: Sequence[tuple[str, Expression]]) -> Eliminant:
+        for name, form in forms:
+            self.values[name] = self.of(form)
+        common = map(self._bare, self.common)
+        indeterminate = tuple(
+            self._coefficients(factor) for factor in common if not factor or not factor.is_ground
+        )
+        found = self._bounded(self.of(left) - self.of(right)).numer
+        return Eliminant(self._coefficients(self._bare(found)), indeterminate)
+
+    def _bare(self, found: Any) -> Any:
+        """A polynomial without radicals, whose roots include those of ``found``."""
+        for (inside, degree), radical in reversed(self.relations.items()):
+            expect_time()
+            relation = radical.numer**degree * inside.denom - inside.numer
+            if max(found.degrees()) > MAX_DEGREE:
+                raise NotAlgebraic
+            symbol = radical.as_expr()
+            if symbol in found.as_expr().free_symbols:
+                eliminated = resultant(found.as_expr(), relation.as_expr(), symbol)
+                found = self.field.ring.from_expr(eliminated.expand())
+        return found
+
+    def _coefficients(self, found: Any) -> Coefficients:
+        polynomial = Poly(found.as_expr(), self.field.gens[0].as_expr(), domain=QQ)
+        if polynomial.degree() > MAX_DEGREE or polynomial.degree() < 1:
+            raise NotAlgebraic
+        return [Fraction(int(c.p), int(c.q)) for c in reversed(polynomial.all_coeffs())]
+
+    # --- expressions ---
+
+    def _exact(self, number: float) -> Any:
+        if not math.isfinite(number):
+            raise NotAlgebraic
+        return self.field(exact(number))
+
+    def number(self, node: Number) -> Any:
+        return self._exact(node.value)
+
+    def name(self, node: Name) -> Any:
+        if node.name not in self.values:
+            raise NotAlgebraic
+        return self.values[node.name]
+
+    def sum(self, node: Sum) -> Any:
+        total = self.field.zero
+        for term in node.terms:
+            total = self._bounded(total + self.of(term))
+        return total
+
+    def product(self, node: Product) -> Any:
+        return self._bounded(super().product(node))
+
+    def divided(self, node: Quotient, above: Any, below: Any) -> Any:
+        """The quotient, with a note of where both may be 0. Radicals may be so without a common factor."""
+        if not below:
+            raise NotAlgebraic
+        one, other = above.numer, below.numer
+        if not other.is_ground and not (one and one.is_ground):
+            bare = not any(any(powers[1:]) for part in (one, other) for powers in part.monoms())
+            factor = one.gcd(other) if bare else other
+            if not factor.is_ground:
+                self.common.append(factor)
+        return self._bounded(above / below)
+
+    def raised(self, node: Power, base: Any, exponent: Any) -> Any:
+        return self._power(base, self._constant(exponent))
+
+    def applied(self, node: Call, arguments: list[Any]) -> Any:
+        match node.function:
+            case "pi":
+                return self._exact(math.pi)
+            case "sqrt":
+                return self._power(arguments[0], Fraction(1, 2))
+            case "abs":
+                return self._power(self._bounded(arguments[0] ** 2), Fraction(1, 2))
+            case _:
+                raise NotAlgebraic
+
+    def symbol(self, node: Symbol) -> Any:
+        raise NotAlgebraic
+
+    def _constant(self, exponent: Any) -> Fraction:
+        if not (exponent.numer.is_ground and exponent.denom.is_ground):
+            raise NotAlgebraic
+        number = exponent.numer.coeff(1) / exponent.denom.coeff(1)
+        exact = Fraction(int(number.numerator), int(number.denominator))
+        near = exact.limit_denominator(MAX_ROOT)
+        if float(near) != float(exact):
+            raise NotAlgebraic
+        return near
+
+    def _power(self, base: Any, exponent: Fraction) -> Any:
+        if exponent.denominator > 1:
+            base = self._radical(base, exponent.denominator)
+        if abs(exponent.numerator) > MAX_DEGREE or (exponent <= 0 and not base):
+            raise NotAlgebraic
+        return self._bounded(base**exponent.numerator)
+
+    def _radical(self, inside: Any, degree: int) -> Any:
+        key = inside, degree
+        if key not in self.relations:
+            if len(self.relations) == MAX_RADICALS:
+                raise NotAlgebraic
+            self.relations[key] = self.radicals[len(self.relations)]
+        return self.relations[key]
+
+    def _bounded(self, found: Any) -> Any:
+        expect_time()
+        if len(found.numer) + len(found.denom) > 400:
+            raise NotAlgebraic
+        return found

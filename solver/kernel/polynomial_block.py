@@ -299,7 +299,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
     forms = explicit_forms(question)
     if forms is None:
         return False
-    from rulesheets.algebra.eliminant import eliminant  # sympy waits until a search has left something open
+    from rulesheets.algebra.polynomials import eliminant  # sympy waits until a search has left something open
 
     equation = question.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in question.here.items() if isinstance(value, float)}

@@ -1,4 +1,4 @@
-"""Names and calls of a program: what each name means where it stands."""
+"""What a parsed program must satisfy before its calls are expanded: names, calls, recursion, size."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rulesheets.diagnosis import (
     PROPERTIES,
     WRITE_IN_PYTHON,
     Diagnosis,
+    RuleSheetError,
     error,
     labels,
     plural,
@@ -35,6 +36,35 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
 from rulesheets.syntax.source import Span
+
+
+def check(program: Program) -> None:
+    """Raise RuleSheetError with every complaint about names, symbols and calls, scope by scope."""
+    complaints = tuple(_complaints(program))
+    if complaints:
+        raise RuleSheetError(*complaints)
+
+
+def _complaints(program: Program) -> Iterator[Diagnosis]:
+    sheet = Scope(program)
+    functions = {name: Scope(program, function) for name, function in program.functions.items()}
+    yield from check_rows(program)
+    yield from check_ranges(sheet)
+    yield from _check_scope(sheet)
+    for function, scope in zip(program.functions.values(), functions.values(), strict=True):
+        yield from check_head(function)
+        yield from _check_scope(scope)
+    rings = tuple(check_recursion(functions))
+    yield from rings or check_size(sheet, functions)
+
+
+def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
+    yield from check_names(scope)
+    yield from check_nesting(scope)
+    yield from check_tuples(scope)
+    yield from check_symbols(scope)
+    yield from check_givens(scope)
+    yield from check_calls(scope)
 
 
 @dataclass(frozen=True)
