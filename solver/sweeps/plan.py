@@ -146,11 +146,12 @@ class Plan:
             object.__setattr__(self, name, function)
 
     def _bind(self) -> None:
-        """Let calls begin with the first record that there is."""
+        """Let calls begin with the record that is asked first."""
         records = self.records
-        if records.programs and self._bound is not records.programs[0]:
-            self._bound = records.programs[0]
-            pairs = (records.primary(), self._primary), (records.every[0], self._every)
+        first = next(iter(records.order), None)
+        if first is not None and self._bound is not records.programs[first]:
+            self._bound = records.programs[first]
+            pairs = (records.primary(first), self._primary), (records.every[first], self._every)
             self._call(*(with_resort(*pair) for pair in pairs))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
@@ -166,8 +167,9 @@ class Plan:
 
     def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
         """The answers by the first record that settles them."""
-        rows = (every(*numbers) for every in self.records.every)
-        return next((found for found in rows if found is not None), None)
+        found = self.records.known(numbers)
+        self._bind()
+        return found
 
     def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
         """The numbers of a call; places that a record has filled up hold None."""

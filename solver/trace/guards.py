@@ -26,6 +26,8 @@ CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
 STRANGE = 1e-6
 """A rule that is missed by more than this, relative to its terms, is broken."""
+ENOUGH = 0.1
+"""Share of the terms of a rule by which alone its check is tried first."""
 
 
 class Pattern(NamedTuple):
@@ -214,10 +216,11 @@ class Guards:
         if quick in (size, flow.constant(0.0)):
             flow.bound(size)
             return met
+        whole = flow.add("and", flow.add("lt", size, flow.constant(LARGEST)), met)
+        if not ENOUGH * self._numbers(size) <= self._numbers(quick):
+            return whole
         flow.bound(quick)  # terms that are there already may be enough
-        sooner = flow.add("le", apart, flow.add("mul", share, quick))
-        finite = flow.add("lt", size, flow.constant(LARGEST))
-        return flow.node("sooner", sooner, flow.add("and", finite, met))
+        return flow.node("sooner", flow.add("le", apart, flow.add("mul", share, quick)), whole)
 
     def _broken(self, state: State, equation: Equation) -> int:
         """Whether an equation is missed by far."""

@@ -10,10 +10,12 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.block import kernel_of
+from solver.numerics.tolerances import EPS
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Coefficient, Let, Parabola
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
 from solver.path.steps import Select, SolveBlock
+from solver.trace.flow import LIBRARY
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
 
@@ -132,14 +134,15 @@ class Inverses(Guards):
         return [self._wrapped(form, period) for form in targets]
 
     def _wrapped(self, node: int, turn: float) -> int:
-        """The angle in the turn around 0, its upper end included."""
+        """The angle in the turn around 0, its upper end included, also where rounding moved it past that."""
         flow = self.flow
+        edge = flow.constant(LIBRARY * EPS * turn - turn / 2)
         half, whole = flow.constant(turn / 2), flow.constant(turn)
         count = flow.add("rint", flow.add("div", node, whole))
         moved = flow.add("sub", node, flow.add("mul", whole, count))
         outside = flow.add("lt", half, flow.add("abs", node))
         wrapped = flow.add("where", outside, moved, node)
-        found = flow.add("where", flow.add("eq", wrapped, flow.constant(-turn / 2)), half, wrapped)
+        found = flow.add("where", flow.add("le", wrapped, edge), half, wrapped)
         self.wrapped.add(found)
         return found
 

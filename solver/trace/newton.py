@@ -137,6 +137,8 @@ LAST = 3e-10
 """Relative length that this correction may have."""
 CONDITION = 1e6
 """The largest error of the unknowns that a record answers for, in units of the last place."""
+ZERO, CANCELLED = 1e-12, 1e-3
+"""Share of the terms of its rule below which an unknown is 0 to rounding, and that it is measured by then."""
 QUIET = 0.1
 """Share of ``CONDITION`` below which a record does not ask again next to where it was made."""
 NEXT, BESIDE = 0.05, 5e-3
@@ -173,6 +175,7 @@ class BlockNewton:
         self.bends: dict[tuple[int, ...], Array] = {}
         try:
             self.slopes = [list(row) for row in kernel.jacobian(sample)(self.start)]
+            self.scale = tuple(map(max, self.scale, self._terms_of_zeros()))
             self._write()
             self._predict()
             self.start = self.scalar(*self.sample)
@@ -180,7 +183,7 @@ class BlockNewton:
             self._predict()
             self.bends = self._bends()
             self._predict()
-        except (ArithmeticError, ValueError):
+        except (ArithmeticError, ValueError, NotDifferentiable):
             raise NotCompilable from None
 
     def _write(self) -> None:
@@ -243,16 +246,31 @@ class BlockNewton:
         except NotDifferentiable:
             raise NotCompilable from None
 
+    def _terms_of_zeros(self) -> Iterator[float]:
+        """Of an unknown that is 0 to rounding a share of the terms that cancel in it; 0 of another."""
+        point = self._point()
+        sizes = []
+        for form in self.kernel.forms:
+            slopes = {name: value(differentiate(form, name), point) for name in names(form)}
+            sizes.append(sum(abs(slope * point[name]) for name, slope in slopes.items()))
+        for x, column in zip(self.start, zip(*self.slopes, strict=True), strict=True):
+            shares = (size / abs(slope) for size, slope in zip(sizes, column, strict=True) if slope)
+            terms = min(shares, default=0.0)
+            yield CANCELLED * terms if abs(x) <= ZERO * terms else 0.0
+
     def _tangent(self) -> Array:
         """How the root moves with each known number (unknowns, known)."""
-        every = (*self.kernel.unknowns, *self.known)
-        point = {**dict(zip(every, (*self.start, *self.sample), strict=True)), **self.fixed}
         slopes = np.zeros(self.tangent.shape)
         for column, name in enumerate(self.known):
             for row, form in enumerate(self.kernel.forms):
                 if name in names(form):
-                    slopes[row, column] = value(differentiate(form, name), point)
+                    slopes[row, column] = value(differentiate(form, name), self._point())
         return np.linalg.solve(np.array(self.slopes), -slopes)
+
+    def _point(self) -> dict[str, float]:
+        """The numbers of the sample."""
+        every = (*self.kernel.unknowns, *self.known)
+        return {**dict(zip(every, (*self.start, *self.sample), strict=True)), **self.fixed}
 
     def _bends(self) -> dict[tuple[int, ...], Array]:
         """What further powers of moves of the known numbers add to that, (unknowns,) each: (j, k) of d_j d_k.

@@ -184,10 +184,31 @@ class Records:
         self.refusals: list[Program] = []
         self.refused: list[Callable[..., Any]] = []
         self.failures = self.vain = 0
+        self.useful = 0
+        """The place of the record that settled what no record before it did."""
+        self._primary: dict[int, Callable[..., Any]] = {}
 
-    def primary(self) -> Callable[..., Any]:
-        """The first record, for its first answer alone."""
-        return compile_scalar(self.programs[0])
+    @property
+    def order(self) -> list[int]:
+        """The places of the records as they are asked: those of more answers first, of these the useful."""
+        places = range(len(self.programs))
+        return sorted(places, key=lambda at: (-len(self.programs[at].endings), at != self.useful))
+
+    def primary(self, place: int) -> Callable[..., Any]:
+        """A record for its first answer alone."""
+        if place not in self._primary:
+            self._primary[place] = compile_scalar(self.programs[place])
+        return self._primary[place]
+
+    def known(self, numbers: Sequence[Value]) -> list[tuple[Value, ...]] | None:
+        """All answers of a row by the first record that settles it, which is useful from now on."""
+        found: list[tuple[Value, ...]] | None = None
+        for place in self.order:
+            found = self.every[place](*numbers)
+            if found is not None:
+                self.useful = place
+                break
+        return found
 
     def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], dead: Sequence[Leaf]) -> bool:
         """A new record from the answers of a row that was solved step by step, where it says the same."""
@@ -225,32 +246,38 @@ class Records:
                 return
         self.vain += 1
 
-    def mark(self) -> tuple[int, int, int, int]:
+    def mark(self) -> tuple[int, ...]:
         """What has been learned so far, for ``forget``."""
-        return len(self.programs), len(self.refusals), self.failures, self.vain
+        return len(self.programs), len(self.refusals), self.failures, self.vain, self.useful
 
-    def forget(self, mark: tuple[int, int, int, int]) -> None:
+    def forget(self, mark: tuple[int, ...]) -> None:
         """Go back to what was known at a mark."""
-        programs, refusals, self.failures, self.vain = mark
+        programs, refusals, self.failures, self.vain, self.useful = mark
         del self.programs[programs:]
         del self.every[programs:]
         del self.refusals[refusals:]
         del self.refused[refusals:]
+        self._primary = {place: known for place, known in self._primary.items() if place < programs}
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):
             return False
         names = self.pattern.want
+        turns = [self.planner.graph.turn(name) for name in names]
         wanted = [tuple(answer.get(name, math.nan) for name in names) for answer in answers]
-        known = all(any(_same(one, row) for row in rows) for one in wanted)
-        return known and all(any(_same(one, row) for one in wanted) for row in rows)
+
+        def same(one: Sequence[Value], other: Sequence[Value]) -> bool:
+            return all(map(_near, one, other, turns))
+
+        known = all(any(same(one, row) for row in rows) for one in wanted)
+        return known and all(any(same(one, row) for one in wanted) for row in rows)
 
 
-def _same(one: Sequence[Value], other: Sequence[Value]) -> bool:
-    return all(_near(a, b) for a, b in zip(one, other, strict=True))
-
-
-def _near(a: Value, b: Value) -> bool:
+def _near(a: Value, b: Value, turn: float | None) -> bool:
+    """Whether two values are the same, also on both sides of the half turn."""
     if isinstance(a, str) or isinstance(b, str):
         return a == b
-    return abs(a - b) <= AGREEMENT * max(abs(a), abs(b)) + 1e-12 or (math.isnan(a) and math.isnan(b))
+    apart, limit = abs(a - b), AGREEMENT * max(abs(a), abs(b)) + 1e-12
+    if turn is not None:
+        apart = min(apart, abs(apart - turn))
+    return apart <= limit or (math.isnan(a) and math.isnan(b))

@@ -293,12 +293,15 @@ class AnswerSweeper:
         parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
         left = np.arange(count)
-        records = refusals = 0
+        records = refusals = most = 0
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
-                for program in self.records.programs[records:]:
+                for place in [place for place in self.records.order if place >= records]:
+                    before, program = len(left), self.records.programs[place]
                     left = self._settled(program, columns, left, parts, steady)
+                    if before - len(left) > most:
+                        most, self.records.useful = before - len(left), place
                 for program in self.records.refusals[refusals:]:
                     left = self._refusals.left(program, columns, left, keep)
             records, refusals = len(self.records.programs), len(self.records.refusals)
