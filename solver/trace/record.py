@@ -136,7 +136,7 @@ class Recording(ClosedForms):
         for step in self.branch.steps:
             before = frozenset(state.values)
             state = self._step(state, step)
-            if self.corrects or self.branch.precise:
+            if self._is_delicate:
                 self._correct(state, frozenset(state.values) - before)
         self._on(state)
         self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
@@ -173,6 +173,9 @@ class Recording(ClosedForms):
             state.values.setdefault(name, self.flow.constant(value))
 
     def _step(self, state: State, step: Step) -> State:
+        if isinstance(step, SolveBlock) and self._is_delicate:
+            with suppress(NotCompilable):
+                return self._iterated(state.fork(), step)  # formulas lose digits that the solve has
         try:
             fork = self._on(state.fork())
             match step:
@@ -191,9 +194,14 @@ class Recording(ClosedForms):
             return self._otherwise(state, step)
         return fork
 
+    @property
+    def _is_delicate(self) -> bool:
+        """Whether the solve took more digits than floats have, or a record by formulas did not hold."""
+        return self.corrects or bool(self.branch.precise)
+
     def _correct(self, state: State, new: frozenset[str]) -> None:
         """Another rule than the one that a new unknown was solved for by may tell its last places better:
-        those of what is left of terms that cancel, or where the solve took more digits than floats have."""
+        those of what is left of terms that cancel."""
         flow, values = self.flow, state.values
         for rule in self.model.equations:
             known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
