@@ -35,6 +35,7 @@ from rulesheets.inputs import override
 from rulesheets.syntax.nodes import names
 from solver.path.steps import SolveBlock
 from solver.solution.explore import explore
+from solver.solution.leaves import Asked
 
 SHARES = (1e-2, 4e-3, -3e-3, -7e-3)
 """How far from the state of the sheet the given number is asked, relative to itself."""
@@ -81,7 +82,7 @@ def blocks(name: str) -> Iterator[Block]:
             values = override(model, {given: state[given], wanted: None}, {}).values
             try:
                 with time_limit(PATIENCE):
-                    found = explore(model, values, [wanted], {}, [wanted])
+                    found = explore(Asked(model, values, [wanted], {}, [wanted]))
             except TimeIsUp:
                 continue
             leaf = next((leaf for leaf in found.leaves if leaf.solved), None)

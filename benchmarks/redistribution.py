@@ -145,7 +145,7 @@ def _is_well_posed(model: Any, state: Mapping[str, float], given: Collection[str
 
 
 def prepared_call(asked: Drawn) -> float:
-    """Seconds of processor time of a prepared call next to the numbers of a question; nan without an answer."""
+    """Processor time (s) of a prepared call next to the numbers of a question; nan without an answer."""
     numbers = [*asked.given.values()]
     plan: Any = solver.prepare(asked.model, [*asked.given], asked.want, asked.fixed, timeout=PATIENCE)
     draw, times = random.Random(str((*asked.given,))), []

@@ -156,12 +156,17 @@ class Plan:
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         """What the first record does not settle, or all where there is none yet."""
-        return self._listed(self._numbers(given, named))[0]
+        numbers, bound, records = self._numbers(given, named), self._bound, self.records
+        found = self._known(numbers)
+        if found is None:
+            return self._answers(numbers)[0]
+        if bound is records.programs[records.useful] and not named and records.missed(numbers):
+            self._bound = None
+            self._bind()
+        return found[0]
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
-        return self._listed(self._numbers(given, named))
-
-    def _listed(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
+        numbers = self._numbers(given, named)
         found = self._known(numbers)
         return self._answers(numbers) if found is None else found
 

@@ -133,6 +133,8 @@ CONTRACTION = 0.25
 ITERATIONS = 12
 CONVERGED = 1e-7
 """Relative length of a step after which the next one is no more than the correction of a rounded root."""
+ROUGH = 1e-4
+"""The same where it is enough to know about where a root is."""
 LAST = 3e-10
 """Relative length that this correction may have."""
 CONDITION = 1e6
@@ -346,40 +348,43 @@ class BlockNewton:
 
     def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
         """The iteration around the statements of a step, and those of the correction behind it."""
-        (step, moves), (below, pivots), (last, ends), (error, moved) = parts
+        steps, (below, pivots), (last, ends), (error, moved) = parts
         every, inputs = range(len(self.start)), len(self.start) + len(self.sample)
         sizes = zip(pivots, self.sizes, strict=True) if self.quiet else ()
         near = " and ".join(["near", *(f"0.5 <= {text} * {1.0 / size!r} <= 2.0" for text, size in sizes)])
-        shares = [repr(1.0 / s) for s in self.scale]
+        return [
+            *self._steps(steps, CONVERGED),
+            *below,
+            *(f"z = a{i} - d{i}; c = z * {SPLITTER!r}; a{inputs + i} = c - (c - z)" for i in every),
+            *last,
+            *(f"d{i} = {text}" for i, text in enumerate(ends)),
+            f"if not {self._length([f'd{i}' for i in every])} <= {LAST**2!r}: return None",
+            f"if not ({near}):",
+            *(f"    {line}" for line in error),
+            f"    if not {self._length(moved)} <= {CONDITION**2!r}: return None",
+            f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
+        ]
 
-        def length(steps: Sequence[str]) -> str:
-            return " + ".join(f"({d} * {share}) ** 2" for d, share in zip(steps, shares, strict=True))
-
+    def _steps(self, part: tuple[list[str], list[str]], converged: float) -> list[str]:
+        """Steps until one is shorter; the last of them is not gone."""
+        every, (step, moves) = range(len(self.start)), part
         inside = [
             *step,
             *(f"d{i} = {text}" for i, text in enumerate(moves)),
-            f"length = {length([f'd{i}' for i in every])}",
-            f"if length < {CONVERGED**2!r}: break",
+            f"length = {self._length([f'd{i}' for i in every])}",
+            f"if length < {converged**2!r}: break",
             "if not length <= before: return None",
             f"if length > {QUIET**2!r}: near = False",
             f"before = length * {CONTRACTION**2!r}",
             *(f"a{i} = a{i} - d{i}" for i in every),
         ]
-        return [
-            "before = inf",
-            f"for _ in ({', '.join('0' * ITERATIONS)}):",
-            *(f"    {line}" for line in inside),
-            "else: return None",
-            *below,
-            *(f"z = a{i} - d{i}; c = z * {SPLITTER!r}; a{inputs + i} = c - (c - z)" for i in every),
-            *last,
-            *(f"d{i} = {text}" for i, text in enumerate(ends)),
-            f"if not {length([f'd{i}' for i in every])} <= {LAST**2!r}: return None",
-            f"if not ({near}):",
-            *(f"    {line}" for line in error),
-            f"    if not {length(moved)} <= {CONDITION**2!r}: return None",
-            f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
-        ]
+        count = ", ".join("0" * ITERATIONS)
+        body = (f"    {line}" for line in inside)
+        return ["before = inf", f"for _ in ({count}):", *body, "else: return None"]
+
+    def _length(self, steps: Sequence[str]) -> str:
+        """The square of the length of a step, in units of the unknowns."""
+        return " + ".join(f"({d} * {1.0 / s!r}) ** 2" for d, s in zip(steps, self.scale, strict=True))
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """The root as nodes of another graph, by two steps; nan where these are not enough."""
@@ -412,6 +417,25 @@ class BlockNewton:
         except (ArithmeticError, ValueError):
             found = None
         return self._followed(known) if found is None else found
+
+    def rough(self, *known: float) -> tuple[float, ...]:
+        """The root to some digits. Raises ValueError where the branch of the record is not followed."""
+        try:
+            found = self._roughly(*self._start(*known))
+        except (ArithmeticError, ValueError):
+            found = None
+        return self._followed(known) if found is None else found
+
+    @cached_property
+    def _roughly(self) -> Callable[..., tuple[float, ...] | None]:
+        count, places = len(self.start), len(self.start) + len(self.sample)
+        gone = ", ".join(f"a{i} - d{i}" for i in range(count))
+        return block_function(
+            Program(self.flow, places, (Ending((*self.step,), (), ()),)),
+            ", ".join([*_names(places), "near"]),
+            [count],
+            lambda part: [*self._steps(part, ROUGH), f"return ({gone},)"],
+        )
 
     def _followed(self, known: Sequence[float]) -> tuple[float, ...]:
         """The root by way of numbers between those of the record and these."""

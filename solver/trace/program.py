@@ -30,7 +30,8 @@ class Program(NamedTuple):
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
-    of them does not count, none does.
+    of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of the
+    finders that are ``rough`` it reads some digits.
     """
 
     flow: Flow
@@ -38,6 +39,8 @@ class Program(NamedTuple):
     endings: tuple[Ending, ...]
     symbols: tuple[tuple[int, str], ...] = ()
     order: Order = UNORDERED
+    brief: Program | None = None
+    rough: frozenset[int] = frozenset()
 
     @property
     def wanted(self) -> tuple[int, ...]:

@@ -132,7 +132,8 @@ def _namespace(program: Program) -> dict[str, Any]:
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
-    namespace.update({f"f_{place}": finder.scalar for place, finder in enumerate(program.flow.finders)})
+    for place, finder in enumerate(program.flow.finders):
+        namespace[f"f_{place}"] = finder.rough if place in program.rough else finder.scalar
     return namespace
 
 
@@ -239,6 +240,7 @@ class _Writer:
             self._line(f"return {row}", "        ")
             self.texts = outer
         if not order.keys:
+            self._line("break", "    ")
             return
         self._require(order.told, "    ")
         keys = [f"({''.join(self.text(n, '    ') + ', ' for n in key)})" for key in order.keys]

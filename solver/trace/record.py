@@ -10,7 +10,7 @@ where the condition of a block is bad.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from itertools import compress
 
@@ -79,6 +79,8 @@ class Recording(ClosedForms):
         super().__init__(model, planner, pattern, leaves[0].branch.values, plain)
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
+        self._checked: list[set[int]] = []
+        """Of each ending what its rules are checked by."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
 
     def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
@@ -89,7 +91,23 @@ class Recording(ClosedForms):
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
-        return lean(Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, order))
+        program = Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, order)
+        brief = self._brief(program)
+        return lean(program._replace(brief=brief and lean(brief)))
+
+    def _brief(self, program: Program) -> Program | None:
+        """The program of the first answer alone, where it is known to be the first: the others still have to
+        be about where they are, and to decide as they do, but nobody reads them."""
+        if not program.order.usual:
+            return None
+        first, *others = program.endings
+        checked = zip(others, self._checked[1:], strict=True)
+        brief = [Ending((), _less(e.holds, checks), _less(e.finite, checks)) for e, checks in checked]
+        read = computed_from(self.flow, Program(self.flow, 0, (first,)).wanted)
+        places = {int(self.flow.nodes[n][1]) for n in read if self.flow.nodes[n][0] == "root"}
+        rough = frozenset(range(len(self.flow.finders))) - places
+        told = Order(usual=program.order.usual)
+        return program._replace(endings=(first, *brief), order=told, rough=rough)
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
         """What is given, and the symbols among that, by their places."""
@@ -115,10 +133,12 @@ class Recording(ClosedForms):
 
     def _followed(self, start: State, leaf: Leaf) -> State:
         state = self._steps(start.fork(), leaf)
-        self._check_rules(state)
         self._check_requirements(state)
         for name, variable in self.model.variables.items():
             self._turned(state, name, variable)
+        known = {*state.checks, *state.finite}
+        self._check_rules(state)
+        self._checked.append({*state.checks, *state.finite} - known)
         self.endings.append(self._ending(state))
         return state
 
@@ -484,3 +504,7 @@ class Recording(ClosedForms):
                 differ = flow.add("abs", flow.add("sub", one, two))
                 apart = flow.add("or", apart, flow.add("lt", limit, differ))
             flow.require(apart)
+
+
+def _less(nodes: Sequence[int], others: Collection[int]) -> tuple[int, ...]:
+    return tuple(node for node in nodes if node not in others)

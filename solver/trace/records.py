@@ -168,6 +168,8 @@ MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
+MAX_MISSES = 8
+"""Rows that a record settles in whole alone, after which it is not asked in brief any more."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -187,6 +189,8 @@ class Records:
         self.useful = 0
         """The place of the record that settled what no record before it did."""
         self._primary: dict[int, Callable[..., Any]] = {}
+        self._misses: dict[int, set[tuple[Value, ...]]] = {}
+        """By the place of a record the rows that it settles in whole, but not in its brief form."""
 
     @property
     def order(self) -> list[int]:
@@ -197,8 +201,20 @@ class Records:
     def primary(self, place: int) -> Callable[..., Any]:
         """A record for its first answer alone."""
         if place not in self._primary:
-            self._primary[place] = compile_scalar(self.programs[place])
+            program = self.programs[place]
+            whole = len(self._misses.get(place, ())) >= MAX_MISSES
+            self._primary[place] = compile_scalar(program if whole else program.brief or program)
         return self._primary[place]
+
+    def missed(self, numbers: tuple[Value, ...]) -> bool:
+        """Note a row that the useful record settles, but not in brief; True where this is given up."""
+        rows = self._misses.setdefault(self.useful, set())
+        if len(rows) >= MAX_MISSES or self.programs[self.useful].brief is None:
+            return False
+        rows.add(numbers)
+        if given_up := len(rows) >= MAX_MISSES:
+            del self._primary[self.useful]
+        return given_up
 
     def known(self, numbers: Sequence[Value]) -> list[tuple[Value, ...]] | None:
         """All answers of a row by the first record that settles it, which is useful from now on."""
@@ -258,6 +274,7 @@ class Records:
         del self.refusals[refusals:]
         del self.refused[refusals:]
         self._primary = {place: known for place, known in self._primary.items() if place < programs}
+        self._misses = {place: rows for place, rows in self._misses.items() if place < programs}
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):
