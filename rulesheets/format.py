@@ -67,6 +67,13 @@ def readable(value: float | str | None) -> str:
     return f"{value + 0.0:.{DIGITS}g}"
 
 
+def exact(value: float | str | None) -> str:
+    """A value for a file, blank for None and NaN: reading it back gives the same float."""
+    if value is None or value != value:
+        return ""
+    return f"'{value}" if isinstance(value, str) else repr(float(value) + 0.0).removesuffix(".0")
+
+
 def format_expression(node: Expression) -> str:
     """An expression on one line: sums are spaced, products and powers are not."""
     return _expression(node, _SUM)

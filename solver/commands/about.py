@@ -160,27 +160,8 @@ def _bash(commands: list[_Completed]) -> Iterator[str]:
 
 
 def _zsh(commands: list[_Completed]) -> Iterator[str]:
-    yield "#compdef backsolve"
-    yield "_backsolve() {"
-    told = " ".join(quote(f"{command.name}:{command.about}") for command in commands)
-    yield f"  local -a commands=({told})"
-    yield "  if (( CURRENT == 2 )); then _describe command commands; return; fi"
-    yield "  local command=$words[2]; shift words; (( CURRENT-- ))"
-    yield "  case $command in"
-    for command in commands:
-        specs = [_zsh_option(name, option) for option in command.options for name in option.option_strings]
-        words = " ".join(command.words)
-        rest = f"*:word:{{ compadd {words}; _files }}" if words else "*:file:_files"
-        yield f"    {command.name}) _arguments {' '.join(map(quote, (*specs, rest)))};;"
-    yield "  esac"
-    yield "}"
-    yield "compdef _backsolve backsolve"
-
-
-def _zsh_option(name: str, option: Action) -> str:
-    about = (option.help or "").replace("[", "(").replace("]", ")").replace(":", r"\:")
-    value = f":value:({_choices(option)})" if option.choices else ":value:_files" * (option.nargs != 0)
-    return f"*{name}[{about}]{value}"
+    yield "autoload -U +X bashcompinit && bashcompinit"
+    yield from _bash(commands)
 
 
 def _fish(commands: list[_Completed]) -> Iterator[str]:

@@ -23,9 +23,7 @@ from solver.sweeps.grid import (
     Axis,
     Chunk,
     Grid,
-    Rows,
     Stretch,
-    Zipped,
     file_chunks,
     first_lessons,
     grid_chunks,
@@ -41,7 +39,7 @@ _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 def read_over(
     texts: Sequence[str], model: Model, *, side_by_side: bool = False
-) -> tuple[tuple[str, ...], Rows]:
+) -> tuple[tuple[str, ...], Grid]:
     """The swept inputs in the order given, and their rows.
 
     Raises RuleSheetError for what is no range of a variable, and for ranges that cannot be combined.
@@ -60,7 +58,7 @@ def read_over(
             said = f"with --zip all have one length: {first} has {length:,}, {name} has {len(axis):,}"
             note = "leave --zip out to sweep every combination"
             raise RuleSheetError(Option("over", text).wrong("E424", said, note))
-    return tuple(axes), Zipped(tuple(axes.values()))
+    return tuple(axes), Grid(tuple(axes.values()), zipped=True)
 
 
 def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.format import exact
 from rulesheets.input_messages import expect_regular, unwritable
 from rulesheets.inputs import is_symbol
 from solver.files.replacing import Replacement, missing_extra, unreadable_rows
@@ -105,22 +106,14 @@ def _arrow_csv() -> Any:
 
 def _printable(arrow: Any, column: Array) -> Any:
     if column.dtype == object:
-        return arrow.array(list(map(_cell, column.tolist())))
+        return arrow.array(list(map(exact, column.tolist())))
     return arrow.array(column + 0, from_pandas=True)
 
 
 def _lines(table: Columns) -> Iterator[str]:
-    cells = [map(_cell, column.tolist()) for column in table.values.values()]
+    cells = [map(exact, column.tolist()) for column in table.values.values()]
     words = [f"{table.words[code]}\n" for code in table.status.tolist()]
     return map(",".join, zip(*cells, words, strict=True))
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, str):
-        return f"'{value}"
-    if value is None or value != value:
-        return ""
-    return repr(float(value) + 0.0).removesuffix(".0")
 
 
 ROW_GROUP = 262_144
@@ -180,7 +173,9 @@ class ParquetFile:
 
     def _column(self, name: str, column: Array) -> Any:
         if name in self._symbols:
-            return self._arrow.array([_text(value) for value in column.tolist()], self._arrow.string())
+            return self._arrow.array(
+                [exact(value).removeprefix("'") or None for value in column.tolist()], self._arrow.string()
+            )
         kind = self._arrow.int32() if column.dtype.kind == "i" else self._arrow.float64()
         return self._arrow.array(column, kind, from_pandas=True)
 
@@ -237,12 +232,6 @@ def _pyarrow(purpose: str) -> tuple[Any, Any]:
     except ImportError:
         raise RuleSheetError(missing_extra(purpose, "pyarrow", "parquet")) from None
     return pyarrow, pyarrow.parquet
-
-
-def _text(value: Any) -> str | None:
-    if isinstance(value, str):
-        return value
-    return None if value is None or value != value else repr(float(value)).removesuffix(".0")
 
 
 _NUMBERS = "biuf"

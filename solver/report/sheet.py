@@ -11,7 +11,7 @@ from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis
-from rulesheets.format import format_condition
+from rulesheets.format import exact, format_condition
 from rulesheets.inputs import guarded
 from rulesheets.model import Model, Tolerance, Value, Variable
 from rulesheets.syntax.source import Span
@@ -20,16 +20,6 @@ from solver.facts import Proof
 from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.report.path import rule_text, told
 from solver.result import Result, Solution
-
-
-def exact(value: Value | None) -> str:
-    """A value for a file: reading it back gives the same float."""
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return f"'{value}"
-    text = repr(float(value) + 0.0)
-    return text.removesuffix(".0")
 
 
 def tolerated(text: str, tolerance: Tolerance | None) -> str:

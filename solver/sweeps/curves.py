@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Status
-from solver.files.columns import free_name
+from solver.files.columns import column_of, free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path.graph import ModelGraph
@@ -270,8 +270,8 @@ class _Following:
         runs = [run for found in self.found for run in _runs(found, self._filling(found, want))]
         rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
         columns = {
-            self.name: _column([float(row.point.z[-1]) for _, row in rows]),
-            **{name: _column([row.values.get(name) for _, row in rows]) for name in want},
+            self.name: np.array([row.point.z[-1] for _, row in rows], dtype=np.float64),
+            **{name: column_of([row.values.get(name) for _, row in rows], name) for name in want},
         }
         labels = free_name("branch", columns), free_name("arc", columns)
         columns[labels[0]] = np.array([number for number, _ in rows], dtype=np.int64)
@@ -372,9 +372,3 @@ def _end(end: End, z: Vector, system: CoreSystem) -> str:
     apart = np.minimum(np.abs(z - system.low), np.abs(z - system.high)) / (1.0 + np.abs(z))
     place = int(np.argmin(apart))
     return f"{system.names[place]} reaches {z[place] + 0.0:.10g}"
-
-
-def _column(values: list[Any]) -> NDArray[Any]:
-    if any(isinstance(value, str) for value in values):
-        return np.array(values, dtype=object)
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

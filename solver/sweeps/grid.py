@@ -6,7 +6,7 @@ gives the same bytes in one process, in several, and on a cluster."""
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Sized
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm, prod
@@ -74,9 +74,13 @@ class Listed(Axis):
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of the axes, the last one running fastest; nothing is held but the axes."""
+    """Every combination of the axes, the last one running fastest; nothing is held but the axes.
+
+    ``zipped``: the axes side by side instead, row k with the value k of each; all have one length.
+    """
 
     axes: tuple[Axis, ...]
+    zipped: bool = False
 
     def __len__(self) -> int:
         return prod(self.shape)
@@ -84,36 +88,12 @@ class Grid:
     @property
     def shape(self) -> tuple[int, ...]:
         """The last number is that of the rows of a line, along which only the last input changes."""
-        return tuple(map(len, self.axes))
+        return tuple(map(len, self.axes[:1] if self.zipped else self.axes))
 
     def at(self, places: Array) -> Chunk:
         """The inputs of these rows."""
-        columns, each = [], len(self)
-        for axis in self.axes:
-            each //= max(1, len(axis))
-            columns.append(axis.at(places // max(1, each) % max(1, len(axis))))
-        return tuple(columns)
-
-
-@dataclass(frozen=True)
-class Zipped:
-    """The axes side by side: row k has the value k of each. All have one length."""
-
-    axes: tuple[Axis, ...]
-
-    def __len__(self) -> int:
-        return len(self.axes[0])
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return (len(self),)
-
-    def at(self, places: Array) -> Chunk:
-        """The inputs of these rows."""
-        return tuple(axis.at(places) for axis in self.axes)
-
-
-Rows: TypeAlias = Grid | Zipped
+        along = [places] * len(self.axes) if self.zipped else np.unravel_index(places, self.shape)
+        return tuple(axis.at(there) for axis, there in zip(self.axes, along, strict=True))
 
 
 def listed(values: Any, name: str = "the input") -> Listed:
@@ -121,7 +101,7 @@ def listed(values: Any, name: str = "the input") -> Listed:
     return Listed(column_of(values, name))
 
 
-def one_length(names: Sequence[str], axes: Sequence[Axis]) -> None:
+def one_length(names: Sequence[str], axes: Sequence[Sized]) -> None:
     """Raises ValueError for columns of different lengths."""
     if len(set(map(len, axes))) > 1:
         lengths = ", ".join(f"{name}: {len(axis)}" for name, axis in zip(names, axes, strict=True))
@@ -138,7 +118,7 @@ def size(done: int, total: int | None) -> int:
     return max(SMALLEST, min(limit, done // 4))
 
 
-def grid_chunks(rows: Rows) -> Iterator[Chunk]:
+def grid_chunks(rows: Grid) -> Iterator[Chunk]:
     """Pieces of a grid, each made when it is asked for."""
     total, done = len(rows), 0
     while done < total:
@@ -147,7 +127,7 @@ def grid_chunks(rows: Rows) -> Iterator[Chunk]:
         done = end
 
 
-def grid_lessons(rows: Rows) -> Chunk:
+def grid_lessons(rows: Grid) -> Chunk:
     """Some rows from all over a grid, to learn from; of a short one none."""
     places = lessons(len(rows), len(rows))
     return rows.at(places) if len(places) else ()

@@ -24,6 +24,7 @@ from solver.ranking.branches import Answers, kept
 from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict
+from solver.sweeps.grid import one_length
 from solver.table import CODES, Column, Table
 from solver.trace.guards import Pattern
 from solver.trace.program import Program
@@ -367,9 +368,7 @@ def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
     if len(columns) != len(names):
         raise TypeError(f"this plan is prepared for {plural(len(names), 'column')}, not for {len(columns)}")
     arrays = [column_of(column, name) for name, column in zip(names, columns, strict=True)]
-    if len({len(array) for array in arrays}) > 1:
-        lengths = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, arrays, strict=True))
-        raise ValueError(f"the columns of a sweep must have one length ({lengths}); or use grid=True")
+    one_length(names, arrays)
     return arrays
 
 

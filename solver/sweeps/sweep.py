@@ -23,7 +23,7 @@ from solver.interruption import Interrupted
 from solver.path.planner import planner
 from solver.result import Result
 from solver.sweeps.branches import Branches, Follower
-from solver.sweeps.grid import Chunk, Grid, Zipped, grid_chunks, grid_lessons, listed, one_length
+from solver.sweeps.grid import Chunk, Grid, grid_chunks, grid_lessons, listed, one_length
 from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.work import ENDLESS, Solved, Work
 from solver.sweeps.workers import solved_pieces
@@ -79,7 +79,7 @@ def sweep(
     if not grid:
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
-    rows = Grid(axes) if grid else Zipped(axes)
+    rows = Grid(axes, zipped=not grid)
     work = work_of(plan, grid_lessons(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)

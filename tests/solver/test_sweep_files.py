@@ -33,7 +33,7 @@ from solver.files.tables import heading, pieces, write_table
 from solver.interruption import Interrupted
 from solver.sweeps import sweep as sweeping
 from solver.sweeps import workers
-from solver.sweeps.grid import Grid, Zipped, grid_chunks, grid_lessons, listed
+from solver.sweeps.grid import Grid, grid_chunks, grid_lessons, listed
 from solver.sweeps.plan import Plan
 from solver.sweeps.stream import Outcome, run
 from solver.sweeps.sweep import work_of
@@ -348,7 +348,7 @@ def work(model: rulesheets.Model) -> Work:
 
 
 def pieces_of(rows: int) -> Iterator[tuple[np.ndarray, ...]]:
-    return grid_chunks(Zipped((listed(np.linspace(100, 200, rows)),)))
+    return grid_chunks(Grid((listed(np.linspace(100, 200, rows)),), zipped=True))
 
 
 def test_a_worker_that_is_killed_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

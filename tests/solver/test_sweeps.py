@@ -18,7 +18,7 @@ import rulesheets
 import solver
 from solver.files.columns import Columns, csv_head
 from solver.sweeps.branches import Follower
-from solver.sweeps.grid import LARGEST, Grid, Stretch, Zipped, file_chunks, grid_chunks, listed, size
+from solver.sweeps.grid import LARGEST, Grid, Stretch, file_chunks, grid_chunks, listed, size
 from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent
@@ -97,7 +97,7 @@ def test_a_grid_without_rows_has_its_columns() -> None:
 @settings(max_examples=30)
 @given(st.integers(1, 300_000), st.lists(st.integers(1, 40_000), max_size=30))
 def test_pieces_hold_every_row_once_in_order(count: int, cuts: list[int]) -> None:
-    rows = Zipped((Stretch(Fraction(0), Fraction(1), count),))
+    rows = Grid((Stretch(Fraction(0), Fraction(1), count),), zipped=True)
     made = [chunk[0] for chunk in grid_chunks(rows)]
     assert np.array_equal(np.concatenate(made), np.arange(count))
     assert max(map(len, made)) <= LARGEST

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.format import readable
-from solver.report.sheet import certain, exact, magnitude
+from rulesheets.format import exact, readable
+from solver.report.sheet import certain, magnitude
 
 
 @pytest.mark.parametrize(
