@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import singledispatch
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rulesheets.algebra.printing import ROWS, html_table, more
-from rulesheets.diagnosis import plural, render
+from rulesheets.diagnosis import Diagnosis, plural, render
 from rulesheets.format import readable
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import Name
 from rulesheets.units.quantity import shown
 from solver.derivatives.sensitivities import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
-from solver.path.steps import Check, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.path.planner import given_by
+from solver.path.steps import Check, Path, SolveBlock, Step, equations_of
 from solver.report.derivation import Derivation
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows
@@ -196,41 +197,40 @@ def _statistics(samples: Samples, name: str) -> dict[str, object]:
     }
 
 
-@singledispatch
+class Grid(NamedTuple):
+    """What a notebook shows: texts in rows, ``numeric`` columns to the right, HTML before and after them."""
+
+    heads: Sequence[str]
+    rows: Iterable[Sequence[str]]
+    numeric: Collection[int] = ()
+    before: str = ""
+    after: str = ""
+
+
 def html(shown: Any) -> str:
     """What a notebook shows of a result, a table, a path, a derivation, or sensitivities."""
-    raise TypeError(type(shown))
+    grid = grid_of(shown)
+    rows = tuple(grid.rows)
+    table = html_table(grid.heads, rows, grid.numeric) if rows or not grid.before else ""
+    return f"<div>{grid.before}{table}{grid.after}</div>"
 
 
-@singledispatch
 def latex(shown: Any) -> str:
-    """The same as LaTeX."""
-    raise TypeError(type(shown))
+    """The same as LaTeX: equations of a result and of a derivation, else an array."""
+    if isinstance(shown, Derivation):
+        return "" if shown.value is None else why_latex(shown)
+    return _result_latex(shown) if isinstance(shown, Result) else _array(grid_of(shown))
 
 
-ANSWERS = 4
-"""Answers side by side at most; of more the first alone is shown."""
+def _array(grid: Grid) -> str:
+    """Texts in the columns of an array, aligned to the right."""
+    rows = [grid.heads, *grid.rows]
+    lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
+    body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
+    return f"\\begin{{array}}{{{'r' * len(grid.heads)}}}\n{body}\n\\end{{array}}"
 
 
-@html.register
-def result_html(result: Result) -> str:
-    """The variable sheet of a result and what there is to say of it."""
-    rows = displayed(result, sheet_rows(result, every=len(result.solutions) <= ANSWERS))
-    heads = sheet_heads(rows)
-    cells = (
-        (row.status, readable(row.input), row.name, *map(readable, row.outputs), row.unit, row.comment)
-        for row in rows
-    )
-    numeric = {1, *range(3, len(heads) - 2)}
-    said = "" if result.status is Status.SOLVED else f"<p><b>{escape(str(result.status))}</b></p>"
-    notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in result.diagnoses)
-    hidden = len(result.solutions) - 1 if len(result.solutions) > ANSWERS else 0
-    others = f"<p>{hidden} other answers</p>" if hidden else ""
-    return f"<div>{html_table(heads, cells, numeric)}{said}{others}{notes}</div>"
-
-
-@latex.register
-def result_latex(result: Result) -> str:
+def _result_latex(result: Result) -> str:
     """The outputs of the primary answer, a row each."""
     known = result.solutions[0] if result.solutions else result.partial
     rows = []
@@ -242,46 +242,53 @@ def result_latex(result: Result) -> str:
     return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
 
-@latex.register
-def table_latex(table: Table) -> str:
-    """The first rows of a table as an array."""
-    return _array((*table, "status"), _rows(table))
+@singledispatch
+def grid_of(shown: Any) -> Grid:
+    raise TypeError(type(shown))
 
 
-def _array(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Texts in the columns of an array, aligned to the right."""
-    lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in (heads, *rows)]
-    body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
-    return f"\\begin{{array}}{{{'r' * len(heads)}}}\n{body}\n\\end{{array}}"
+def _notes(diagnoses: Iterable[Diagnosis]) -> str:
+    return "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in diagnoses)
 
 
-def _rows(table: Table) -> Iterator[tuple[str, ...]]:
-    shown = [column[:ROWS].tolist() for column in table.values()]
-    return ((*map(readable, row), said) for *row, said in zip(*shown, table.words()[:ROWS], strict=True))
+ANSWERS = 4
+"""Answers side by side at most; of more the first alone is shown."""
 
 
-@html.register
-def table_html(table: Table) -> str:
+@grid_of.register
+def _result_grid(result: Result) -> Grid:
+    """The variable sheet of a result and what there is to say of it."""
+    rows = displayed(result, sheet_rows(result, every=len(result.solutions) <= ANSWERS))
+    heads = sheet_heads(rows)
+    cells = (
+        (row.status, readable(row.input), row.name, *map(readable, row.outputs), row.unit, row.comment)
+        for row in rows
+    )
+    said = "" if result.status is Status.SOLVED else f"<p><b>{escape(str(result.status))}</b></p>"
+    hidden = len(result.solutions) - 1 if len(result.solutions) > ANSWERS else 0
+    others = f"<p>{hidden} other answers</p>" if hidden else ""
+    after = f"{said}{others}{_notes(result.diagnoses)}"
+    return Grid(heads, cells, {1, *range(3, len(heads) - 2)}, after=after)
+
+
+@grid_of.register
+def _table_grid(table: Table) -> Grid:
     """The first rows of a table, and how many more there are."""
-    rows = html_table((*table, "status"), _rows(table), range(len(table)))
-    return f"<div>{rows}{more(len(table.status))}</div>"
+    shown = [column[:ROWS].tolist() for column in table.values()]
+    words = table.words()[:ROWS]
+    rows = ((*map(readable, row), said) for *row, said in zip(*shown, words, strict=True))
+    return Grid((*table, "status"), rows, range(len(table)), after=more(len(table.status)))
 
 
-@latex.register
-def derivation_latex(derivation: Derivation) -> str:
-    return "" if derivation.value is None else why_latex(derivation)
-
-
-@html.register
-def derivation_html(derivation: Derivation) -> str:
+@grid_of.register
+def _derivation_grid(derivation: Derivation) -> Grid:
     """The inputs, then the steps with their rules."""
     page = Page(derivation, Plain())
     known = (*derivation.inputs, *derivation.assumed)
     given = [(page.known(one), "", "given") for one in known if one.name != derivation.name]
     steps = [_row_of(page, line) for link in derivation.links for line in page.lines(link)]
-    notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in derivation.diagnoses)
-    table = html_table(("", "Rule", "Place"), (*given, *steps)) if given or steps else ""
-    return f"<div><b>{escape(page.head())}</b>{table}{notes}</div>"
+    before = f"<b>{escape(page.head())}</b>"
+    return Grid(("", "Rule", "Place"), (*given, *steps), (), before, _notes(derivation.diagnoses))
 
 
 def _row_of(page: Page, line: Line) -> tuple[str, str, str]:
@@ -290,48 +297,24 @@ def _row_of(page: Page, line: Line) -> tuple[str, str, str]:
     return said, rule, place
 
 
-PATH_HEADS = ("Step", "Finds", "By rules")
-
-
-@html.register
-def path_html(path: Path) -> str:
+@grid_of.register
+def _path_grid(path: Path) -> Grid:
     """The steps in order, rules by their numbers in the model."""
-    return f"<div>{html_table(PATH_HEADS, _steps_of(path))}</div>"
-
-
-@latex.register
-def path_latex(path: Path) -> str:
-    return _array(PATH_HEADS, _steps_of(path))
-
-
-def _steps_of(path: Path) -> Iterator[tuple[str, str, str]]:
-    return (
+    steps = (
         (str(number), _found(step), ", ".join(str(index + 1) for index in equations_of(step)))
         for number, step in enumerate(told(path), 1)
     )
+    return Grid(("Step", "Finds", "By rules"), steps)
 
 
 def _found(step: Step) -> str:
-    match step:
-        case Evaluate(unknown=unknown) | Select(unknown=unknown):
-            return unknown
-        case SolveBlock(unknowns=unknowns):
-            return f"{', '.join(unknowns)} together"
-        case Check():
-            return "(checks)"
-        case _:
-            return "(case by case)"
+    if isinstance(step, SolveBlock):
+        return f"{', '.join(step.unknowns)} together"
+    return ", ".join(given_by(step)) or ("(checks)" if isinstance(step, Check) else "(case by case)")
 
 
-@html.register
-def sensitivities_html(found: Sensitivities) -> str:
+@grid_of.register
+def _sensitivities_grid(found: Sensitivities) -> Grid:
     """Outputs down, inputs across, in the units that are shown."""
     heads, *rows = cells(found, found.inputs)
-    notes = "".join(f"<pre>{escape(render(diagnosis))}</pre>" for diagnosis in found.diagnoses)
-    return f"<div>{html_table(heads, rows, range(1, len(heads)))}{notes}</div>"
-
-
-@latex.register
-def sensitivities_latex(found: Sensitivities) -> str:
-    heads, *rows = cells(found, found.inputs)
-    return _array(heads, rows)
+    return Grid(heads, rows, range(1, len(heads)), after=_notes(found.diagnoses))
