@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from rulesheets.checks import check
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse
 from rulesheets.expand import Expansion, expand
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
@@ -39,8 +39,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     check(program)
     units = library_of(program.units)
     variables = declared(program.rows, units)
-    if wrong := tuple(_wrong_units(program, units)):
-        raise RuleSheetError(*wrong)
+    refuse(_wrong_units(program, units))
     expansion = expand(program)
     python = tuple(map(os.path.abspath, program.python))
     model = Model(
@@ -57,9 +56,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         units=units,
     )
     model = _with_differences(model, program)
-    complaints = tuple(check_figures(program, model.variables))
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(check_figures(program, model.variables))
     return model
 
 

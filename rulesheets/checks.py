@@ -12,10 +12,10 @@ from rulesheets.diagnosis import (
     PROPERTIES,
     WRITE_IN_PYTHON,
     Diagnosis,
-    RuleSheetError,
     error,
     labels,
     plural,
+    refuse,
     said,
     suggestion,
 )
@@ -40,9 +40,7 @@ from rulesheets.syntax.source import Span
 
 def check(program: Program) -> None:
     """Raise RuleSheetError with every complaint about names, symbols and calls, scope by scope."""
-    complaints = tuple(_complaints(program))
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(_complaints(program))
 
 
 def _complaints(program: Program) -> Iterator[Diagnosis]:

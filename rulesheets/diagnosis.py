@@ -69,6 +69,12 @@ class RuleSheetError(Exception):
         return [render(diagnosis, color=True) for diagnosis in self.diagnoses]
 
 
+def refuse(complaints: Iterable[Diagnosis]) -> None:
+    """Raise RuleSheetError with the complaints, if there are any."""
+    if found := tuple(complaints):
+        raise RuleSheetError(*found)
+
+
 def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
     """An error with a code of the catalogue, whose title is the message unless one is given."""
     if message is None:

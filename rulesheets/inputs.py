@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
 from rulesheets.checks import check_constant
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exactly import with_round_values
 from rulesheets.input_messages import (
@@ -63,9 +63,7 @@ def constant(expression: Expression) -> Value:
     unit = next(units_of(expression), None)
     if unit is not None:
         raise RuleSheetError(part_with_unit(unit, expression.span))
-    complaints = tuple(check_constant(expression))
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(check_constant(expression))
     try:
         number = float(value(with_round_values(expression), {}))
     except Undefined as undefined:
@@ -87,8 +85,7 @@ def declared(rows: tuple[VariableRow, ...], units: Library) -> Mapping[str, Vari
             variables[row.name] = _variable(row, units)
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(complaints)
     return variables
 
 
@@ -380,8 +377,7 @@ def override(
             first[name] = _checked_guess(guess, variable_named(name, model))
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(complaints)
     return Inputs(values, first)
 
 

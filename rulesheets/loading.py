@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rulesheets.build import build
 from rulesheets.checks import duplicate_function
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, said, suggestion
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, refuse, said, suggestion
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
 from rulesheets.parse import parse, parse_file
@@ -130,8 +130,7 @@ def gather(
     first = File(key, source.name, folder, parsed(source, path))
     gathering = _Gathering(within, python)
     gathering.follow(first)
-    if gathering.complaints:
-        raise RuleSheetError(*gathering.complaints)
+    refuse(gathering.complaints)
     return Program(
         first.sheet, gathering.functions, tuple(gathering.texts), tuple(gathering.units), tuple(gathering.ran)
     )

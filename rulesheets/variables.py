@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse
 from rulesheets.input_messages import (
     guess_with_tolerance,
     nameless_input,
@@ -84,8 +84,7 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
                 tolerances[row.name] = tolerance
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(complaints)
     return VariableSheet(inputs, guesses, tolerances)
 
 
@@ -158,8 +157,7 @@ def _heading(cells: list[str], line: Span) -> list[str]:
         for cell in cells
         if cell and cell.lower() not in known
     ]
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(complaints)
     return columns
 
 

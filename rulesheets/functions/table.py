@@ -44,13 +44,14 @@ def _opposite(name: str, half_turn: Expression) -> Branches:
     return lambda t: (call(name, t), call(name, t) + half_turn)
 
 
-def _row(*, name: str, **facets: Any) -> Function:
+def _row(name: str, meaning: str, example: str, **facets: Any) -> Function:
     """A row whose forms in the libraries have its name, unless it says otherwise or has a definition."""
     named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
-    return Function(name=name, **dict.fromkeys(named, name) | facets)
+    return Function(name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets)
 
 
 _special = partial(_row, ulps=16.0)
+_jumping = partial(_row, smooth=False, jumps=True)
 
 
 def _least(*numbers: float) -> float:
@@ -63,9 +64,7 @@ def _greatest(*numbers: float) -> float:
 
 _CONSTANTS = (
     _row(
-        name="pi",
-        meaning="ratio of a circle's circumference to its diameter",
-        example="pi = 3.141592653589793",
+        *("pi", "ratio of a circle's circumference to its diameter", "pi = 3.141592653589793"),
         arguments="",
         array=None,
         value=lambda: math.pi,
@@ -75,9 +74,7 @@ _CONSTANTS = (
         sympy=lambda s: s.pi,
     ),
     _row(
-        name="e",
-        meaning="base of natural logarithms; without parentheses e is a variable",
-        example="ln(e()) = 1",
+        *("e", "base of natural logarithms; without parentheses e is a variable", "ln(e()) = 1"),
         arguments="",
         array=None,
         value=lambda: math.e,
@@ -91,9 +88,7 @@ _CONSTANTS = (
 
 _PARTS = (
     _row(
-        name="abs",
-        meaning="absolute value",
-        example="abs(-3) = 3",
+        *("abs", "absolute value", "abs(-3) = 3"),
         value=abs,
         slopes=of("sgn"),
         inverse=Inverse(lambda t: (t, -t), low=0.0),
@@ -105,25 +100,19 @@ _PARTS = (
         alike=True,
         keeps_unit=True,
     ),
-    _row(
-        name="sgn",
-        meaning="sign: -1, 0 or 1",
-        example="sgn(-0.2) = -1",
+    _jumping(
+        *("sgn", "sign: -1, 0 or 1", "sgn(-0.2) = -1"),
         value=floats.sgn,
         array="sign",
         slopes=flat,
         interval=each_end(floats.sgn),
         digits="sign",
         sympy="sign",
-        smooth=False,
-        jumps=True,
         steady=lambda x: bool(x.lower().sgn() == x.upper().sgn()),
         alike=True,
     ),
-    _row(
-        name="int",
-        meaning="integer part, rounded towards 0",
-        example="int(-2.7) = -2",
+    _jumping(
+        *("int", "integer part, rounded towards 0", "int(-2.7) = -2"),
         value=floats.int_,
         array="trunc",
         slopes=flat,
@@ -131,55 +120,39 @@ _PARTS = (
         digits=digits.truncated,
         ball=digits.ball_truncated,
         sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x)),
-        smooth=False,
-        jumps=True,
         steady=digits.same_whole,
     ),
-    _row(
-        name="frac",
-        meaning="fractional part, x - int(x)",
-        example="frac(2.25) = 0.25",
+    _jumping(
+        *("frac", "fractional part, x - int(x)", "frac(2.25) = 0.25"),
         value=floats.frac,
         slopes=lambda x: ONE,
         interval=forms.frac,
         definition=lambda x: x - call("int", x),
-        smooth=False,
-        jumps=True,
         steady=digits.same_whole,
     ),
-    _row(
-        name="round",
-        meaning="nearest integer, halves away from 0",
-        example="round(2.5) = 3",
+    _jumping(
+        *("round", "nearest integer, halves away from 0", "round(2.5) = 3"),
         value=floats.round_,
         array="round_",
         slopes=flat,
         interval=each_end(floats.round_),
         definition=lambda x: call("sgn", x) * call("int", call("abs", x) + ONE / 2.0),
-        smooth=False,
-        jumps=True,
         steady=lambda x: digits.same_whole(x + x.sgn() / 2),
     ),
-    _row(
-        name="mod",
-        meaning="remainder of x/y, with the sign of x",
-        example="mod(-30, 360) = -30",
+    _jumping(
+        *("mod", "remainder of x/y, with the sign of x", "mod(-30, 360) = -30"),
         arguments="x, y",
         value=floats.mod,
         array="fmod",
         slopes=lambda x, y: (ONE, -call("int", x / y)),
         interval=forms.mod,
         definition=lambda x, y: x - y * call("int", x / y),
-        smooth=False,
-        jumps=True,
         steady=lambda x, y: digits.same_whole(x / y),
         alike=True,
         keeps_unit=True,
     ),
-    _row(
-        name="step",
-        meaning="1 if x >= a, else 0",
-        example="step(2, 1) = 1",
+    _jumping(
+        *("step", "1 if x >= a, else 0", "step(2, 1) = 1"),
         arguments="x, a",
         value=floats.step,
         slopes=flat,
@@ -187,15 +160,11 @@ _PARTS = (
         digits=lambda mp, x, a: mp.mpf(x >= a),
         ball=digits.ball_step,
         sympy=lambda s, x, a: s.Heaviside(x - a, 1),
-        smooth=False,
-        jumps=True,
         steady=lambda x, a: bool(x >= a or x < a),
         alike=True,
     ),
     _row(
-        name="min",
-        meaning="least of its arguments",
-        example="min(3, 1, 2) = 1",
+        *("min", "least of its arguments", "min(3, 1, 2) = 1"),
         arguments="a, b, …",
         value=_least,
         array="smallest",
@@ -209,9 +178,7 @@ _PARTS = (
         keeps_unit=True,
     ),
     _row(
-        name="max",
-        meaning="greatest of its arguments",
-        example="max(3, 1, 2) = 3",
+        *("max", "greatest of its arguments", "max(3, 1, 2) = 3"),
         arguments="a, b, …",
         value=_greatest,
         array="largest",
@@ -228,9 +195,7 @@ _PARTS = (
 
 _EXPONENTIAL = (
     _row(
-        name="sqrt",
-        meaning="square root",
-        example="sqrt(16) = 4",
+        *("sqrt", "square root", "sqrt(16) = 4"),
         value=math.sqrt,
         slopes=lambda x: 0.5 / call("sqrt", x),
         inverse=Inverse(lambda t: (t**2.0,), low=0.0),
@@ -238,9 +203,7 @@ _EXPONENTIAL = (
         domain=POSITIVE,
     ),
     _row(
-        name="exp",
-        meaning="exponential function",
-        example="exp(0) = 1",
+        *("exp", "exponential function", "exp(0) = 1"),
         value=math.exp,
         slopes=of("exp"),
         inverse=Inverse(_by("ln"), low=0.0, low_open=True),
@@ -249,9 +212,7 @@ _EXPONENTIAL = (
         nonzero=True,
     ),
     _row(
-        name="ln",
-        meaning="natural logarithm",
-        example="ln(e()^2) = 2",
+        *("ln", "natural logarithm", "ln(e()^2) = 2"),
         value=math.log,
         array="log",
         slopes=lambda x: 1.0 / x,
@@ -263,9 +224,7 @@ _EXPONENTIAL = (
     ),
     *(
         _row(
-            name=name,
-            meaning="logarithm to base 10",
-            example=example,
+            *(name, "logarithm to base 10", example),
             value=math.log10,
             array="log10",
             slopes=lambda x: slopes.LOG10_E / x,
@@ -313,9 +272,7 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
     )
     return (
         _row(
-            name=f"sin{end}",
-            meaning=f"sine of x {unit}",
-            example="sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5",
+            *(f"sin{end}", f"sine of x {unit}", "sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5"),
             value=sin,
             slopes=lambda x: per_unit * call(f"cos{end}", x),
             inverse=Inverse(_supplement(f"asin{end}", half), -1.0, 1.0, period=turn),
@@ -324,9 +281,7 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             **takes("sin"),
         ),
         _row(
-            name=f"cos{end}",
-            meaning=f"cosine of x {unit}",
-            example="cosd(90) = 0" if degrees else "cos(pi/3) = 0.5",
+            *(f"cos{end}", f"cosine of x {unit}", "cosd(90) = 0" if degrees else "cos(pi/3) = 0.5"),
             value=cos,
             slopes=lambda x: per_unit * -call(f"sin{end}", x),
             inverse=Inverse(_both_signs(f"acos{end}"), -1.0, 1.0, period=turn),
@@ -335,9 +290,7 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             **takes("cos"),
         ),
         _row(
-            name=f"tan{end}",
-            meaning=f"tangent of x {unit}",
-            example="tand(45) = 1" if degrees else "tan(pi/4) = 1",
+            *(f"tan{end}", f"tangent of x {unit}", "tand(45) = 1" if degrees else "tan(pi/4) = 1"),
             value=tan,
             slopes=lambda x: per_unit * (1.0 + call(f"tan{end}", x) ** 2.0),
             inverse=Inverse(_opposite(f"atan{end}", half), period=turn),
@@ -347,9 +300,9 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             **takes("tan"),
         ),
         _row(
-            name=f"asin{end}",
-            meaning=f"inverse sine, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
-            example="asind(0.5) = 30" if degrees else "asin(1) = pi/2",
+            f"asin{end}",
+            f"inverse sine, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+            "asind(0.5) = 30" if degrees else "asin(1) = pi/2",
             value=asin,
             slopes=lambda x: radian * slopes.arc_sine(x),
             inverse=Inverse(_by(f"sin{end}"), -turn / 4, turn / 4),
@@ -359,9 +312,9 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             **gives("asin"),
         ),
         _row(
-            name=f"acos{end}",
-            meaning=f"inverse cosine, in {unit} from 0 to {'180' if degrees else 'pi'}",
-            example="acosd(0.5) = 60" if degrees else "acos(-1) = pi",
+            f"acos{end}",
+            f"inverse cosine, in {unit} from 0 to {'180' if degrees else 'pi'}",
+            "acosd(0.5) = 60" if degrees else "acos(-1) = pi",
             value=acos,
             slopes=lambda x: radian * -slopes.arc_sine(x),
             inverse=Inverse(_by(f"cos{end}"), 0.0, turn / 2),
@@ -371,9 +324,9 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             **gives("acos"),
         ),
         _row(
-            name=f"atan{end}",
-            meaning=f"inverse tangent, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
-            example="atand(1) = 45" if degrees else "atan(1) = pi/4",
+            f"atan{end}",
+            f"inverse tangent, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+            "atand(1) = 45" if degrees else "atan(1) = pi/4",
             value=atan,
             slopes=lambda x: radian * (1.0 / (1.0 + x**2.0)),
             inverse=Inverse(_by(f"tan{end}"), -turn / 4, turn / 4, True, True),
@@ -382,9 +335,9 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             **gives("atan"),
         ),
         _row(
-            name=f"atan2{end}",
-            meaning=f"angle of the point (x, y) in {unit}, to {'180' if degrees else 'pi'}",
-            example="atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
+            f"atan2{end}",
+            f"angle of the point (x, y) in {unit}, to {'180' if degrees else 'pi'}",
+            "atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
             arguments="y, x",
             value=floats.atan2d if degrees else floats.atan2,
             slopes=slopes.direction(radian),
@@ -402,9 +355,7 @@ _DEGREES = _angular("d", "degrees", Number(180.0), 360.0)
 
 _HYPERBOLIC = (
     _row(
-        name="sinh",
-        meaning="hyperbolic sine",
-        example="sinh(ln(2)) = 0.75",
+        *("sinh", "hyperbolic sine", "sinh(ln(2)) = 0.75"),
         value=math.sinh,
         slopes=of("cosh"),
         inverse=Inverse(_by("asinh")),
@@ -412,9 +363,7 @@ _HYPERBOLIC = (
         digits=digits.sinh,
     ),
     _row(
-        name="cosh",
-        meaning="hyperbolic cosine",
-        example="cosh(ln(2)) = 1.25",
+        *("cosh", "hyperbolic cosine", "cosh(ln(2)) = 1.25"),
         value=math.cosh,
         slopes=of("sinh"),
         inverse=Inverse(_both_signs("acosh"), low=1.0),
@@ -422,18 +371,14 @@ _HYPERBOLIC = (
         digits=digits.cosh,
     ),
     _row(
-        name="tanh",
-        meaning="hyperbolic tangent",
-        example="tanh(ln(2)) = 0.6",
+        *("tanh", "hyperbolic tangent", "tanh(ln(2)) = 0.6"),
         value=math.tanh,
         slopes=lambda x: 1.0 - call("tanh", x) ** 2.0,
         inverse=Inverse(_by("atanh"), -1.0, 1.0, True, True),
         interval=Monotone(math.tanh, image=UNIT),
     ),
     _row(
-        name="asinh",
-        meaning="inverse hyperbolic sine",
-        example="asinh(0.75) = ln(2)",
+        *("asinh", "inverse hyperbolic sine", "asinh(0.75) = ln(2)"),
         value=math.asinh,
         array="arcsinh",
         slopes=lambda x: 1.0 / call("sqrt", x**2.0 + 1.0),
@@ -441,9 +386,7 @@ _HYPERBOLIC = (
         interval=Monotone(math.asinh),
     ),
     _row(
-        name="acosh",
-        meaning="inverse hyperbolic cosine, 0 or positive",
-        example="acosh(1.25) = ln(2)",
+        *("acosh", "inverse hyperbolic cosine, 0 or positive", "acosh(1.25) = ln(2)"),
         value=math.acosh,
         array="arccosh",
         slopes=lambda x: 1.0 / call("sqrt", (x - 1.0) * (x + 1.0)),
@@ -452,9 +395,7 @@ _HYPERBOLIC = (
         domain=(1.0, inf),
     ),
     _row(
-        name="atanh",
-        meaning="inverse hyperbolic tangent",
-        example="atanh(0.6) = ln(2)",
+        *("atanh", "inverse hyperbolic tangent", "atanh(0.6) = ln(2)"),
         value=math.atanh,
         array="arctanh",
         slopes=lambda x: 1.0 / ((1.0 - x) * (1.0 + x)),
@@ -466,9 +407,7 @@ _HYPERBOLIC = (
 
 _SPECIAL = (
     _special(
-        name="gamma",
-        meaning="gamma function",
-        example="gamma(5) = 24",
+        *("gamma", "gamma function", "gamma(5) = 24"),
         value=math.gamma,
         array="special.gamma",
         slopes=lambda x: call("gamma", x) * call("digamma", x),
@@ -476,9 +415,7 @@ _SPECIAL = (
         nonzero=True,
     ),
     _special(
-        name="lgamma",
-        meaning="logarithm of |gamma(x)|",
-        example="lgamma(5) = ln(24)",
+        *("lgamma", "logarithm of |gamma(x)|", "lgamma(5) = ln(24)"),
         value=math.lgamma,
         array="special.gammaln",
         slopes=of("digamma"),
@@ -488,17 +425,13 @@ _SPECIAL = (
         definition=lambda x: call("ln", call("abs", call("gamma", x))),
     ),
     _special(
-        name="digamma",
-        meaning="derivative of ln(gamma(x))",
-        example="digamma(2) - digamma(1) = 1",
+        *("digamma", "derivative of ln(gamma(x))", "digamma(2) - digamma(1) = 1"),
         value=floats.digamma,
         array="special.digamma",
         interval=forms.digamma,
     ),
     _row(
-        name="beta",
-        meaning="gamma(a)*gamma(b)/gamma(a + b)",
-        example="beta(2, 3) = 1/12",
+        *("beta", "gamma(a)*gamma(b)/gamma(a + b)", "beta(2, 3) = 1/12"),
         arguments="a, b",
         value=floats.beta,
         ulps=64.0,
@@ -510,9 +443,7 @@ _SPECIAL = (
         nonzero=True,
     ),
     _special(
-        name="erf",
-        meaning="error function",
-        example="erf(0.5) = 0.5204998778130465",
+        *("erf", "error function", "erf(0.5) = 0.5204998778130465"),
         value=math.erf,
         array="special.erf",
         slopes=lambda x: slopes.BELL * call("exp", -(x**2.0)),
@@ -520,9 +451,7 @@ _SPECIAL = (
         image=UNIT,
     ),
     _special(
-        name="erfc",
-        meaning="complementary error function, 1 - erf(x)",
-        example="erfc(0.5) + erf(0.5) = 1",
+        *("erfc", "complementary error function, 1 - erf(x)", "erfc(0.5) + erf(0.5) = 1"),
         value=math.erfc,
         array="special.erfc",
         slopes=lambda x: -slopes.BELL * call("exp", -(x**2.0)),
@@ -541,24 +470,23 @@ _KINDS = {
 }
 
 
-def _bessel(kind: str, order: int, **facets: Any) -> Function:
+def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) -> Function:
     """The row of a Bessel function of fixed order."""
     return _row(
-        **{"name": f"{kind}{order}"} | facets,
-        meaning=f"{_KINDS[kind]}, order {order}",
+        *(name or f"{kind}{order}", f"{_KINDS[kind]}, order {order}", example),
         value=getattr(floats, f"{kind}{order}"),
         array=f"special.{kind}{order}",
         digits=lambda mp, x: getattr(mp, f"bessel{kind}")(order, x),
         ball=lambda arb, x: getattr(x, f"bessel_{kind}")(order),
         sympy=lambda s, x: getattr(s, f"bessel{kind}")(order, x),
         ulps=64.0,
+        **facets,
     )
 
 
-def _bessel_n(kind: str, **facets: Any) -> Function:
+def _bessel_n(kind: str, example: str) -> Function:
     return _row(
-        name=f"{kind}n",
-        meaning=f"{_KINDS[kind]}, order n",
+        *(f"{kind}n", f"{_KINDS[kind]}, order n", example),
         arguments="n, x",
         value=getattr(floats, f"{kind}n"),
         slopes=slopes.any_order(f"{kind}n"),
@@ -566,62 +494,53 @@ def _bessel_n(kind: str, **facets: Any) -> Function:
         ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
         sympy=f"bessel{kind}",
         ulps=64.0,
-        **facets,
     )
 
 
 _BESSEL = (
     _bessel(
-        *("j", 0),
-        example="j0(0) = 1",
+        *("j", 0, "j0(0) = 1"),
         slopes=lambda x: -call("j1", x),
         interval=Slow(floats.j0, 0.5819, (-0.4028, 1.0)),
     ),
     _bessel(
-        *("j", 1),
-        example="j1(1) = 0.4400505857449335",
+        *("j", 1, "j1(1) = 0.4400505857449335"),
         slopes=slopes.first_order("j"),
         interval=Slow(floats.j1, 0.5, (-0.5819, 0.5819)),
     ),
-    _bessel_n("j", example="jn(2, 1) = 2*j1(1) - j0(1)"),
+    _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
     _bessel(
-        *("y", 0),
-        example="y0(1) = 0.08825696421567696",
+        *("y", 0, "y0(1) = 0.08825696421567696"),
         slopes=lambda x: -call("y1", x),
         domain=POSITIVE,
     ),
     _bessel(
-        *("y", 1),
-        example="y1(1) = -0.7812128213002887",
+        *("y", 1, "y1(1) = -0.7812128213002887"),
         slopes=slopes.first_order("y"),
         domain=POSITIVE,
     ),
-    _bessel_n("y", example="yn(2, 1) = 2*y1(1) - y0(1)"),
+    _bessel_n("y", "yn(2, 1) = 2*y1(1) - y0(1)"),
     _bessel(
-        *("i", 0),
-        example="i0(0) = 1",
+        *("i", 0, "i0(0) = 1"),
         slopes=of("bessel_i1"),
         interval=Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS)),
     ),
     _bessel(
-        *("i", 1),
+        *("i", 1, "bessel_i1(1) = 0.565159103992485"),
         name="bessel_i1",
-        example="bessel_i1(1) = 0.565159103992485",
         slopes=lambda x: call("i0", x) - call("bessel_i1", x) / x,
         interval=Monotone(floats.i1, ulps=SPECIAL_ULPS),
     ),
     _bessel(
-        *("k", 0),
-        example="k0(1) = 0.4210244382407083",
+        *("k", 0, "k0(1) = 0.4210244382407083"),
         slopes=lambda x: -call("bessel_k1", x),
         interval=Monotone(floats.k0, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
         domain=POSITIVE,
         nonzero=True,
     ),
     _bessel(
-        *("k", 1),
+        *("k", 1, "bessel_k1(2) = 0.1398658818165224"),
         name="bessel_k1",
-        example="bessel_k1(2) = 0.1398658818165224",
         slopes=lambda x: -(call("k0", x) + call("bessel_k1", x) / x),
         interval=Monotone(floats.k1, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
         domain=POSITIVE,

@@ -14,7 +14,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.diagnosis import Diagnosis, RuleSheetError
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse
 from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line
@@ -154,8 +154,7 @@ def _read_alike(source: Source, line: Line, words: alike.Words) -> Any:
 
 
 def _read(source: Source, line: Line, kind: str) -> Any:
-    if strange := tuple(foreign.strange_characters(source, line)):
-        raise RuleSheetError(*strange)
+    refuse(foreign.strange_characters(source, line))
     try:
         node = grammar().read(source, line, kind)
     except Unparsed as stop:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse, said
 from rulesheets.parse import foreign, mistakes
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
@@ -265,8 +265,7 @@ class _Reading:
         self._place_comments()
         if not self.complaints:
             self.complaints.extend(self._emptiness())
-        if self.complaints:
-            raise RuleSheetError(*self.complaints)
+        refuse(self.complaints)
         blocks = [block.closed(self.source) for block in self.blocks]
         return nodes.RuleSheet(
             uses=tuple(self.uses),

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, said, suggestion
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse, said, suggestion
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
 from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
@@ -103,8 +103,7 @@ def library_of(rows: tuple[UnitRow, ...]) -> Library:
             units.meant(row.meaning)
         except UnitError as wrong:
             complaints.append(_unknown(wrong, row.meaning, row.span, units))
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(complaints)
     return units
 
 

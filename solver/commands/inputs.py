@@ -7,7 +7,7 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, render
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, refuse, render
 from rulesheets.input_messages import guess_with_tolerance, symbol_for_number, unknown_variable
 from rulesheets.inputs import parse_input, quantities, with_tolerances
 from rulesheets.loading import decoded, find_variable_sheet, load, loads
@@ -152,8 +152,7 @@ def read_request(arguments: Namespace) -> Request:
     guesses.update(reading.guesses(arguments.guess, inputs))
     shown = reading.units(getattr(arguments, "unit", ()))
     want = reading.names("want", getattr(arguments, "want", ()))
-    if reading.complaints:
-        raise RuleSheetError(*reading.complaints)
+    refuse(reading.complaints)
     model = with_display_units(model, getattr(arguments, "units", None), shown)
     given = frozenset(name for name, value in options.items() if value is not None)
     return Request(model, inputs, guesses, want or None, given, files)

@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, suggestion
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, refuse, suggestion
 from rulesheets.input_messages import not_finite, symbol_for_number
 from rulesheets.inputs import parse_input, parse_value, quantities, variable_named
 from rulesheets.model import Model, Value, Variable
@@ -245,8 +245,7 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     names = tuple(dict.fromkeys(wanted or there))
     complaints.extend(_unknown(name, model, path) for name in names if name not in model.variables)
     complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
-    if complaints:
-        raise RuleSheetError(*complaints)
+    refuse(complaints)
     heads = [written[there.index(name)] for name in names]
     numbers = [head for head, name in zip(heads, names, strict=True) if name in quantities(model)]
     scales = [
