@@ -22,7 +22,7 @@ from solver.commands.running import Command
 from solver.facts import Status, Unsolved
 from solver.files.columns import free_name
 from solver.files.replacing import write_file
-from solver.pictures.diagram import diagram, lacking, variables
+from solver.pictures.diagram import drawable, lacking, variables
 from solver.pictures.drawing import chosen, left_out, picture_kind, views
 from solver.pictures.layout import View
 from solver.report.text import MEANINGS
@@ -171,9 +171,9 @@ class _Studio:
         views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
         for row, (instant, number) in enumerate(zip(instants.tolist(), numbers.tolist(), strict=True)):
             at = {**known, **{n: table[n][row] for n in table}}
-            diagrams = [None if not number or lacking(one, at) else diagram(one, at) for one in declared]
+            diagrams = drawable(declared, at) if number else ()
             if any(diagrams):
-                views[instant][number - 1] = View(title, tuple(diagrams))
+                views[instant][number - 1] = View(title, diagrams)
             else:
                 named = self._named({name: values[instant], **state})
                 missing.setdefault(table.words()[row], []).append(named)

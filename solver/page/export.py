@@ -10,18 +10,18 @@ import html
 import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
-from itertools import product
 from math import isfinite, prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.inputs import override
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import displaying
 from solver.page.figures import geometry, handles, needed, outline, rectangle
 from solver.page.rail import turn
 from solver.solving import solve
-from solver.sweeps.plan import prepare
+from solver.sweeps.sweep import sweep
 
 STATIC = Path(__file__).parent / "static"
 
@@ -102,19 +102,13 @@ def _solved(
 ) -> list[dict[str, Value] | None]:
     """The values of every state, None where there is no answer; the last axis runs fastest."""
     given = {name: value for name, value in inputs.items() if name not in axes}
-    known = {n: given.get(n, v.value) for n, v in model.variables.items()}
+    known = override(model, given, guesses).values
     wanted = dict.fromkeys((*(want or [v.name for v in _shown(model)]), *needed(model)))
-    names = [n for n in wanted if known[n] is None and n not in axes]
-    plan = prepare(model, list(axes), names, given, guesses)
-    combinations = list(product(*axes.values()))
-    table = plan.sweep(*(list(column) for column in zip(*combinations, strict=True)))
-    columns = {name: table[name].tolist() for name in names}
-    return [
-        {**plan.given, **dict(zip(axes, state, strict=True)), **{n: columns[n][k] for n in names}}
-        if solved
-        else None
-        for k, (state, solved) in enumerate(zip(combinations, table.solved.tolist(), strict=True))
-    ]
+    names = [n for n in wanted if n not in known and n not in axes]
+    table = sweep(model, axes, names, grid=True, given=given, guesses=guesses)
+    columns = {name: table[name].tolist() for name in (*axes, *names)}
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    return [{**known, **row} if solved else None for row, solved in zip(rows, table.solved, strict=True)]
 
 
 def _shown(model: Model) -> list[Variable]:

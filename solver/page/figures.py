@@ -21,7 +21,7 @@ from rulesheets.syntax.nodes import Figure
 from solver.path.cases import outcomes
 from solver.path.planner import planner
 from solver.path.steps import equations_of
-from solver.pictures.diagram import Diagram, Place, diagram, lacking, variables
+from solver.pictures.diagram import Diagram, Place, drawable, variables
 from solver.result import Result
 
 
@@ -46,9 +46,9 @@ def outline(figure: Figure) -> dict[str, Any]:
     }
 
 
-def diagrams(model: Model, values: Mapping[str, Value]) -> list[Diagram | None]:
+def diagrams(model: Model, values: Mapping[str, Value]) -> tuple[Diagram | None, ...]:
     """Every figure at these values; None for one that they do not determine."""
-    return [None if lacking(figure, values) else diagram(figure, values) for figure in model.figures]
+    return drawable(model.figures, values)
 
 
 def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] | None]:
@@ -133,7 +133,7 @@ class _Motion:
                     figure = self.model.figures[number]
                     yield Handle(number, point, driver, self._variable(figure, point, driver))
 
-    def _displaced(self, driver: str) -> list[Diagram | None] | None:
+    def _displaced(self, driver: str) -> Sequence[Diagram | None] | None:
         """The figures after a small step of one input, to first order; None where a slope is missing."""
         start = self.values[driver]
         assert isinstance(start, float)
@@ -147,7 +147,7 @@ class _Motion:
                 values[name] = value + step * slope
         return diagrams(self.model, values)
 
-    def _moved(self, after: list[Diagram | None]) -> Iterator[tuple[int, str]]:
+    def _moved(self, after: Sequence[Diagram | None]) -> Iterator[tuple[int, str]]:
         for number, (here, there) in enumerate(zip(self.before, after, strict=True)):
             if here is None or there is None or here.polar:
                 continue
@@ -187,7 +187,7 @@ def _posted_numbers(model: Model, values: Mapping[str, Value]) -> list[str]:
     return [n for n, v in model.variables.items() if v.posted and isinstance(values.get(n), float)]
 
 
-def _drives(before: list[Diagram | None], after: list[Diagram | None]) -> bool:
+def _drives(before: Sequence[Diagram | None], after: Sequence[Diagram | None]) -> bool:
     pairs = [(a, b) for a, b in zip(before, after, strict=True) if a and b and not a.polar]
     return any(_motion(a, b) > 0.0 for a, b in pairs) and all(_rigid(a, b) for a, b in pairs)
 

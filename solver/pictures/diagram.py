@@ -78,6 +78,11 @@ def lacking(figure: Figure, values: Mapping[str, Value]) -> str:
     return ""
 
 
+def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Diagram | None, ...]:
+    """Every figure at these values; None for one that they do not determine."""
+    return tuple(None if lacking(figure, values) else diagram(figure, values) for figure in figures)
+
+
 def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
     """The figure at these values, which must suffice (``lacking`` tells)."""
     places: dict[str, Place] = {}

@@ -11,7 +11,7 @@ from rulesheets.diagnosis import RuleSheetError, error, suggestion
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Figure as Declared
 from solver.facts import Status, Unsolved
-from solver.pictures.diagram import diagram, lacking
+from solver.pictures.diagram import drawable, lacking
 from solver.pictures.layout import View
 from solver.result import Result
 
@@ -52,10 +52,7 @@ def views(
     answers = result.solutions if every else result.solutions[:1]
     if not answers:
         raise Unsolved(result.status, result.diagnoses)
-    drawn = [
-        tuple(None if lacking(figure, answer) else diagram(figure, answer) for figure in declared)
-        for answer in answers
-    ]
+    drawn = [drawable(declared, answer) for answer in answers]
     if not any(one for diagrams in drawn for one in diagrams):
         unknown = Status.PARTIAL if result.status is Status.SOLVED else result.status
         raise Unsolved(unknown, result.diagnoses)
