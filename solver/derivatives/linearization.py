@@ -11,10 +11,11 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.evaluate import Undefined, derivatives, extended_derivatives
+from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Name, Symbol
+from solver.accuracy import forward_error
 from solver.accuracy.digits import ManyDigits, Work
 from solver.numerics.linear_algebra import factorise
 from solver.path.cases import activity, outcomes
@@ -127,9 +128,7 @@ def linearize(
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
     """∂(left − right)/∂v by variable; None where one of them does not exist."""
     try:
-        row = derivatives(equation.left, values)[1]
-        for name, slope in derivatives(equation.right, values)[1].items():
-            row[name] = row.get(name, 0.0) - slope
+        row = forward_error.slopes(equation, values)
     except Undefined:
         return None
     return row if all(map(math.isfinite, row.values())) else None

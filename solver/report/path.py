@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Protocol
+from typing import TypeAlias
 
 from rulesheets.format import DIGITS, format_condition, format_expression, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
@@ -36,20 +36,6 @@ from solver.report.table import table
 from solver.result import Result
 
 
-class Notation(Protocol):
-    """How mathematics is written."""
-
-    def expression(self, node: Expression) -> str: ...
-
-    def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        """The expression with numbers for its names."""
-
-    def value(self, value: Value) -> str: ...
-
-    def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
-        """The conditions that hold, and that the others do not, joined by ``and``."""
-
-
 class Plain:
     """As in a rule sheet, numbers below zero in parentheses wherever a sign would precede them."""
 
@@ -57,12 +43,14 @@ class Plain:
         return format_expression(_filled(node, {}, first=True))
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
+        """The expression with numbers for its names."""
         return format_expression(_filled(node, values, first=True))
 
     def value(self, value: Value) -> str:
         return readable(value)
 
     def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
+        """The conditions that hold, and that the others do not, joined by ``and``."""
         return format_condition(_joined(outcomes))
 
 
@@ -86,9 +74,8 @@ class Tex:
         return condition_latex(_joined(outcomes))
 
 
-def equation(notation: Notation, equation: Equation) -> str:
-    """``left = right``."""
-    return f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
+Notation: TypeAlias = Plain | Tex
+"""How mathematics is written."""
 
 
 def _joined(outcomes: Iterable[tuple[Condition, bool]]) -> Condition:

@@ -183,14 +183,10 @@ def traced(system: CoreSystem, seed: Vector, scale: Vector) -> Curve | None:
     forward, end = _onward(system, problem, ahead, ahead)
     if end is End.CLOSED:
         return Curve(tuple(forward), end, end)
-    behind = ahead._replace(tangent=-ahead.tangent, orientation=_reversed(ahead))
+    # turning the tangent around changes the sign of the bordered determinant
+    behind = ahead._replace(tangent=-ahead.tangent, orientation=-ahead.orientation)
     backward, first_end = _onward(system, problem, behind, behind)
     return Curve(_joined(backward, forward), first_end, end)
-
-
-def _reversed(point: CurvePoint) -> int:
-    """Turning the tangent around changes the sign of the bordered determinant."""
-    return -point.orientation
 
 
 def _onward(
