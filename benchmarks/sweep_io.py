@@ -81,20 +81,20 @@ def rows(count: int):
     return Grid((Stretch(Fraction(0), Fraction(360, count), count),))
 
 
-def work(csv: bool, count: int, jit: bool):
+def work(count: int, jit: bool):
     import rulesheets
     import solver
     from solver.sweeps.grid import grid_lessons
     from solver.sweeps.sweep import work_of
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
-    return work_of(plan, grid_lessons(rows(count)), tabled=not csv, texted=csv, jit=jit)
+    return work_of(plan, grid_lessons(rows(count)), jit=jit)
 
 
-def by_hand(work, count: int) -> Iterator:
+def by_hand(count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
     from solver.facts import Status
-    from solver.files.columns import Columns, csv_rows
+    from solver.files.columns import Columns
     from solver.sweeps.grid import grid_chunks
     from solver.sweeps.work import Solved
 
@@ -103,7 +103,7 @@ def by_hand(work, count: int) -> Iterator:
         values = {"thetaAO": theta, **closed_form(theta)}
         table = Columns(values, np.zeros(len(theta), dtype=np.int8), words)
         counts = (len(theta),) + (0,) * (len(words) - 1)
-        yield Solved(counts, table) if work.tabled else Solved(counts, None, csv_rows(table))
+        yield Solved(counts, table)
 
 
 @dataclass(frozen=True)
@@ -155,9 +155,9 @@ def to_file(path: str, count: int, way: str) -> dict[str, float]:
     from solver.sweeps.stream import FileSink, run
     from solver.sweeps.workers import solved_pieces
 
-    todo = work(path.endswith(".csv"), count, way == "jit")
+    todo = work(count, way == "jit")
     timer = Timer()
-    pieces = by_hand(todo, count) if way == "hand" else solved_pieces(todo, grid_chunks(rows(count)), count)
+    pieces = by_hand(count) if way == "hand" else solved_pieces(todo, grid_chunks(rows(count)), count)
     outcome = run(pieces, [FileSink(path, todo.names, ())])
     took = timer.took(path)
     assert outcome.rows == count and outcome.all_solved

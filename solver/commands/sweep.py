@@ -16,13 +16,13 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import symbolic
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.source import escaped
-from rulesheets.units.quantity import displays, shown
+from rulesheets.units.quantity import shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
 from solver.files.columns import Columns, csv_head, csv_rows, joined
 from solver.files.replacing import write_file
-from solver.files.tables import is_csv, write_table
+from solver.files.tables import write_table
 from solver.interruption import WATCH
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
@@ -151,7 +151,6 @@ class PlotSink:
         self._rows = 0
 
     def add(self, piece: Solved) -> None:
-        assert piece.table is not None
         self._rows += sum(piece.counts)
         if self._rows <= ROWS_DRAWN:
             self._pieces.append(piece.table)
@@ -253,20 +252,15 @@ def _run(arguments: Namespace) -> int:
 
 
 def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
-    """What is to be solved for each row. Lines of CSV are made where the rows are solved, if they can be."""
+    """What is to be solved for each row."""
     request.swept(swept.names)
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
-    lines = not arguments.output or is_csv(arguments.output)
-    texted = lines and not arguments.all and not displays(request.model, (*swept.names, *plan.want))
-    tabled = not texted or bool(arguments.plot)
     return work_of(
         plan,
         swept.lessons,
         swept.line,
         every=arguments.all,
-        tabled=tabled,
-        texted=texted,
         jit=arguments.jit,
         timeout=arguments.timeout,
     )

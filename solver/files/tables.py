@@ -128,17 +128,14 @@ CSV, PARQUET = (".csv", ".txt", ""), (".parquet", ".pq")
 
 
 class CsvFile:
-    """Lines of CSV. Pieces may come as lines, too."""
+    """Lines of CSV."""
 
     def __init__(self, path: str, names: Sequence[str]) -> None:
         self._file = Replacement(path)
         self._file.write(csv_head(names))
 
     def add(self, table: Columns) -> None:
-        self.add_lines(csv_rows(table))
-
-    def add_lines(self, lines: bytes) -> None:
-        self._file.write(lines)
+        self._file.write(csv_rows(table))
 
     def close(self) -> None:
         self._file.keep()

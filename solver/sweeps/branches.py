@@ -76,7 +76,6 @@ class Follower:
         self._steps = self._at
 
     def numbered(self, piece: Solved) -> Solved:
-        assert piece.table is not None
         return replace(piece, table=self(piece.table))
 
     def __call__(self, table: Columns) -> Columns:

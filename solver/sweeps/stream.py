@@ -16,7 +16,7 @@ from rulesheets.units.quantity import displays
 from solver.facts import Status
 from solver.files.columns import Array, Columns, csv_head, csv_rows, free_name, stacked
 from solver.files.replacing import other_sweep
-from solver.files.tables import CsvFile, heading, pieces, table_file
+from solver.files.tables import heading, pieces, table_file
 from solver.interruption import Interrupted, Interrupts
 from solver.sweeps.grid import Chunk
 from solver.sweeps.work import Solved
@@ -47,7 +47,7 @@ class FileSink:
     def add(self, piece: Solved) -> None:
         while len(self._waiting) > self.WAITING:
             self._waiting.popleft().result()
-        self._waiting.append(self._writer.submit(self._write, piece))
+        self._waiting.append(self._writer.submit(self._file.add, piece.table))
 
     def close(self) -> None:
         for written in self._waiting:
@@ -59,13 +59,6 @@ class FileSink:
         self._writer.shutdown(cancel_futures=True)
         self._file.discard()
 
-    def _write(self, piece: Solved) -> None:
-        if piece.text is not None and isinstance(self._file, CsvFile):
-            self._file.add_lines(piece.text)
-        else:
-            assert piece.table is not None
-            self._file.add(piece.table)
-
 
 class StreamSink:
     """Lines of CSV to an open stream, as they come."""
@@ -76,11 +69,7 @@ class StreamSink:
 
     def add(self, piece: Solved) -> None:
         self._begin()
-        if piece.text is not None:
-            self._stream.write(piece.text.decode())
-        else:
-            assert piece.table is not None
-            self._stream.write(csv_rows(piece.table).decode())
+        self._stream.write(csv_rows(piece.table).decode())
 
     def close(self) -> None:
         self._begin()
@@ -119,10 +108,9 @@ class ShownSink:
         self.close, self.discard = sink.close, sink.discard
 
     def add(self, piece: Solved) -> None:
-        assert piece.table is not None
         table = shown_columns(piece.table, self._model)
         named = dict(zip(heads(table.values, self._model), table.values.values(), strict=True))
-        self._sink.add(replace(piece, table=replace(table, values=named), text=None))
+        self._sink.add(replace(piece, table=replace(table, values=named)))
 
 
 def expect_plain(model: Model, names: Iterable[str]) -> None:

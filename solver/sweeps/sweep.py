@@ -84,7 +84,7 @@ def sweep(
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
     pieces = list(followed(work, solved))
-    table = joined([piece.table for piece in pieces if piece.table is not None])
+    table = joined([piece.table for piece in pieces])
     answers = np.concatenate([piece.answers for piece in pieces])
     return Table(table.values, table.status, model.files, answers)
 
@@ -119,8 +119,6 @@ def work_of(
     line: int = ENDLESS,
     *,
     every: bool = False,
-    tabled: bool = True,
-    texted: bool = False,
     jit: bool = False,
     timeout: float | None = None,
 ) -> Work:
@@ -139,8 +137,6 @@ def work_of(
         plan.guesses,
         lessons,
         every,
-        tabled,
-        texted,
         jit,
         line,
         until,

@@ -16,7 +16,7 @@ from rulesheets.deadline import time_limit
 from rulesheets.model import Model, Value, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
-from solver.files.columns import Array, Columns, csv_rows, free_name
+from solver.files.columns import Array, Columns, free_name
 from solver.interruption import Interrupted
 from solver.ranking.branches import Answers, together
 from solver.sweeps.plan import Plan, one_answer, sweep_answers
@@ -175,7 +175,7 @@ class Rows(NamedTuple):
 
 @dataclass(frozen=True)
 class Solved:
-    """A piece of the table in the order of its rows. ``table`` or ``text`` is there as the work asks.
+    """A piece of the ``table`` in the order of its rows.
 
     ``counts`` are the rows by status code, ``several`` those that have several answers and show one. ``rows``
     are all of them where there are such, else the last ones: they tell which branch an answer belongs to.
@@ -183,8 +183,7 @@ class Solved:
     """
 
     counts: tuple[int, ...]
-    table: Columns | None = None
-    text: bytes | None = None
+    table: Columns
     rows: Rows | None = None
     several: int = 0
     answers: Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -198,8 +197,7 @@ class Work(NamedTuple):
     """What has to be known to solve any piece of a sweep.
 
     ``lessons`` are rows (a column an input) of which records are made beforehand. ``every``
-    asks for all answers of a row instead of the primary one, ``tabled`` for arrays, ``texted`` for
-    lines of CSV (which are worth making where the rows are solved), ``jit`` for machine code. The primary
+    asks for all answers of a row instead of the primary one, ``jit`` for machine code. The primary
     answer keeps its branch within ``line`` rows. ``until`` is the end of the time by the clock of the system:
     rows that are solved later fail.
     """
@@ -211,8 +209,6 @@ class Work(NamedTuple):
     guesses: Mapping[str, float]
     lessons: tuple[Array, ...] = ()
     every: bool = False
-    tabled: bool = True
-    texted: bool = False
     jit: bool = False
     line: int = ENDLESS
     until: float | None = None
@@ -242,9 +238,7 @@ class Work(NamedTuple):
         """Rows with their primary answers, the ``first`` (n,) of each that has some."""
         inputs = dict(zip(self.inputs, rows.inputs, strict=True))
         parts = self.columns(one_answer(inputs, self.want, rows.codes, rows.answers, first))
-        text = csv_rows(parts) if self.texted else None
-        table = parts if self.tabled else None
-        return Solved(_counts(rows.codes), table, text, answers=rows.answers.counts)
+        return Solved(_counts(rows.codes), parts, answers=rows.answers.counts)
 
     def packed(self) -> bytes:
         """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""

@@ -272,7 +272,7 @@ def test_a_failure_discards_the_file_and_ends_the_sweep(tmp_path: Path) -> None:
             kept.append("discarded")
 
     with pytest.raises(RuntimeError):
-        run(iter([Solved((1, 0, 0, 0, 0, 0))]), [Broken()])
+        run(iter([Solved((1, 0, 0, 0, 0, 0), None)]), [Broken()])
     assert kept == ["discarded"]
 
 
@@ -485,7 +485,7 @@ class Piece:
 
 def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers() -> None:
     """The first piece comes to its end, the second is cut short; what comes after it is no use."""
-    solved = [Solved((rows,)) for rows in (256, 100, 256)]
+    solved = [Solved((rows,), None) for rows in (256, 100, 256)]
     pieces = iter([Piece(solved[0], True), Piece((solved[1],)), Piece(solved[2])])
     told: list[str] = []
     found = in_order(lambda chunk: next(pieces), [(), (), ()], lambda: 4, lambda: told.append("stop"))
