@@ -218,7 +218,10 @@ def steady_runs(
     with np.errstate(all="ignore"):
         moving = np.zeros(len(starts), dtype=bool)
         for column in inputs:
-            low, high = _reach(np.diff(column, prepend=2.0 * column[0] - column[1]), starts)
+            steps = np.empty_like(column)
+            np.subtract(column[1:], column[:-1], out=steps[1:])
+            steps[0] = steps[1]
+            low, high = _reach(steps, starts)
             even = ((low > 0.0) & (high <= STEADY * low)) | ((high < 0.0) & (low >= STEADY * high))
             moving |= even
             far &= even | ((low == 0.0) & (high == 0.0))
@@ -249,11 +252,16 @@ def _far_apart(planes: Sequence[Sequence[Array]], starts: Array, turns: Points) 
 
 def _reach(column: Array, starts: Array) -> tuple[Array, Array]:
     """The least and the largest number of each span and the two rows before it."""
-    ends = []
-    for extreme in (np.minimum, np.maximum):
-        found = extreme.reduceat(column, starts)
-        found[1:] = extreme(found[1:], extreme(column[starts[1:] - 1], column[starts[1:] - 2]))
-        ends.append(found)
+    ends = np.empty((2, len(starts)))
+    some = ROOM // SPAN  # as many as stay in the cache
+    for at in range(0, len(starts), some):
+        here = starts[at : at + some]
+        part = column[here[0] : starts[at + some] if at + some < len(starts) else None]
+        for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
+            extreme.reduceat(part, here - here[0], out=found[at : at + some])
+    before = column[starts[1:] - 1], column[starts[1:] - 2]
+    for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
+        extreme(found[1:], extreme(*before), out=found[1:])
     return ends[0], ends[1]
 
 

@@ -15,7 +15,7 @@ from solver.trace.graph import LEAVES, LOGICAL, TOLERANCE, Schedule, operands, s
 Array: TypeAlias = NDArray[Any]
 
 DEGREE = 57.29577951308232
-BLOCK = 8192
+BLOCK = 16384
 """Rows of a block: a few dozen buffers of them fit into the second- or third-level cache."""
 
 _UFUNCS = {
@@ -36,6 +36,7 @@ _UFUNCS = {
     "lt": np.less,
     "le": np.less_equal,
     "eq": np.equal,
+    "ne": np.not_equal,
     "and": np.logical_and,
     "or": np.logical_or,
     "not": np.logical_not,
@@ -49,7 +50,8 @@ class ArrayKernel:
 
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
         self.flow, self.wanted = flow, tuple(wanted)
-        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted))
+        # Conditions stand last, and come first: what they read is read again soon.
+        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted[::-1]))
         namespace: dict[str, Any] = dict(writer.namespace)
         self.source = writer.source()
         exec(compile(self.source, "<compiled path>", "exec"), namespace)
@@ -127,6 +129,8 @@ class _Writer:
         if node in self.names:
             return
         operation, *rest = self.flow.nodes[node]
+        if operation == "not" and self._is_last(at, node):
+            return
         read = [self._read(o) for o in operands(self.flow, node)]
         if operation in ("sind", "cosd"):
             self._circular(at, int(rest[0]), read[0])
@@ -160,6 +164,18 @@ class _Writer:
             self.lines.append(f"copy_({target}, f_{rest[0]}({', '.join(read)}))")
         else:
             self.lines.append(f"{operation}_({', '.join((*read, target))})")
+
+    def _is_last(self, at: int, node: int) -> bool:
+        """Make an equality that was computed just now, for nothing else, its opposite."""
+        (inside,) = operands(self.flow, node)
+        line, name = self.lines[-1] if self.lines else "", self.names.get(inside, "")
+        if not line.startswith("eq_(") or not line.endswith(f" {name})") or self.plan.last[inside] != at:
+            return False
+        if name[0] != "m" or node in self.outputs:
+            return False
+        self.lines[-1] = "ne_" + line.removeprefix("eq_")
+        self.names[node] = name
+        return True
 
     def _circular(self, at: int, angle: int, text: str) -> None:
         pair = [n for n in self.plan.order if self.flow.nodes[n] in (("sind", angle), ("cosd", angle))]

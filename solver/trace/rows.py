@@ -156,7 +156,7 @@ class AnswerKernel:
             runs = self._sort(found, columns, runs)
         there &= holds
         if there.all():
-            counts = np.full(len(holds), len(planes))
+            counts = np.broadcast_to(np.int64(len(planes)), holds.shape)
         else:
             _pushed_up(planes, there)
             counts = there.sum(axis=0, dtype=np.int64)
@@ -292,7 +292,7 @@ class AnswerSweeper:
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
-        left = np.arange(count)
+        left: Array = np.arange(count, dtype=np.int32 if count < 2**31 else np.int64)
         records = refusals = most = 0
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
@@ -338,7 +338,7 @@ class AnswerSweeper:
             parts.append((left, found))
         elif holds.any():
             parts.append((left[holds], found.of(holds)))
-        return left[~holds]
+        return left[:0] if holds.all() else left[~holds]
 
     def _kernel(self, program: Program) -> AnswerKernel | None:
         known = self._kernels.get(id(program))
