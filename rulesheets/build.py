@@ -23,10 +23,11 @@ from rulesheets.syntax.nodes import (
     Function,
     Name,
     RuleSheet,
+    children,
     names,
     numbers,
 )
-from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
+from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
 from rulesheets.syntax.source import Span
 from rulesheets.units.quantity import differences, library_of, unit_named
 
@@ -77,7 +78,7 @@ def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Co
     if not any(said.search(source.text) for source in sources):
         return []
     rules = (rule for owner in owners for rule in rules_of(owner))
-    return [part for rule in rules for body in bodies(rule.body) for part in operands(body)]
+    return [part for rule in rules for body in bodies(rule.body) for part in children(body)]
 
 
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
@@ -141,7 +142,7 @@ def _passed(program: Program) -> set[str]:
                 if isinstance(part, CallRule):
                     results |= _plain(part.results)
                     arguments |= _plain(part.arguments)
-                rest = (n for n in operands(part) if not (is_call and isinstance(n, Name)))
+                rest = (n for n in children(part) if not (is_call and isinstance(n, Name)))
                 used.update(name for node in rest for name in names(node))
     return (results & arguments) - used
 

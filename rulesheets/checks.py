@@ -34,7 +34,7 @@ from rulesheets.syntax.nodes import (
     Symbol,
     children,
 )
-from rulesheets.syntax.program import Program, bodies, components, operands, rules_of, walk
+from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
 from rulesheets.syntax.source import Span
 
 
@@ -96,7 +96,7 @@ class Scope:
     @cached_property
     def nodes(self) -> list[Expression | Condition]:
         """Everything that the rules are made of, in source order."""
-        return [node for part in self.parts for operand in operands(part) for node in walk(operand)]
+        return [node for part in self.parts for operand in children(part) for node in walk(operand)]
 
     @cached_property
     def places(self) -> dict[str, Span | None]:
@@ -306,7 +306,7 @@ def _size(scope: Scope, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]
 
 def check_nesting(scope: Scope) -> Iterator[Diagnosis]:
     """Expressions too deep to work on, such as a product of a thousand factors."""
-    for operand in (operand for part in scope.parts for operand in operands(part)):
+    for operand in (operand for part in scope.parts for operand in children(part)):
         span = operand.span
         if span is not None and span.end - span.start > LONG and _nesting(operand) > MAX_NESTING:
             message = f"this expression nests more than {MAX_NESTING} levels deep"

@@ -42,7 +42,7 @@ from rulesheets.syntax.nodes import (
     names,
     rebuilt,
 )
-from rulesheets.syntax.program import Program, components, operands, rules_of
+from rulesheets.syntax.program import Program, components, rules_of
 from rulesheets.syntax.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
@@ -155,7 +155,7 @@ class _Expander:
 
     def note_names(self, body: RuleBody, scope: Scope) -> None:
         """Variables in the order of the text, whatever the order in which calls are bound."""
-        for operand in operands(body):
+        for operand in children(body):
             for name in names(operand):
                 self.names.setdefault(scope.full_name(name))
 
@@ -229,7 +229,7 @@ class _Expander:
         parts = children(node)
         bound: list[Expression] = []
         for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
-            bound.append(self.bind(part, context))  # type: ignore[arg-type]
+            bound.append(self.bind(part, context))
         if all(new is old for new, old in zip(bound, parts, strict=True)):
             return node
         return rebuilt(node, tuple(bound))

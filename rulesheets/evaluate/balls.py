@@ -178,4 +178,4 @@ def _calls(expression: Expression, unknowns: frozenset[str]) -> Iterator[Call]:
                 yield call
                 stack.extend(call.arguments)
             case other:
-                stack.extend(children(other))  # type: ignore[arg-type]
+                stack.extend(children(other))

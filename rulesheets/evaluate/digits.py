@@ -16,7 +16,7 @@ from rulesheets.functions.digits import Extended
 from rulesheets.functions.row import Forms, Function
 from rulesheets.functions.slopes import ROUNDED
 from rulesheets.functions.table import TABLE
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, names, operands
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, children, names
 from rulesheets.syntax.program import walk
 
 
@@ -251,7 +251,7 @@ def _undefined(expression: Expression, values: Mapping[str, float | str]) -> Ite
         chain = stack.pop()
         if _has_value(chain[0], values):
             continue
-        inner = [part for part in operands(chain[0]) if not _has_value(part, values)]
+        inner = [part for part in children(chain[0]) if not _has_value(part, values)]
         stack.extend((part, *chain) for part in inner)
         if not inner and _read(chain[0], values):
             yield chain

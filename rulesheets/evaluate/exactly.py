@@ -134,7 +134,7 @@ def with_round_values(expression: Expression) -> Expression:
         return expression
     found: list[Expression] = []
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
-        found.append(with_round_values(part))  # type: ignore[arg-type]
+        found.append(with_round_values(part))
     if any(new is not old for new, old in zip(found, parts, strict=True)):
         expression = rebuilt(expression, tuple(found))
     if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):

@@ -10,18 +10,14 @@ from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.stop import Stop
 from rulesheets.syntax.nodes import (
-    CallRule,
     Condition,
-    Equality,
     Expression,
     IfRule,
-    Inequality,
     Product,
     Quotient,
     RuleBody,
     children,
 )
-from rulesheets.syntax.program import operands
 from rulesheets.syntax.source import Source, Span
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
@@ -288,8 +284,6 @@ def _parts(node: RuleBody | Condition | Expression) -> Iterable[RuleBody | Condi
             return _factors(node)
         case IfRule(condition, then, otherwise):
             return (condition, then) if otherwise is None else (condition, then, otherwise)
-        case Equality() | Inequality() | CallRule():
-            return operands(node)
         case _:
             return children(node)
 

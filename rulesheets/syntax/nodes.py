@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias, overload
 
 from rulesheets.syntax.source import Span
 
@@ -23,11 +23,13 @@ _PLACES = frozenset({"span", "gap"})
 class Node:
     """A value of its fields, of which ``span`` and ``gap`` tell only where it stands.
 
-    Compared, hashed and shown here for all kinds of nodes: a dataclass that does so for itself, or that
-    freezes, takes five times as long to import. No node is changed once it is made.
+    ``parts`` are the expressions and conditions that it consists of, left to right. Nodes of all kinds are
+    compared, hashed and shown here: a dataclass that does so for itself, or that freezes, takes five times as
+    long to import. No node is changed once it is made.
     """
 
     __slots__: ClassVar[tuple[str, ...]] = ()
+    parts: ClassVar[Any] = property(lambda node: ())
     _content: ClassVar[attrgetter[Any]]
 
     def __init_subclass__(cls) -> None:
@@ -115,6 +117,7 @@ class Name(Operators):
 class Negative(Operators):
     operand: Expression
     span: Span | None = None
+    parts = property(lambda node: (node.operand,))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -126,6 +129,7 @@ class Sum(Operators):
 
     terms: tuple[Expression, ...]
     span: Span | None = None
+    parts = property(attrgetter("terms"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -133,6 +137,7 @@ class Product(Operators):
     left: Expression
     right: Expression
     span: Span | None = None
+    parts = property(attrgetter("left", "right"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -140,6 +145,7 @@ class Quotient(Operators):
     left: Expression
     right: Expression
     span: Span | None = None
+    parts = property(attrgetter("left", "right"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -147,6 +153,7 @@ class Power(Operators):
     base: Expression
     exponent: Expression
     span: Span | None = None
+    parts = property(attrgetter("base", "exponent"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -156,6 +163,7 @@ class Call(Operators):
     function: str
     arguments: tuple[Expression, ...]
     span: Span | None = None
+    parts = property(attrgetter("arguments"))
 
 
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
@@ -172,24 +180,28 @@ class Comparison(Node):
     left: Expression
     right: Expression
     span: Span | None = None
+    parts = property(attrgetter("left", "right"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
 class And(Node):
     terms: tuple[Condition, ...]
     span: Span | None = None
+    parts = property(attrgetter("terms"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
 class Or(Node):
     terms: tuple[Condition, ...]
     span: Span | None = None
+    parts = property(attrgetter("terms"))
 
 
 @dataclass(slots=True, eq=False, repr=False)
 class Not(Node):
     term: Condition
     span: Span | None = None
+    parts = property(lambda node: (node.term,))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -215,6 +227,7 @@ class Equality(Node):
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
     span: Span | None = None
+    parts = property(lambda node: (*node.left, *node.right))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -225,6 +238,7 @@ class CallRule(Node):
     arguments: tuple[Expression, ...]
     results: tuple[Expression, ...]
     span: Span | None = None
+    parts = property(lambda node: (*node.arguments, *node.results))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -235,6 +249,7 @@ class IfRule(Node):
     then: RuleBody
     otherwise: RuleBody | None = None
     span: Span | None = None
+    parts = property(lambda node: (node.condition,))
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -243,6 +258,7 @@ class Inequality(Node):
 
     comparisons: tuple[Comparison, ...]
     span: Span | None = None
+    parts = property(attrgetter("comparisons"))
 
 
 RuleBody: TypeAlias = Equality | Inequality | CallRule | IfRule
@@ -403,48 +419,26 @@ class RuleSheet(Node):
     units: tuple[UnitRow | CommentLine, ...] = ()
 
 
-_PARTS: dict[type, Callable[[Any], tuple[Any, ...]]] = {
-    Negative: lambda node: (node.operand,),
-    Sum: lambda node: node.terms,
-    Product: lambda node: (node.left, node.right),
-    Quotient: lambda node: (node.left, node.right),
-    Power: lambda node: (node.base, node.exponent),
-    Call: lambda node: node.arguments,
-    Comparison: lambda node: (node.left, node.right),
-    And: lambda node: node.terms,
-    Or: lambda node: node.terms,
-    Not: lambda node: (node.term,),
-}
-"""A table, because trees are walked many times and ``match`` tries one class after the other."""
-
-
-def children(node: Expression | Condition) -> tuple[Expression | Condition, ...]:
-    """The direct parts of an expression or a condition, left to right."""
-    parts = _PARTS.get(type(node))
-    return parts(node) if parts else ()
-
-
-def operands(expression: Expression) -> tuple[Expression, ...]:
-    """The direct parts of an expression, left to right."""
-    parts = _PARTS.get(type(expression))
-    return parts(expression) if parts else ()
+@overload
+def children(node: Expression) -> tuple[Expression, ...]: ...
+@overload
+def children(node: Expression | Condition | RuleBody) -> tuple[Expression | Condition, ...]: ...
+def children(node: Any) -> Any:
+    """The expressions and conditions that a node consists of, left to right; not the arms of an ``if``."""
+    return node.parts
 
 
 def rebuilt(node: Expression, parts: tuple[Expression, ...]) -> Expression:
-    """The expression with other direct parts: the inverse of :func:`operands`."""
+    """The expression with other direct parts: the inverse of :func:`children`."""
     match node:
-        case Negative(span=span):
-            return Negative(parts[0], span)
-        case Sum(span=span):
-            return Sum(parts, span)
-        case Product(span=span):
-            return Product(parts[0], parts[1], span)
-        case Quotient(span=span):
-            return Quotient(parts[0], parts[1], span)
-        case Power(span=span):
-            return Power(parts[0], parts[1], span)
-        case Call(function, _, span):
-            return Call(function, parts, span)
+        case Sum():
+            return Sum(parts, node.span)
+        case Call():
+            return Call(node.function, parts, node.span)
+        case Negative():
+            return Negative(parts[0], node.span)
+        case Product() | Quotient() | Power():
+            return type(node)(parts[0], parts[1], node.span)
         case _:
             return node
 
@@ -456,8 +450,8 @@ def names(node: Expression | Condition) -> Iterator[str]:
         item = stack.pop()
         if type(item) is Name:
             yield item.name
-        elif parts := _PARTS.get(type(item)):
-            stack.extend(parts(item)[::-1])
+        elif parts := item.parts:
+            stack.extend(parts[::-1])
 
 
 def numbers(node: Expression | Condition) -> Iterator[Number]:
@@ -467,8 +461,8 @@ def numbers(node: Expression | Condition) -> Iterator[Number]:
         item = stack.pop()
         if type(item) is Number:
             yield item
-        elif parts := _PARTS.get(type(item)):
-            stack.extend(parts(item)[::-1])
+        elif parts := item.parts:
+            stack.extend(parts[::-1])
 
 
 def measured(node: Expression) -> tuple[float, str] | None:
@@ -562,11 +556,11 @@ def exchange(expression: Expression, old: Expression, new: Expression) -> Expres
     """The expression with ``new`` wherever it has ``old``."""
     if expression == old:
         return new
-    return rebuilt(expression, tuple(exchange(part, old, new) for part in operands(expression)))
+    return rebuilt(expression, tuple(exchange(part, old, new) for part in children(expression)))
 
 
 def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:
     """The expression with every name, number and symbol turned into what ``change`` makes of it."""
     if isinstance(expression, Name | Number | Symbol):
         return change(expression)
-    return rebuilt(expression, tuple(map_leaves(part, change) for part in operands(expression)))
+    return rebuilt(expression, tuple(map_leaves(part, change) for part in children(expression)))

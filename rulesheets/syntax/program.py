@@ -13,7 +13,6 @@ from rulesheets.syntax.nodes import (
     Expression,
     Function,
     IfRule,
-    Inequality,
     Name,
     Rule,
     RuleBody,
@@ -81,19 +80,6 @@ def bodies(body: RuleBody) -> Iterator[RuleBody]:
         yield item
         if isinstance(item, IfRule):
             stack.extend(arm for arm in (item.otherwise, item.then) if arm is not None)
-
-
-def operands(body: RuleBody) -> tuple[Expression | Condition, ...]:
-    """The expressions of one body, or the condition of an ``if`` (its arms not included)."""
-    match body:
-        case Equality(left, right):
-            return (*left, *right)
-        case Inequality(comparisons):
-            return comparisons
-        case CallRule(_, arguments, results):
-            return (*arguments, *results)
-        case IfRule(condition):
-            return (condition,)
 
 
 def walk(node: Expression | Condition) -> Iterator[Expression | Condition]:

@@ -17,7 +17,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, children, operands
+from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, children
 from solver.numerics.tolerances import EPS, SMALLEST_NORMAL
 
 DIGITS = (50, 100, 200)
@@ -111,8 +111,8 @@ class _Rule:
         """The size of the largest number that is added to others in F. Raises Undefined."""
         terms, parts = [*self.sides], [*self.sides]
         while parts:
-            terms += [operand for part in parts if isinstance(part, Sum) for operand in operands(part)]
-            parts = [operand for part in parts for operand in operands(part)]
+            terms += [operand for part in parts if isinstance(part, Sum) for operand in children(part)]
+            parts = [operand for part in parts for operand in children(part)]
         return max(abs(extended(term, self.values, digits)) for term in terms)
 
     def moves(self, digits: int, limit: Any) -> dict[str, Any]:

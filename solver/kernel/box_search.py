@@ -207,7 +207,7 @@ class Hull:
     def _place(self, form: Expression) -> int:
         found = self._places.get(form)
         if found is None:
-            below = tuple(map(self._place, nodes.operands(form)))
+            below = tuple(map(self._place, nodes.children(form)))
             found = self._places[form] = len(self.nodes)
             self.nodes.append(Node(form, below))
         return found

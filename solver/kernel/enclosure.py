@@ -78,7 +78,7 @@ def _quotients(expression: Expression) -> Iterator[Quotient]:
         node = stack.pop()
         if isinstance(node, Quotient):
             yield node
-        stack.extend(nodes.operands(node))
+        stack.extend(nodes.children(node))
 
 
 def _at_zero(expression: Expression, tear: str) -> Fraction | None:

@@ -38,7 +38,7 @@ from rulesheets.evaluate.balls import (
     solved,
 )
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, operands, subtract
+from rulesheets.syntax.nodes import Expression, Name, Number, add, children, is_number, multiply, subtract
 from solver.kernel.emitter import ROUNDED
 from solver.numerics.elimination import eliminate
 from solver.numerics.linear_algebra import null_direction
@@ -238,7 +238,7 @@ def _singular(square: Square, numbers: Mapping[str, Fraction], radian: Fraction)
 def _numbers(form: Expression) -> Iterator[float]:
     if isinstance(form, Number):
         yield form.value
-    for part in operands(form):
+    for part in children(form):
         yield from _numbers(part)
 
 

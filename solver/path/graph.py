@@ -25,7 +25,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
-    operands,
+    children,
     rebuilt,
 )
 from rulesheets.syntax.program import walk
@@ -118,7 +118,7 @@ def _shape(equation: Equation) -> tuple[Shape, list[float]]:
         elif isinstance(node, Product | Quotient):
             stack += (node.right, node.left)
         elif isinstance(node, Sum | Call):
-            parts = operands(node)
+            parts = children(node)
             shape += (len(parts), node.function if isinstance(node, Call) else None)
             stack += parts[::-1]
         elif isinstance(node, Symbol):
@@ -126,7 +126,7 @@ def _shape(equation: Equation) -> tuple[Shape, list[float]]:
         else:
             if isinstance(node, Power) and isinstance(node.exponent, Number):
                 shape.append(node.exponent.value)
-            stack += operands(node)[::-1]
+            stack += children(node)[::-1]
     return tuple(shape), numbers
 
 
@@ -146,7 +146,7 @@ def _template(form: Expression, names: dict[str, Name], numbers: Iterator[int]) 
         (part, next(numbers))[0]
         if isinstance(form, Power) and part is form.exponent and isinstance(part, Number)
         else _template(part, names, numbers)
-        for part in operands(form)
+        for part in children(form)
     ]
     return rebuilt(form, tuple(parts))
 
@@ -298,7 +298,7 @@ class _Angles:
                 for name, (numerator, denominator) in parts:
                     self.learn(name, turn, denominator // gcd(denominator, own * numerator))
             else:
-                stack.extend(nodes.operands(node))
+                stack.extend(nodes.children(node))
 
 
 def _read_at_once(equations: Iterable[Equation], angles: _Angles) -> Iterator[Equation]:

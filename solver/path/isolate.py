@@ -203,7 +203,7 @@ def _stages(node: Expression, unknown: str) -> list[Stage] | None:
     """What undoes an expression, one operation after another; None where that is not known."""
     stages: list[Stage] = []
     while not isinstance(node, Name):
-        if sum(unknown in nodes.names(part) for part in nodes.operands(node)) > 1:
+        if sum(unknown in nodes.names(part) for part in nodes.children(node)) > 1:
             rest = _repeated(node, unknown)
             return None if rest is None else [*stages, *rest]
         undone = _undo(node, unknown)
@@ -402,7 +402,7 @@ def _ratio(node: Expression, unknown: str) -> Stage | None:
 def _enclosing(node: Expression, unknown: str) -> Iterator[Expression]:
     """The operands that hold the first occurrence of the unknown, the largest first, but not itself."""
     while not isinstance(node, Name):
-        node = next(part for part in nodes.operands(node) if unknown in nodes.names(part))
+        node = next(part for part in nodes.children(node) if unknown in nodes.names(part))
         if not isinstance(node, Name):
             yield node
 

@@ -15,7 +15,7 @@ import numpy as np
 from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE, Unit
 from rulesheets.model import Equation, Model, Variable
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, operands
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, children
 from solver.ranking.sizes import MANY, Scalings, Suggestions
 
 
@@ -51,7 +51,7 @@ def _calls(equation: Equation) -> Iterator[Call]:
         node = stack.pop()
         if isinstance(node, Call):
             yield node
-        stack.extend(operands(node))
+        stack.extend(children(node))
 
 
 def _added(node: Expression) -> Iterator[Expression]:

@@ -102,7 +102,7 @@ def _filled(node: Expression, values: Mapping[str, Value], first: bool) -> Expre
         parts = (parts[0], *map(_subtracted, node.terms[1:]))
     return rebuilt(
         node,
-        tuple(_filled(part, values, place) for part, place in zip(parts, places, strict=True)),  # type: ignore[arg-type]
+        tuple(_filled(part, values, place) for part, place in zip(parts, places, strict=True)),
     )
 
 

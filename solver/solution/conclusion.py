@@ -31,7 +31,6 @@ from rulesheets.syntax.nodes import (
     multiply,
     names,
     negative,
-    operands,
     rebuilt,
 )
 from rulesheets.syntax.program import walk
@@ -179,7 +178,7 @@ def _without(side: Expression, values: Mapping[str, float]) -> Expression:
         return side
     done: list[Expression] = []
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
-        done.append(_without(part, values))  # type: ignore[arg-type]
+        done.append(_without(part, values))
     match side:
         case Product():
             for factor, other in (done, done[::-1]):
@@ -336,7 +335,7 @@ def _has_zero_by_zero(side: Expression, values: Mapping[str, Value]) -> bool:
         node = stack.pop()
         if isinstance(node, Quotient) and all(_small(part, values) for part in (node.left, node.right)):
             return True
-        stack.extend(operands(node))
+        stack.extend(children(node))
     return False
 
 

@@ -17,7 +17,7 @@ from typing import Any
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Expression, Number, Quotient, children, operands, rebuilt
+from rulesheets.syntax.nodes import Expression, Number, Quotient, children, rebuilt
 from solver.accuracy.rule_check import check_rule
 from solver.facts import Filled
 from solver.leaves import Asked, Exploration, Leaf, unmet
@@ -94,7 +94,7 @@ def _limits(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 def _replaced(side: Expression, part: Expression, by: Expression) -> Expression:
     if side == part:
         return by
-    parts = operands(side)
+    parts = children(side)
     return rebuilt(side, tuple(_replaced(p, part, by) for p in parts)) if parts else side
 
 
