@@ -94,7 +94,7 @@ def work(count: int, jit: bool):
 def by_hand(count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
     from solver.facts import Status
-    from solver.files.columns import Columns
+    from solver.files.tables import Columns
     from solver.sweeps.grid import grid_chunks
     from solver.sweeps.work import Solved
 

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.facts import Status, UnknownName
-from solver.files.columns import Columns, free_name
 from solver.files.replacing import expect_no_input
-from solver.files.tables import write_table
+from solver.files.tables import Columns, free_name, write_table
 from solver.path.steps import Shown
 
 Column: TypeAlias = ArrayLike

@@ -17,8 +17,7 @@ from rulesheets.inputs import parse_input, parse_value, quantities, variable_nam
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import converted, parted, scaling
 from solver.commands.inputs import Option, Request
-from solver.files.columns import Array
-from solver.files.tables import heading, pieces
+from solver.files.tables import Array, heading, pieces
 from solver.sweeps.grid import (
     Axis,
     Chunk,

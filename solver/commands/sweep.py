@@ -20,9 +20,8 @@ from rulesheets.units.quantity import shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
-from solver.files.columns import Columns, csv_head, csv_rows, joined
 from solver.files.replacing import write_file
-from solver.files.tables import write_table
+from solver.files.tables import Columns, csv_head, csv_rows, joined, write_table
 from solver.interruption import WATCH
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.format import readable
 from rulesheets.model import Model
-from solver.files.columns import Array, Columns
+from solver.files.tables import Array, Columns
 from solver.pictures.page import encode
 
 CURVES = 8

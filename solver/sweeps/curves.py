@@ -14,7 +14,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Status
-from solver.files.columns import column_of, free_name
+from solver.files.tables import column_of, free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path.graph import ModelGraph

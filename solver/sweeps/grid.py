@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from solver.files.columns import Array, column_of, stacked
+from solver.files.tables import Array, column_of, stacked
 
 Chunk: TypeAlias = tuple[Array, ...]
 """The inputs of some rows, a column each."""

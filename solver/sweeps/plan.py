@@ -16,7 +16,7 @@ from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import is_symbol, override, quantities, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
-from solver.files.columns import column_of, free_name
+from solver.files.tables import column_of, free_name
 from solver.interruption import WATCH, Interrupted
 from solver.leaves import Asked, Exploration
 from solver.path.planner import planner

@@ -14,9 +14,18 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
 from rulesheets.units.quantity import displays
 from solver.facts import Status
-from solver.files.columns import Array, Columns, csv_head, csv_rows, free_name, stacked
 from solver.files.replacing import other_sweep
-from solver.files.tables import heading, pieces, table_file
+from solver.files.tables import (
+    Array,
+    Columns,
+    csv_head,
+    csv_rows,
+    free_name,
+    heading,
+    pieces,
+    stacked,
+    table_file,
+)
 from solver.interruption import Interrupted, Interrupts
 from solver.sweeps.grid import Chunk
 from solver.sweeps.work import Solved

@@ -17,15 +17,14 @@ from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units.quantity import scaling
 from solver.derivatives.sensitivities import tolerances_of
-from solver.files.columns import joined
 from solver.files.replacing import missing_extra
+from solver.files.tables import joined
 from solver.interruption import Interrupted
 from solver.path.planner import planner
 from solver.result import Result
-from solver.sweeps.branches import Branches, Follower
 from solver.sweeps.grid import Chunk, Grid, grid_chunks, grid_lessons, listed, one_length
 from solver.sweeps.plan import Plan, prepare
-from solver.sweeps.work import ENDLESS, Solved, Work
+from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
 from solver.sweeps.workers import solved_pieces
 from solver.table import SPREADS, Column, Samples, Table
 

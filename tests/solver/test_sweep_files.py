@@ -28,8 +28,16 @@ from solver.__main__ import INTERRUPTED, main
 from solver.commands import sweep as progress
 from solver.commands.sweep import clock, progress_line
 from solver.facts import Status
-from solver.files.columns import Columns, ParquetFile, csv_head, csv_rows, stacked
-from solver.files.tables import heading, pieces, write_table
+from solver.files.tables import (
+    Columns,
+    ParquetFile,
+    csv_head,
+    csv_rows,
+    heading,
+    pieces,
+    stacked,
+    write_table,
+)
 from solver.interruption import Interrupted
 from solver.sweeps import sweep as sweeping
 from solver.sweeps import workers
@@ -93,7 +101,7 @@ def test_csv_reads_back_as_the_same_floats(rows: list[tuple[float, object]]) -> 
 @pytest.mark.parametrize("plain", [False, True])
 def test_csv_is_short_with_pyarrow_and_without(plain: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if plain:
-        monkeypatch.setattr("solver.files.columns._arrow_csv", lambda: None)
+        monkeypatch.setattr("solver.files.tables._arrow_csv", lambda: None)
     numbers = [1.0, -0.0, 0.1, np.nan, 1e22, 100.5]
     table = columns({"x": numbers, "s": ["open", None, 2.5, 3.0, None, None]}, [0, 0, 0, 3, 0, 0])
     lines = [
@@ -131,7 +139,7 @@ def test_parquet_has_doubles_texts_and_nulls(tmp_path: Path) -> None:
 
 def test_row_groups_do_not_depend_on_the_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     arrow = pytest.importorskip("pyarrow.parquet")
-    monkeypatch.setattr("solver.files.columns.ROW_GROUP", 100)
+    monkeypatch.setattr("solver.files.tables.ROW_GROUP", 100)
     files = []
     for cuts in ([0, 1000], [0, 10, 250, 255, 999, 1000]):
         files.append(tmp_path / f"{len(cuts)}.parquet")

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.files.columns import Columns, csv_head
-from solver.sweeps.branches import Follower
+from solver.files.tables import Columns, csv_head
 from solver.sweeps.grid import LARGEST, Grid, Stretch, file_chunks, grid_chunks, listed, size
+from solver.sweeps.work import Follower
 from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent

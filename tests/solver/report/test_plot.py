@@ -12,7 +12,7 @@ pytest.importorskip("matplotlib")
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
-from solver.files.columns import Columns
+from solver.files.tables import Columns
 from solver.pictures.plot import Curves, Lattice, Maps, arranged, broken, colored, panels, titled
 
 WORDS = ("solved", "infeasible")
