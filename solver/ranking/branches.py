@@ -203,14 +203,49 @@ def distances(heading: Points, points: Points, turns: Points) -> Points:
     return total
 
 
+class Spans:
+    """The least and the largest number of each span of columns (n,) and the two rows before it, for
+    ``steady_runs``. Rows are taken in turn, as soon as they are there and while they are in the cache.
+    """
+
+    def __init__(self, columns: Sequence[Array]) -> None:
+        self.columns = columns
+        self.starts = np.arange(0, len(columns[0]) - SPAN + 1, SPAN)
+        self._ends: Points = np.empty((len(columns), 2, len(self.starts)))
+
+    def take(self, start: int, end: int) -> None:
+        """Some rows; they begin with a span."""
+        at = start // SPAN
+        here = self.starts[at : -(-end // SPAN)] - start
+        for column, ends in zip(self.columns if len(self.starts) else (), self._ends, strict=False):
+            for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
+                if len(here):
+                    extreme.reduceat(column[start:end], here, out=found[at : at + len(here)])
+                else:
+                    found[-1] = extreme(found[-1], extreme.reduce(column[start:end]))
+
+    def take_all(self) -> None:
+        for start in range(0, len(self.columns[0]), ROOM):
+            self.take(start, min(start + ROOM, len(self.columns[0])))
+
+    def ends(self) -> Points:
+        """(v, 2, spans), once all rows are taken."""
+        for column, ends in zip(self.columns, self._ends, strict=True):
+            before = column[self.starts[1:] - 1], column[self.starts[1:] - 2]
+            for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
+                extreme(found[1:], extreme(*before), out=found[1:])
+        return self._ends
+
+
 def steady_runs(
-    inputs: Sequence[Array], rows: Array, planes: Sequence[Sequence[Array]], whole: Array, turns: Points
+    inputs: Sequence[Array], rows: Array, ends: Points, whole: Array, turns: Points
 ) -> list[tuple[int, int]]:
     """The runs of ``Answers`` among rows (n,) of a sweep, those of spans whose inputs move steadily and whose
-    answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances`` would be.
+    answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances`` would be, from the
+    ``ends`` (planes, v, 2, spans) of the numbers of the answers.
     """
     starts = np.arange(0, len(rows) - SPAN + 1, SPAN)
-    if len(planes) < 2 or len(starts) < 2:
+    if len(ends) < 2 or len(starts) < 2:
         return []
     far = np.logical_and.reduceat(whole, starts)
     first, last = np.maximum(starts - 2, 0), np.append(starts[1:], len(rows)) - 1
@@ -221,23 +256,26 @@ def steady_runs(
             steps = np.empty_like(column)
             np.subtract(column[1:], column[:-1], out=steps[1:])
             steps[0] = steps[1]
-            low, high = _reach(steps, starts)
+            spans = Spans([steps])
+            spans.take_all()
+            low, high = spans.ends()[0]
             even = ((low > 0.0) & (high <= STEADY * low)) | ((high < 0.0) & (low >= STEADY * high))
             moving |= even
             far &= even | ((low == 0.0) & (high == 0.0))
         far &= moving
         if far.any():
-            far &= _far_apart(planes, starts, turns)
+            far &= _far_apart(ends, turns)
     edges = np.append(starts, len(rows))[np.flatnonzero(np.diff(far, prepend=False, append=False))]
     return [(max(start - 2, 0), end) for start, end in edges.reshape(-1, 2).tolist()]
 
 
-def _far_apart(planes: Sequence[Sequence[Array]], starts: Array, turns: Points) -> NDArray[np.bool_]:
+def _far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
     """Whether in each span every answer goes on nearest to itself, clearly, whatever its steps are."""
-    own: Points = np.zeros((len(planes), 1, len(starts)))
-    other: Points = np.zeros((len(planes), len(planes), len(starts)))
-    for columns, turn in zip(zip(*planes, strict=True), turns, strict=True):
-        low, high = (np.array(ends) for ends in zip(*(_reach(c, starts) for c in columns), strict=True))
+    count, _, _, spans = ends.shape
+    own: Points = np.zeros((count, 1, spans))
+    other: Points = np.zeros((count, count, spans))
+    for place, turn in enumerate(turns):
+        low, high = ends[:, place, 0], ends[:, place, 1]
         middle, width = (high + low) / 2.0, (high - low)[:, None]
         apart = abs(wound(middle[:, None] - middle[None], turn))
         reach = (3.0 * width + width.swapaxes(0, 1)) / 2.0  # of an answer and where another was heading
@@ -246,23 +284,8 @@ def _far_apart(planes: Sequence[Sequence[Array]], starts: Array, turns: Points) 
         own += np.where(most > 0.0, np.minimum(2.0 * width / around, 1.0), 0.0)
         other += np.where(most > 0.0, least / most, 0.0)
     clear: NDArray[np.bool_] = own <= CLEAR * other
-    clear[np.arange(len(planes)), np.arange(len(planes))] = True
+    clear[np.arange(count), np.arange(count)] = True
     return np.asarray(clear.all(axis=(0, 1)))
-
-
-def _reach(column: Array, starts: Array) -> tuple[Array, Array]:
-    """The least and the largest number of each span and the two rows before it."""
-    ends = np.empty((2, len(starts)))
-    some = ROOM // SPAN  # as many as stay in the cache
-    for at in range(0, len(starts), some):
-        here = starts[at : at + some]
-        part = column[here[0] : starts[at + some] if at + some < len(starts) else None]
-        for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
-            extreme.reduceat(part, here - here[0], out=found[at : at + some])
-    before = column[starts[1:] - 1], column[starts[1:] - 2]
-    for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
-        extreme(found[1:], extreme(*before), out=found[1:])
-    return ends[0], ends[1]
 
 
 def numbers_of(column: Array) -> Points:

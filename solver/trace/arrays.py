@@ -13,6 +13,7 @@ from solver.trace.flow import Flow
 from solver.trace.graph import LEAVES, LOGICAL, TOLERANCE, Schedule, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
+Take: TypeAlias = Callable[[int, int], None]
 
 DEGREE = 57.29577951308232
 BLOCK = 16384
@@ -58,8 +59,10 @@ class ArrayKernel:
         self._block: Callable[..., None] = namespace["block"]
         self.buffers, self.masks = writer.buffers, writer.masks
 
-    def __call__(self, columns: Sequence[Array], results: Sequence[Array]) -> None:
-        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs."""
+    def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
+        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs; ``take``
+        is told the ends of rows that are done.
+        """
         count = len(results[0])
         size = min(BLOCK, count)
         buffers = [np.empty(size) for _ in range(self.buffers)]
@@ -74,6 +77,8 @@ class ArrayKernel:
                     masks = [mask[:short] for mask in masks]
                     scratch = SineAndCosine(short)
                 self._block([c[rows] for c in columns], [r[rows] for r in results], buffers, masks, scratch)
+                if take is not None:
+                    take(rows.start, rows.stop)
 
 
 class _Writer:

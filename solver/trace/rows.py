@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rulesheets.model import Value
 from solver.facts import Status
 from solver.interruption import Interrupted
-from solver.ranking.branches import SPAN, Answers, continued, steady_runs, together
+from solver.ranking.branches import SPAN, Answers, Spans, continued, steady_runs, together
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, copied
@@ -139,18 +139,22 @@ class AnswerKernel:
         """With ``rows`` (n,), their places in a sweep, answers are in order as far as ``Answers.runs`` says,
         without them in every row.
         """
-        found = self._known(columns)
+        several = rows is not None and len(self.program.endings) > 1 and not any(self.symbols)
+        found, spans = self._known.watched(columns, several and self.turns is not None)
         planes, there, holds = found
         if len(holds) - np.count_nonzero(holds) > MANY:
             self._patient.replace(found, columns, np.flatnonzero(~holds))
+            if spans is not None:
+                spans.take_all()
         runs: list[tuple[int, int]] = []
-        if rows is not None and self.turns is not None and not any(self.symbols):
+        if spans is not None and rows is not None and self.turns is not None:
             most = 2 * np.count_nonzero(there & holds, axis=1) > len(holds)
             order = np.argsort(~most, kind="stable")
             each = int(np.count_nonzero(most))
             planes, there = [planes[place] for place in order.tolist()], there[order]
             whole = holds & there[:each].all(axis=0) & ~there[each:].any(axis=0)
-            runs = steady_runs(columns, rows, planes[:each], whole, self.turns)
+            ends = spans.ends().reshape(len(planes), len(self.turns), 2, -1)[order[:each]]
+            runs = steady_runs(columns, rows, ends, whole, self.turns)
             found = planes, there, holds
         if self.program.order.keys:
             runs = self._sort(found, columns, runs)
@@ -255,13 +259,18 @@ class _Columns(NamedTuple):
     places: int
 
     def __call__(self, columns: Sequence[Array]) -> _Found:
+        return self.watched(columns, False)[0]
+
+    def watched(self, columns: Sequence[Array], watch: bool) -> tuple[_Found, Spans | None]:
+        """With the spans of the numbers, if they are to be watched."""
         count = len(columns[0])
         found = columns_of(self.numbers, count)
         logical = np.empty((self.places + 1, count), dtype=bool)
-        self.kernel(columns, (*found, *logical))
+        spans = Spans(found) if watch and found else None
+        self.kernel(columns, (*found, *logical), spans and spans.take)
         each = self.numbers // self.places
         planes = [found[place * each : (place + 1) * each] for place in range(self.places)]
-        return planes, logical[:-1], logical[-1]
+        return (planes, logical[:-1], logical[-1]), spans
 
     def replace(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
         """Ask about some rows anew."""
