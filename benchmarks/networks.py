@@ -113,24 +113,13 @@ def plate(n: int, loss: float = 0.0) -> Network:
 
 def pipes(n: int) -> Network:
     """A grid of pipes, fed at one corner, with a demand at each other node and head losses as q|q|."""
-    nodes = [(i, j) for i in range(n) for j in range(n)]
-    ends = [((i, j), (i + di, j + dj)) for i, j in nodes for di, dj in ((1, 0), (0, 1))]
-    ends = [(a, b) for a, b in ends if max(b) < n]
-    heads, flows = [f"H_{i}_{j}" for i, j in nodes], [f"Q{k}" for k in range(len(ends))]
+    nodes, ends, flows, balances, drop = _grid(n, "0.01")
+    heads = [f"H_{i}_{j}" for i, j in nodes]
     place = {node: k for k, node in enumerate(nodes)}
-    near: list[list[str]] = [[] for _ in nodes]
-    for q, (a, b) in zip(flows, ends, strict=True):
-        near[place[a]].append(f"- {q}")
-        near[place[b]].append(f"+ {q}")
     losses = [
         f"{heads[place[a]]} - {heads[place[b]]} = 200*{q}*abs({q})"
         for q, (a, b) in zip(flows, ends, strict=True)
     ]
-    balances = [f"0 {' '.join(terms)} = 0.01" for terms in near[1:]]
-    rows = np.repeat(np.arange(len(ends)), 2)
-    columns = np.array([place[node] for pair in ends for node in pair])
-    signs = np.tile([1.0, -1.0], len(ends))
-    drop = csr_array((signs, (rows, columns)), shape=(len(ends), len(nodes)))[:, 1:]
     m = len(nodes) - 1
 
     def system(x: Any) -> tuple[Any, Any]:
@@ -143,6 +132,74 @@ def pipes(n: int) -> Network:
     return Network(
         f"pipes {n} x {n}", _sheet("H_0_0 = 100", *losses, *balances), [*heads[1:], *flows], start, system
     )
+
+
+def gas(n: int) -> Network:
+    """The same with gas at 60 bar, whose squared pressure falls as q|q|."""
+    nodes, ends, flows, balances, drop = _grid(n, demand := repr(20 / n**2))
+    pressures = [f"p_{i}_{j}" for i, j in nodes]
+    place = {node: k for k, node in enumerate(nodes)}
+    losses = [
+        f"{pressures[place[a]]}^2 - {pressures[place[b]]}^2 = k*{q}*abs({q})"
+        for q, (a, b) in zip(flows, ends, strict=True)
+    ]
+    m = len(nodes) - 1
+    fed = np.array([3600.0 if a == (0, 0) else 0.0 for a, _ in ends])
+
+    def system(x: Any) -> tuple[Any, Any]:
+        p, q = x[:m], x[m:]
+        residual = np.concatenate([drop @ p**2 + fed - 0.7 * q * np.abs(q), -drop.T @ q - float(demand)])
+        slopes = drop @ diags_array(2 * p)
+        return residual, block_array([[slopes, diags_array(-1.4 * np.abs(q))], [None, -drop.T]])
+
+    start = np.concatenate([np.full(m, 55.0), np.full(len(ends), 1.0)])
+    sheet = _sheet("p_0_0 = 60", "k = 0.7", *losses, *balances)
+    return Network(f"gas {n} x {n}", sheet, [*pressures[1:], *flows], start, system)
+
+
+def _grid(n: int, demand: str) -> tuple[list[Any], list[Any], list[str], list[str], Any]:
+    """Nodes of a grid, their links, the flows of these, balances of all nodes but the first, and the matrix
+    (links, nodes but the first) of differences along the links."""
+    nodes = [(i, j) for i in range(n) for j in range(n)]
+    ends = [((i, j), (i + di, j + dj)) for i, j in nodes for di, dj in ((1, 0), (0, 1))]
+    ends = [(a, b) for a, b in ends if max(b) < n]
+    flows = [f"Q{k}" for k in range(len(ends))]
+    place = {node: k for k, node in enumerate(nodes)}
+    near: list[list[str]] = [[] for _ in nodes]
+    for q, (a, b) in zip(flows, ends, strict=True):
+        near[place[a]].append(f"- {q}")
+        near[place[b]].append(f"+ {q}")
+    balances = [f"0 {' '.join(terms)} = {demand}" for terms in near[1:]]
+    rows = np.repeat(np.arange(len(ends)), 2)
+    columns = np.array([place[node] for pair in ends for node in pair])
+    signs = np.tile([1.0, -1.0], len(ends))
+    drop = csr_array((signs, (rows, columns)), shape=(len(ends), len(nodes)))[:, 1:]
+    return nodes, ends, flows, balances, drop
+
+
+def direct_current(n: int) -> Network:
+    """n nodes in a ring with chords at 400 V, where each but the first draws constant power: near 400 V there
+    is one answer, and many where the voltage has broken down."""
+    lines = [(i, (i + 1) % n) for i in range(n)] + [(i, (i + n // 3) % n) for i in range(0, n, 4)]
+    conductance = 20.0 * n / 15
+    matrix = np.zeros((n, n))
+    for a, b in lines:
+        matrix[[a, b], [b, a]] -= conductance
+        matrix[[a, b], [a, b]] += conductance
+    near = [[j for j in range(n) if j != i and matrix[i, j]] for i in range(n)]
+    power = 2000.0 + 100.0 * (np.arange(1, n) % 5)
+    rules = ["V0 = 400", f"G = {conductance!r}"]
+    for i in range(1, n):
+        total = " + ".join(f"{float(-matrix[i, j] / conductance)!r}*G*(V{j} - V{i})" for j in near[i])
+        rules += [f"I{i} = {total}", f"V{i}*I{i} = {float(power[i - 1])!r}"]
+    inner, fed = csr_array(matrix[1:, 1:]), matrix[1:, 0] * 400.0
+
+    def system(v: Any) -> tuple[Any, Any]:
+        current = -(inner @ v) - fed
+        return v * current - power, diags_array(current) - diags_array(v) @ inner
+
+    names = [f"V{i}" for i in range(1, n)]
+    return Network(f"direct current {n}", _sheet(*rules), names, np.full(n - 1, 400.0), system)
 
 
 def load_flow(n: int) -> Network:
@@ -300,6 +357,10 @@ def _sheet(*rules: str) -> str:
 def networks(small: bool) -> Iterator[Network]:
     for n in (4, 10) if small else (4, 10, 20, 40):
         yield pipes(n)
+    for n in (6,) if small else (3, 6, 20):
+        yield gas(n)
+    for n in (40,) if small else (15, 40, 300):
+        yield direct_current(n)
     for n in (50, 200) if small else (5, 50, 200, 2000):
         yield radiation(n)
     for n in (6, 20) if small else (6, 20, 40, 100):

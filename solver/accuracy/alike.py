@@ -116,13 +116,16 @@ class _Traced(Traced[Array]):
         return np.where(exponent.value == 0.0, 0.0, self.slope(BY_BASE, (base, exponent), node))
 
     def rounded(self, node: Expression, result: Array, parts: Sequence[Part[Array]]) -> Array:
-        size, first, ulps, zero = np.abs(result), parts[0], 1.0, np.zeros((), dtype=bool)
+        size, ulps, zero = np.abs(result), 1.0, np.zeros((), dtype=bool)
+        first = parts[0] if parts else None
         match node:
             case Call(function):
                 row = TABLE[function]
                 if function in CHOOSING or row.jumps:
                     raise Undefined(function, (), node)
                 ulps = row.ulps
+            case _ if first is None:
+                pass
             case Product():  # with two zeros, either may be lost below floats
                 zero = (first.value == 0.0) ^ (parts[1].value == 0.0)
             case Power():

@@ -137,7 +137,12 @@ class BlockKernel:
 
     @cached_property
     def partials(self) -> list[Expression | None]:
-        return [_partial(form, unknown) for form in self.forms for unknown in self.unknowns]
+        read = [frozenset(nodes.names(form)) for form in self.forms]
+        return [
+            _partial(form, unknown) if unknown in names else nodes.ZERO
+            for form, names in zip(self.forms, read, strict=True)
+            for unknown in self.unknowns
+        ]
 
     @cached_property
     def _residual(self) -> Callable[..., Sequence[float]]:

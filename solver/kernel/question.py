@@ -98,9 +98,7 @@ class Budget:
 
 
 MANY = 30
-"""Unknowns of a block beyond which its rules are checked at once."""
-SPARSE = 100
-"""Unknowns of a block beyond which its Jacobian is taken as a sparse matrix."""
+"""Unknowns of a block beyond which its rules are checked at once and its Jacobian is a sparse matrix."""
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
 
@@ -166,7 +164,7 @@ class Question:
     def factor(self, x: Sequence[float], sizes: Sequence[float]) -> Factor:
         """The Jacobian at a point (n,), factored: that of a large block as a sparse matrix."""
         n = len(self.unknowns)
-        if n <= SPARSE or self.sparse is None:
+        if n <= MANY or self.sparse is None:
             return factorise(self.jacobian(list(x)), sizes)
         data, rows, columns = self.sparse[1](np.asarray(x, dtype=float))
         return factorise(sparse_matrix(data, rows, columns, (n, n)), sizes)
@@ -197,7 +195,7 @@ class Question:
 
     def size_of_residual(self, point: Mapping[str, float]) -> float:
         try:
-            if len(self.unknowns) > SPARSE and self.sparse is not None:
+            if len(self.unknowns) > MANY and self.sparse is not None:
                 found = float(np.abs(self.sparse[0](np.array(list(point.values())))).max())
                 return found if found == found else math.inf
             return max(abs(r) for r in self.residual(list(point.values())))

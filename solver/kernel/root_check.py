@@ -27,7 +27,7 @@ from rulesheets.syntax.nodes import Expression
 from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
-from solver.kernel.question import SPARSE, Question, Sparse
+from solver.kernel.question import MANY, Question, Sparse
 from solver.numerics.elimination import eliminate
 from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
@@ -50,7 +50,7 @@ class Uncertainty(NamedTuple):
 
 def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
-    if len(point) > SPARSE and question.sparse is not None:
+    if len(point) > MANY and question.sparse is not None:
         return _sparse_uncertainty(question, question.sparse, point)
     try:
         jacobian = question.jacobian(list(point.values()))

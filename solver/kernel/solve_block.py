@@ -54,12 +54,10 @@ def fall_back(question: Question, candidates: Candidates) -> None:
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
-MAX_SEARCHED = 30
-"""Unknowns of a block up to which all answers are searched for."""
+MAX_SEARCHED = 12, 30
+"""Unknowns of a block up to which all answers are searched for; the same where it has few tears."""
 FEW_TEARS = 3
 """Tears of a block up to which starts at random are sure to come across the sensible answer."""
-MAX_TORN = 12, 6
-"""Unknowns and tears of a block, beyond both of which starts at random find all but the sensible answer."""
 
 _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
@@ -78,11 +76,13 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
 
 
 def is_large(kernel: BlockKernel) -> bool:
-    """Whether one answer is looked for before any others."""
+    """Whether one answer is looked for before any others. (Several assemblies of a mechanism are of interest,
+    and it has angles.)"""
     n, tears = len(kernel.unknowns), len(kernel.block.tears)
-    if n <= MAX_TORN[0] or n > MAX_SEARCHED:
-        return n > MAX_SEARCHED
-    return tears > MAX_TORN[1] or not kernel.exhaustive
+    if n <= MAX_SEARCHED[0] or n > MAX_SEARCHED[1]:
+        return n > MAX_SEARCHED[1]
+    few = FEW_TEARS if any(map(kernel.graph.turn, kernel.unknowns)) else 1
+    return tears > few or not kernel.exhaustive
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:

@@ -28,6 +28,8 @@ Vector = NDArray[np.float64]
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
+CANCELLING = 0.01
+"""Weight of a difference being of the size of its terms, in a network, where neighbours are nearly alike."""
 MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
 RANK = 1e-9
@@ -138,7 +140,8 @@ class _Balance:
         count = columns.shape[1]
         names = [f"#{k}" for k in range(len(columns))]
         names += [f"#.{k}" for k in range(len(numbers) - len(columns))]
-        read = _Rows(names, {name for name, none in zip(names, zero, strict=True) if none})
+        vanishing = {name for name, none in zip(names, zero, strict=True) if none}
+        read = _Rows(names, vanishing, cancelling=True)
         left, right = template(rule)
         read.read(replace(rule, left=left, right=right))
         with np.errstate(all="ignore"):
@@ -198,14 +201,18 @@ class _Rows:
     of them, do not scale.
     """
 
-    def __init__(self, names: Sequence[str], vanishing: Collection[str], exact: bool = False) -> None:
-        self.vanishing, self.exact = vanishing, exact
+    def __init__(
+        self, names: Sequence[str], vanishing: Collection[str], exact: bool = False, cancelling: bool = False
+    ) -> None:
+        self.vanishing, self.exact, self.cancelling = vanishing, exact, cancelling
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0
 
     def read(self, equation: Equation) -> None:
-        sides = [*_added(equation.left), *_added(equation.right)]
+        sides: Sequence[Expression] = (equation.left, equation.right)
+        if not self.cancelling or not any(map(_has_difference, sides)):
+            sides = (*_added(equation.left), *_added(equation.right))
         terms = [term for side in sides if (term := self._term(side)) is not None]
         exact = len(terms) == 2 and all(term.exact for term in terms)
         self._balance(terms, EXACT if exact else 1.0)
@@ -235,6 +242,15 @@ class _Rows:
             return mean
         return terms[0]
 
+    def _sum(self, node: Expression) -> _Term | None:
+        """The size of terms that are of one size, or nearly so where differences may cancel."""
+        whole = self._balance([t for n in _added(node) if (t := self._term(n)) is not None])
+        if whole is None or not self.cancelling or not _has_difference(node) or _is_of_numbers(whole):
+            return whole
+        left = self._any()
+        self.rows.append((left.plus(whole, -1.0), CANCELLING))
+        return left
+
     def _size_one(self, node: Expression) -> None:
         """Ask an expression to be of size 1."""
         term = self._term(node)
@@ -260,7 +276,7 @@ class _Rows:
             case Negative(operand):
                 return self._term(operand)
             case Sum():
-                return self._balance([t for n in _added(node) if (t := self._term(n)) is not None])
+                return self._sum(node)
             case Product(left, right):
                 return self._product(left, right, 1.0)
             case Quotient(left, right):
@@ -304,6 +320,26 @@ class _Rows:
         if self.exact or function not in _LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
         return self._any() if function in _UNBOUNDED else _ONE
+
+
+def _is_of_numbers(term: _Term) -> bool:
+    """Whether no variable of a shape is a factor, its numbers alone."""
+    return all(isinstance(name, str) and name.startswith("#.") for name in term.factors)
+
+
+def _has_difference(node: Expression) -> bool:
+    """Whether a sum has a term that is subtracted, or has a factor that may be negative for that."""
+    return isinstance(node, Sum) and any(map(_may_be_negative, node.terms))
+
+
+def _may_be_negative(term: Expression) -> bool:
+    match term:
+        case Negative():
+            return True
+        case Product(left, right) | Quotient(left, right):
+            return _may_be_negative(left) or _may_be_negative(right)
+        case _:
+            return _has_difference(term)
 
 
 def _added(node: Expression) -> list[Expression]:

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from solver.path.isolate import Isolation
 
 
-MAX_LEAVES = 1_000
+MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
+"""Answers that are listed; the least and the values in all where the model is large."""
 
 
 class Findings:
@@ -75,7 +76,8 @@ class Findings:
         """Whether nothing more is looked for."""
         if self._enough is not None and any(map(self._enough, self.leaves)):
             return True
-        return len(self.leaves) + len(self.dead) + len(self.adrift) >= MAX_LEAVES
+        ends = len(self.leaves) + len(self.dead) + len(self.adrift)
+        return ends >= MAX_LEAVES or (ends >= FEW_LEAVES and ends * len(self.model.variables) >= MAX_VALUES)
 
     def note(
         self,

@@ -304,10 +304,13 @@ def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:
 
 def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
     """Distinct leaves; one in which an auxiliary has no value gives way to one where all have."""
-    whole = [leaf for leaf in leaves if not _violates(leaf)]
+    whole = [leaf for leaf in leaves if not _violates(leaf)] or leaves
+    first: dict[str, Value] = {}
+    every = ((name, value) for leaf in whole for name, value in leaf.branch.values.items())
+    varying = list(dict.fromkeys(name for name, value in every if first.setdefault(name, value) != value))
     distinct: list[Leaf] = []
-    for leaf in whole or leaves:
-        if not any(_same_leaf(model, leaf, other) for other in distinct):
+    for leaf in whole:
+        if not any(_same_leaf(model, leaf, other, varying) for other in distinct):
             distinct.append(leaf)
     return distinct
 
@@ -318,12 +321,17 @@ def _violates(leaf: Leaf) -> bool:
     return any(f.unknown not in leaf.branch.values and not getattr(f, "pole", False) for f in unmet)
 
 
-def _same_leaf(model: Model, leaf: Leaf, other: Leaf) -> bool:
-    """Whether two ways lead to one answer: to the same floats, or to others that rounding makes of them."""
+def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) -> bool:
+    """Whether two ways lead to one answer: to the same floats, or to others that rounding makes of them.
+
+    ``varying``: the names whose values are not alike everywhere.
+    """
     one, two = leaf.branch.values, other.branch.values
-    if _same(one, two, ROUNDED):
+    if one.keys() != two.keys():
+        return False
+    if _same(one, two, varying, ROUNDED):
         return True
-    if (leaf.branch.precise and other.branch.precise) or not _same(one, two, NEAR):
+    if (leaf.branch.precise and other.branch.precise) or not _same(one, two, varying, NEAR):
         return False
     errors, others = leaf_errors(model, leaf).error, leaf_errors(model, other).error
     return not any(
@@ -333,10 +341,10 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf) -> bool:
     )
 
 
-def _same(one: Mapping[str, Value], other: Mapping[str, Value], tolerance: float) -> bool:
-    if one.keys() != other.keys():
-        return False
-    return all(_equal(value, other[name], tolerance) for name, value in one.items())
+def _same(
+    one: Mapping[str, Value], other: Mapping[str, Value], names: Sequence[str], tolerance: float
+) -> bool:
+    return all(_equal(one[name], other[name], tolerance) for name in names)
 
 
 def _equal(a: Value, b: Value, tolerance: float) -> bool:

@@ -7,9 +7,10 @@ import pytest
 
 import rulesheets
 import solver
-from benchmarks.networks import Network, bratu, pipes, plate, radiation
+from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 
 NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(120)]
+NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40), load_flow(30)]
 
 
 @pytest.mark.parametrize("network", NETWORKS, ids=lambda network: network.title)
@@ -52,3 +53,28 @@ def test_a_large_singular_linear_block_is_not_solved() -> None:
     rules = [f"x{i} - x{(i + 1) % n} + 0*x{(i + 7) % n} = 0" for i in range(n)]
     result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=5.0)
     assert str(result.status) != "solved"
+
+
+def test_a_large_block_may_call_a_function_without_arguments() -> None:
+    """Pipes of friction by Colebrook, whose sections are written with pi()."""
+    rules = ["p0 = 5e5", "D = 0.2"]
+    for k in range(1, 9):
+        after = f"q{k + 1}" if k < 8 else "0"
+        rules += [
+            f"v{k} = q{k}/(pi()/4*D^2)",
+            f"1/sqrt(f{k}) = -2*log10(1e-4/3.7 + 2.51/(1e6*v{k}*D*sqrt(f{k})))",
+            f"p{k - 1} - p{k} = f{k}*50/D*1000*v{k}^2/2",
+            f"q{k} = u{k} + {after}",
+            f"u{k} = 0.005*sqrt(p{k}/4e5)",
+        ]
+    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"))
+    assert str(result.status) == "solved"
+    assert 0.01 < result["f8"] < 0.03
+
+
+def test_independent_blocks_of_two_answers_each_end_in_good_time() -> None:
+    """A nozzle is subsonic or supersonic at each section: 2^40 answers, of which some are listed."""
+    rules = [f"1.2*M{k}/(1 + 0.2*M{k}^2)^3 = {0.65 - 0.01 * k}" for k in range(40)]
+    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=20.0)
+    assert str(result.status) == "solved"
+    assert not result.complete
