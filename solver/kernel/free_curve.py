@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
+from solver.kernel.full_search import sizes_of, starts_of
 from solver.kernel.question import Question, rank_loss
-from solver.kernel.start_search import sizes_of, starts_of
 from solver.numerics.multistart import GAUSS_NEWTON, arrivals
 from solver.numerics.newton import NewtonLimits
 

@@ -17,11 +17,11 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import BlockKernel, reduced
-from solver.kernel.box_search import search_boxes
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
 from solver.kernel.contradiction import contradiction, unattained
 from solver.kernel.formula import solve_by_formula
 from solver.kernel.free_curve import free_curve, with_isolated, without_curves
+from solver.kernel.full_search import fall_back, search_boxes, search_from_starts
 from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.polynomial_block import (
     counted,
@@ -29,28 +29,7 @@ from solver.kernel.polynomial_block import (
 )
 from solver.kernel.question import Budget, Question
 from solver.kernel.sparse_search import search_sparsely
-from solver.kernel.start_search import search_from_starts
 from solver.kernel.tear_search import TearSearch
-from solver.numerics.multistart import starting_points
-from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
-
-TRUST_REGION_STARTS = 24
-
-
-def fall_back(question: Question, candidates: Candidates) -> None:
-    """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
-    ranges, scale = [question.domain(name) for name in question.unknowns], question.scale()
-    evaluations = 0
-    for start in starting_points(question.guess(), ranges, scale, TRUST_REGION_STARTS):
-        for method in TRUST_REGIONS:
-            end = scipy_root(question.residual, question.jacobian, start, method, scale)
-            evaluations += end.evaluations
-            candidates.refine(end.x)
-            if not candidates.fruitless:
-                candidates.tried(Method.TRUST_REGION, iterations=evaluations)
-                return
-    candidates.tried(Method.TRUST_REGION, iterations=evaluations)
-
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -123,10 +102,6 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
     )
 
 
-STARTS = 24
-FEW_STARTS = 6
-START_LIMITS = NewtonLimits(iterations=40, escapes=2)
-MAX_BATCH_UNKNOWNS = 60
 DENSE = 300
 """Unknowns of a linear block beyond which its matrix is first taken as a sparse one."""
 MAX_STRETCHES = 6
@@ -298,7 +273,7 @@ class _Search:
         self.candidates.tried(Method.BOXES, self.complete)
 
     def _starts(self) -> None:
-        _from_starts(self.question, self.candidates, self.budget)
+        search_from_starts(self.question, self.candidates, self.budget)
         if len(self.kernel.block.tears) > FEW_TEARS:
             search_sparsely(self.question, self.candidates, every=True)
         self.candidates.tried(Method.STARTS)
@@ -313,33 +288,6 @@ def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:
         if search.stretches and not search.doubts and len(search.stretches) <= MAX_STRETCHES:
             return tuple(search.stretches)
     return ()
-
-
-def _from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
-    kernel = question.kernel
-    in_batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
-    if question.guesses or not in_batches:
-        _one_by_one(question, candidates)
-    if in_batches:
-        try:
-            search_from_starts(question, candidates, budget)
-        except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
-            return
-
-
-def _one_by_one(question: Question, candidates: Candidates) -> None:
-    """Damped Newton from the guess, which is worth a longer search, and from a few further points."""
-    ranges, scale = [question.domain(name) for name in question.unknowns], question.scale()
-    count = FEW_STARTS if candidates.answers else STARTS
-    for number, start in enumerate(starting_points(question.guess(), ranges, scale, count)):
-        limits = START_LIMITS if number else STANDARD_LIMITS
-        end = newton(question.residual, question.jacobian, start, scale, limits)
-        if end.outcome.found:
-            candidates.refine(end.x)
-        else:
-            candidates.note(question.named(end.x))
-        if candidates.endless:
-            return
 
 
 def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:

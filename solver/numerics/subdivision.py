@@ -1,9 +1,9 @@
 """Every root of a square system in a box: interval branch and prune in n dimensions.
 
-A box is dropped if an enclosure of some equation excludes 0 or its Hansen–Sengupta image is empty,
-settled if that image proves exactly one root, otherwise contracted and, where that gains little, cut
-across the side along which the equations vary most (Kearfott's smear, added up). A front of
-boxes is treated at once, the newest first.
+A box is narrowed by one equation after another; it is dropped if an enclosure of some equation excludes 0 or
+its Hansen–Sengupta image is empty, settled if that image proves exactly one root, otherwise contracted and,
+where that gains little, cut across the side along which the equations vary most (Kearfott's smear, added
+up). A front of boxes is treated at once, the newest first.
 
 The step on many boxes is that of Hansen and Sengupta: for F: Rⁿ → Rⁿ on a box X with centre c, the
 preconditioned interval Gauss–Seidel image of X holds every root of F in X. If it is empty, X holds none; if
@@ -62,6 +62,30 @@ def interval_newton(enclose: BoxFunction, enclose_jacobian: BoxFunction, lo: Arr
     return NewtonImage(state.lo, state.hi, state.empty, state.inside & ~state.empty, regular)
 
 
+def narrowed_by_rows(
+    enclose: BoxFunction, enclose_jacobian: BoxFunction, lo: Array, hi: Array
+) -> tuple[Array, Array]:
+    """The boxes ``lo``, ``hi`` (k, n) with every side narrowed by every equation as it stands:
+
+    x_j ∈ c_j − (F_i(c) + Σ_{m≠j} J_im (x_m − c_m)) / J_ij, where J_ij excludes 0. No root is lost; an empty
+    box has its ends crossed. Over wide boxes, for which no inverse of a middle is of use, this gains most.
+    """
+    centre = lo + (hi - lo) / 2
+    below, above = enclose_jacobian(lo, hi)
+    at_lo, at_hi = (end[:, :, None] for end in enclose(centre, centre))
+    n = lo.shape[1]
+    reach = np.maximum(abs(below), abs(above)) * np.maximum(hi - centre, centre - lo)[:, None, :]
+    others = (reach @ (1.0 - np.eye(n))) * (1 + 8 * EPS * n)
+    smooth = np.isfinite(reach).all(axis=2)[:, :, None]
+    apart = smooth & ((below > 0) | (above < 0))
+    divisors = np.where(apart, below, 1.0), np.where(apart, above, 1.0)
+    least, most = _divided((at_lo - others, at_hi + others), divisors)
+    middle = centre[:, None, :]
+    low = np.where(apart, np.nextafter(middle - most, -np.inf), -np.inf)
+    high = np.where(apart, np.nextafter(middle - least, np.inf), np.inf)
+    return np.fmax(lo, np.fmax.reduce(low, axis=1)), np.fmin(hi, np.fmin.reduce(high, axis=1))
+
+
 @dataclass(slots=True)
 class _Boxes:
     """Boxes under contraction: ``inside`` while every image so far lay in the interior."""
@@ -100,8 +124,13 @@ def _quotient(
     middle: Array, reach: Array, divisor: Array, radius: Array, nonzero: Mask
 ) -> tuple[Array, Array]:
     """(middle ± reach) / (divisor ± radius) where the divisor excludes 0."""
-    ends = (np.where(nonzero, divisor - radius, 1.0), np.where(nonzero, divisor + radius, 1.0))
-    quotients = [top / bottom for top in (middle - reach, middle + reach) for bottom in ends]
+    ends = np.where(nonzero, divisor - radius, 1.0), np.where(nonzero, divisor + radius, 1.0)
+    return _divided((middle - reach, middle + reach), ends)
+
+
+def _divided(dividend: tuple[Array, Array], divisor: tuple[Array, Array]) -> tuple[Array, Array]:
+    """The quotient of two intervals by their ends; the divisor excludes 0."""
+    quotients = [top / bottom for top in dividend for bottom in divisor]
     slack = 4 * EPS * np.maximum.reduce([abs(q) for q in quotients])
     return np.minimum.reduce(quotients) - slack, np.maximum.reduce(quotients) + slack
 
@@ -143,9 +172,10 @@ def _inverses(matrices: Array) -> tuple[Array, Mask]:
 
 
 Box: TypeAlias = tuple[tuple[float, float], ...]
-Contractor: TypeAlias = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 
+PASSES, GAIN = 2, 0.9
+"""Steps by single equations, and the share of its length below which a side has to come for another one."""
 FRONT = 2_000
 """So many boxes, the last ones, are treated together."""
 
@@ -181,17 +211,15 @@ def branch_and_prune(
     enclose_jacobian: BoxFunction,
     box: Sequence[tuple[float, float]],
     limits: SubdivisionLimits = STANDARD_LIMITS,
-    contract: Contractor | None = None,
 ) -> Subdivision:
     """Search the roots of F: Rⁿ → Rⁿ in a finite box of n sides, given as (low, high), faces included.
 
     ``enclose(lo, hi)`` takes corners (k, n) and returns bounds (k, n) of F over each box, nan, nan for an
     equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of ∂F_i/∂x_j, infinite
-    or nan on a box on which F may be undefined or discontinuous somewhere. ``contract(lo, hi)`` narrows
-    boxes without losing a root: corners (k, n), and which of them hold none.
+    or nan on a box on which F may be undefined or discontinuous somewhere.
     """
     low, high = (np.array([[side[end] for side in box]], dtype=float) for end in (0, 1))
-    search = _Search(enclose, enclose_jacobian, low, high, limits, contract)
+    search = _Search(enclose, enclose_jacobian, low, high, limits)
     with np.errstate(all="ignore"):
         return search.run()
 
@@ -204,10 +232,9 @@ class _Search:
         low: Array,
         high: Array,
         limits: SubdivisionLimits,
-        contract: Contractor | None,
     ) -> None:
         self.enclose, self.enclose_jacobian = enclose, enclose_jacobian
-        self.low, self.high, self.limits, self.contract = low, high, limits, contract
+        self.low, self.high, self.limits = low, high, limits
         self.proved: list[tuple[Array, Array]] = []
         self.unresolved = 0
         self.boxes = 0
@@ -226,9 +253,8 @@ class _Search:
     def _level(self, lo: Array, hi: Array) -> tuple[Array, Array]:
         """Treat every box once; the boxes of the next level."""
         whole_lo, whole_hi = lo, hi
-        if self.contract is not None:
-            lo, hi, empty = self.contract(lo, hi)
-            whole_lo, whole_hi, lo, hi = (ends[~empty] for ends in (whole_lo, whole_hi, lo, hi))
+        lo, hi, empty = self._narrowed_by_rows(lo, hi)
+        whole_lo, whole_hi, lo, hi = (ends[~empty] for ends in (whole_lo, whole_hi, lo, hi))
         kept = self._may_hold_root(lo, hi)
         whole_lo, whole_hi, lo, hi = (ends[kept] for ends in (whole_lo, whole_hi, lo, hi))
         image = self._newton(lo, hi)
@@ -236,6 +262,20 @@ class _Search:
         covered = self._settle_inflated(lo, hi, image.regular & ~image.unique & ~image.empty)
         rest = ~image.empty & ~image.unique & ~covered
         return self._divide(whole_lo[rest], whole_hi[rest], image.lo[rest], image.hi[rest])
+
+    def _narrowed_by_rows(self, lo: Array, hi: Array) -> tuple[Array, Array, Mask]:
+        """The boxes narrowed for as long as that gains much, and which of them hold no root."""
+        lo, hi, empty = lo.copy(), hi.copy(), np.zeros(len(lo), bool)
+        live = np.arange(len(lo))
+        for _ in range(PASSES):
+            new_lo, new_hi = narrowed_by_rows(self.enclose, self.enclose_jacobian, lo[live], hi[live])
+            gained = ((new_hi - new_lo) < GAIN * (hi[live] - lo[live])).any(axis=1)
+            lo[live], hi[live] = new_lo, new_hi
+            empty[live] = (new_lo > new_hi).any(axis=1)
+            live = live[gained & ~empty[live]]
+            if not len(live):
+                break
+        return lo, hi, empty
 
     def _may_hold_root(self, lo: Array, hi: Array) -> Mask:
         self.boxes += len(lo)

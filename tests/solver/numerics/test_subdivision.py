@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.subdivision import Subdivision, SubdivisionLimits, branch_and_prune
+from solver.numerics.subdivision import Subdivision, SubdivisionLimits, branch_and_prune, narrowed_by_rows
 from tests.solver.numerics.interval_arithmetic import Interval, cos, sin
 
 System = Callable[..., Sequence[Any]]
@@ -152,3 +152,26 @@ def test_two_link_arm_has_elbow_up_and_elbow_down() -> None:
     bend = math.acos((9 + distance**2 - 4) / (6 * distance))
     assert found.complete
     assert [p for p, _ in found.roots] == pytest.approx([direction - bend, direction + bend], rel=1e-13)
+
+
+@given(st.tuples(*[st.floats(-3, 3)] * 2), st.tuples(*[st.floats(0.01, 4)] * 4))
+def test_no_root_is_lost_as_single_equations_narrow_a_box(
+    root: tuple[float, float], reach: tuple[float, float, float, float]
+) -> None:
+    (x, y), low, high = root, numpy.subtract([root], reach[:2]), numpy.add([root], reach[2:])
+    at = [Interval(numpy.float64(number), numpy.float64(number)) for number in root]
+
+    def enclose(lo: Any, hi: Any) -> tuple[Any, Any]:
+        a, b = Interval(lo[:, 0], hi[:, 0]), Interval(lo[:, 1], hi[:, 1])
+        return bounds((a * b - at[0] * y, a**2 + b - (at[0] ** 2 + at[1])), len(lo))
+
+    def slopes(lo: Any, hi: Any) -> tuple[Any, Any]:
+        a, b = Interval(lo[:, 0], hi[:, 0]), Interval(lo[:, 1], hi[:, 1])
+        below, above = bounds((b, a, 2 * a, 1.0), len(lo))
+        return below.reshape(-1, 2, 2), above.reshape(-1, 2, 2)
+
+    below, above = narrowed_by_rows(enclose, slopes, low, high)
+    assert (low <= below).all()
+    assert (below <= (x, y)).all()
+    assert (above >= (x, y)).all()
+    assert (above <= high).all()
