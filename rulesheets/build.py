@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from rulesheets.checks import check
+from rulesheets.checks.marks import check_figures
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse
 from rulesheets.expand import Expansion, expand
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
-from rulesheets.marks import check_figures
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import (
     Call,

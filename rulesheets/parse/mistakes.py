@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from rulesheets.checks.marks import KINDS, Kind, Shape
 from rulesheets.diagnosis import Diagnosis, closest, plural, said
-from rulesheets.marks import KINDS, Kind, Shape
 from rulesheets.parse.foreign import foreign_form, section_with_colon, unknown_section, unreadable
 from rulesheets.parse.stop import (
     MISSING,

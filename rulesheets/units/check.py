@@ -12,10 +12,10 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
+from rulesheets.checks.marks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.functions.table import TABLE
 from rulesheets.library import library
-from rulesheets.marks import PLACES, marks_of
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import (
     Call,

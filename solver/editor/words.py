@@ -9,8 +9,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
+from rulesheets.checks.marks import KINDS, Shape
 from rulesheets.functions.table import TABLE
-from rulesheets.marks import KINDS, Shape
 from rulesheets.parse.layout import logical_lines
 from rulesheets.parse.sections import head_word
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rulesheets.marks import PLACES, marks_of, parts
+from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Figure
 from solver.path.cases import outcomes

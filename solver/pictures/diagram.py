@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
+from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.evaluate import Undefined, value
-from rulesheets.marks import PLACES, marks_of, parts
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Figure, names
 

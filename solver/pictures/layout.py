@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rulesheets.marks import ARROWS
+from rulesheets.checks.marks import ARROWS
 from solver.pictures.diagram import MARGIN, Diagram, Place, Window, scale, window
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5

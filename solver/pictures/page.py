@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
 
+from rulesheets.checks.marks import ARROWS
 from rulesheets.format import readable
-from rulesheets.marks import ARROWS
 from solver.pictures.diagram import FONT, SLOT, Box, Diagram, Panel, Place, Stroke, bar
 from solver.pictures.layout import (
     ARROW_NAMES,

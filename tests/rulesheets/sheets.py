@@ -6,7 +6,7 @@ import string
 
 from hypothesis import strategies as st
 
-from rulesheets.marks import KINDS, Kind, Shape
+from rulesheets.checks.marks import KINDS, Kind, Shape
 from rulesheets.syntax.nodes import (
     And,
     Call,

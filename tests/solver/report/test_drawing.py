@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
+from rulesheets.checks.marks import ARROWS
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.marks import ARROWS
 from solver.pictures.diagram import (
     Box,
     Diagram,
