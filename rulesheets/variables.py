@@ -19,7 +19,6 @@ import csv
 import io
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse
@@ -42,13 +41,12 @@ COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 _STATUSES = {"", "I", "O", "G", "C", "L"}
 
 
-@dataclass(frozen=True)
-class VariableSheet:
+class VariableSheet(NamedTuple):
     """What a variable sheet overrides: inputs (None clears one), first guesses, and tolerances of inputs."""
 
-    inputs: Mapping[str, Value | None] = field(default_factory=dict)
-    guesses: Mapping[str, float] = field(default_factory=dict)
-    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
+    inputs: Mapping[str, Value | None]
+    guesses: Mapping[str, float]
+    tolerances: Mapping[str, Tolerance]
 
 
 class Row(NamedTuple):

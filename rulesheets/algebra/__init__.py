@@ -1,7 +1,7 @@
 """Rules as sympy equations: the only door to sympy.
 
-Every equation of a model can be had as ``Eq(left, right)``, with its guard as
-``Implies(guard, Eq(left, right))``, and every model as a listing in text or LaTeX.
+Every equation of a model can be had as ``Eq(left, right)`` with its guard, and every model as a listing in
+text or LaTeX.
 """
 
 from __future__ import annotations
@@ -12,16 +12,13 @@ import sympy
 
 from rulesheets.algebra.convert import AS_MATHEMATICS
 from rulesheets.algebra.printing import condition_latex, expression_latex, listing
-from rulesheets.model import Equation, Model
-from rulesheets.syntax.nodes import Expression
+from rulesheets.model import Model
 from rulesheets.syntax.source import Span
 
 __all__ = [
     "SympyEquation",
     "condition_latex",
-    "equation_to_sympy",
     "expression_latex",
-    "expression_to_sympy",
     "listing",
     "sympy_equations",
 ]
@@ -43,16 +40,3 @@ def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
         )
         for equation in model.equations
     )
-
-
-def equation_to_sympy(equation: Equation, model: Model) -> sympy.Basic:
-    """``Eq(left, right)``, or ``Implies(guard, Eq(left, right))`` for an equation under an ``if``."""
-    plain = AS_MATHEMATICS.equation(equation)
-    if not equation.guard:
-        return plain
-    return sympy.Implies(AS_MATHEMATICS.guard(equation.guard, model), plain, evaluate=False)
-
-
-def expression_to_sympy(expression: Expression) -> sympy.Expr:
-    """An expression in sympy; degree functions become those of radians (``sin(pi*x/180)``)."""
-    return AS_MATHEMATICS.expression(expression)

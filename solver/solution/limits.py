@@ -17,7 +17,7 @@ from typing import Any
 from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Expression, Number, Quotient, children, rebuilt
+from rulesheets.syntax.nodes import Number, Quotient, children, exchange
 from solver.accuracy.rule_check import check_rule
 from solver.facts import Filled
 from solver.leaves import Asked, Exploration, Leaf, unmet
@@ -85,17 +85,10 @@ def _limits(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
             found = indeterminate(side, values)
             if found is not None and found.limit is not None:
                 left, right = (
-                    _replaced(s, found.part, Number(found.limit)) for s in (equation.left, equation.right)
+                    exchange(s, found.part, Number(found.limit)) for s in (equation.left, equation.right)
                 )
                 yield equation.index, (replace(equation, left=left, right=right), found.limit)
                 break
-
-
-def _replaced(side: Expression, part: Expression, by: Expression) -> Expression:
-    if side == part:
-        return by
-    parts = children(side)
-    return rebuilt(side, tuple(_replaced(p, part, by) for p in parts)) if parts else side
 
 
 # --- backward -------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rulesheets import loads
-from rulesheets.algebra import equation_to_sympy, expression_to_sympy, listing, sympy_equations
-from rulesheets.algebra.convert import MATHEMATICS, PRINTED
+from rulesheets.algebra import listing, sympy_equations
+from rulesheets.algebra.convert import AS_MATHEMATICS, MATHEMATICS, PRINTED
 from rulesheets.algebra.printing import latex_name
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions import TABLE
@@ -38,22 +38,21 @@ def test_sympy_and_the_evaluator_agree(name, numbers):
     except Undefined:
         return
     exact = {sympy.Symbol(item): sympy.Rational(number) for item, number in values.items()}
-    computed = complex(expression_to_sympy(expression).subs(exact).evalf(30))
+    computed = complex(AS_MATHEMATICS.expression(expression).subs(exact).evalf(30))
     assert computed.imag == pytest.approx(0.0, abs=1e-20)
     assert computed.real == pytest.approx(expected, rel=1e-11, abs=1e-300)
 
 
 def test_an_equation_is_an_eq_of_plain_symbols():
-    model = loads("y = 2*x^2 + sind(x)")
-    expected = sympy.Eq(y, 2 * x**2 + sympy.sin(sympy.pi * x / 180))
-    assert equation_to_sympy(model.equations[0], model) == expected
+    (found,) = sympy_equations(loads("y = 2*x^2 + sind(x)"))
+    assert found.equation == sympy.Eq(y, 2 * x**2 + sympy.sin(sympy.pi * x / 180))
 
 
-def test_a_guard_implies_its_equation():
-    model = loads("if x > 3 then y = 1 else y = 2")
-    then, otherwise = (equation_to_sympy(item, model) for item in model.equations)
-    assert then == sympy.Implies(x > 3, sympy.Eq(y, 1), evaluate=False)
-    assert otherwise.args[0] == sympy.Not(x > 3, evaluate=False)
+def test_a_guard_stands_beside_its_equation():
+    then, otherwise = sympy_equations(loads("if x > 3 then y = 1 else y = 2"))
+    assert (then.guard, then.equation) == (x > 3, sympy.Eq(y, 1))
+    assert otherwise.guard == sympy.Not(x > 3, evaluate=False)
+    assert otherwise.equation == sympy.Eq(y, 2)
 
 
 def test_every_rule_has_its_equation_guard_and_place():
@@ -66,8 +65,7 @@ def test_every_rule_has_its_equation_guard_and_place():
 
 
 def test_sides_that_say_the_same_stay_an_equation():
-    model = loads("x - x = 0")
-    assert isinstance(equation_to_sympy(model.equations[0], model), sympy.Eq)
+    assert isinstance(sympy_equations(loads("x - x = 0"))[0].equation, sympy.Eq)
 
 
 def test_a_long_product_converts_without_deep_recursion():
@@ -144,5 +142,5 @@ def test_names_in_latex(name, latex):
 
 
 def test_numbers_keep_their_digits():
-    assert math.isclose(float(expression_to_sympy(Call("pi", ()))), math.pi)
+    assert math.isclose(float(AS_MATHEMATICS.expression(Call("pi", ()))), math.pi)
     assert listing(loads("y = 0.30000000000000004", name="s")).endswith("0.30000000000000004")
