@@ -444,7 +444,7 @@ class Recording(ClosedForms):
         self._use(state, step.equations)
         kernel = kernel_of(self.graph, step)
         known = self._floats(kernel.known)
-        start = self._floats(step.unknowns)
+        start = self._floats(step.unknowns, usual=False)
         places = [state.values.get(name, -1) for name in kernel.known]
         if -1 in places:
             raise NotCompilable
@@ -468,11 +468,12 @@ class Recording(ClosedForms):
         items = [flow.node("item", place, root) for place in range(len(newton.start))]
         return newton, items
 
-    def _floats(self, names: Sequence[str]) -> list[float]:
+    def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
+        """Values of the sample. Raises NotCompilable for symbols, and for sizes that are not ``usual``."""
         values = [self.sample[name] for name in names]
         numbers = [value for value in values if isinstance(value, float)]
-        usual = all(value == 0.0 or 1.0 / REMOTE <= abs(value) <= REMOTE for value in numbers)
-        if not usual or len(numbers) < len(values):
+        odd = usual and not all(v == 0.0 or 1.0 / REMOTE <= abs(v) <= REMOTE for v in numbers)
+        if odd or len(numbers) < len(values):
             raise NotCompilable
         return numbers
 

@@ -140,3 +140,19 @@ def test_a_redundant_rule_that_tells_more_digits_is_followed() -> None:
     for nu in (6.0, 6.1, 6.2):
         E = 2 * math.atan(math.sqrt(0.9 / 1.1) * math.tan(math.radians(nu) / 2))
         assert plan(nu)[0] == pytest.approx(math.degrees(E - 0.1 * math.sin(E)), rel=1e-13)
+
+
+def test_a_second_answer_of_an_odd_size_is_followed() -> None:
+    """The temperature at which one vapour pressure is 2.47 times another, and a root near a pole."""
+    model = rulesheets.loads(
+        "log(p1) = 6.90565 - 1211.033/(T + 220.79)\nlog(p2) = 6.95464 - 1344.8/(T + 219.482)\na = p1/p2"
+    )
+    plan = solver.prepare(model, ["a"], ["T", "p1"])
+    plan(2.467839685576056)
+    assert plan.records.programs
+    for a in (2.45, 2.467, 2.48):
+        expected = solver.solve(model, {"a": a})
+        assert len(expected.solutions) == 2
+        assert expected.solutions[1]["p1"] > 1e100
+        found = plan.all(a)
+        assert [row[0] for row in found] == pytest.approx([s["T"] for s in expected.solutions], rel=1e-12)
