@@ -9,11 +9,11 @@ arithmetic without outward rounding, for the rule counts in millionths, and asks
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from itertools import combinations, pairwise, product, starmap
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from solver.ranking.ranking import Ranking
 from solver.ranking.sizes import LEAST, MOST, Arithmetic
@@ -219,16 +219,20 @@ class Number:
     __hash__ = None  # type: ignore[assignment]
 
 
+Ends: TypeAlias = tuple[tuple[int, float, float], ...]
+
+
 class Order(NamedTuple):
     """How answers are sorted: by ``keys``, as far as all that ``told`` tells them apart.
 
     Where the nodes of ``usual`` lie between their ends the answers stand in the order of the sample, whatever
-    the keys are.
+    the keys are, and where those of ``first`` do the first one is the first.
     """
 
     keys: tuple[tuple[int, ...], ...] = ()
     told: tuple[int, ...] = ()
-    usual: tuple[tuple[int, float, float], ...] = ()
+    usual: Ends = ()
+    first: Ends = ()
 
 
 UNORDERED = Order()
@@ -269,7 +273,10 @@ def order(
         same = [flow.add("eq", a, b) for a, b in zip(one, other, strict=True)]
         told.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
     needed = tuple(node for node in told if node != flow.true)
-    return Order(tuple(keys), needed, _usual(flow, ranking, answers, given, zero, numbers))
+    asked = partial(_usual, flow, ranking, answers, given, zero, numbers)
+    usual = asked(pairwise)
+    first = usual if len(keys) == 2 else asked(lambda some: product(some[:1], some[1:]))
+    return Order(tuple(keys), needed, usual, first)
 
 
 def _usual(
@@ -279,8 +286,9 @@ def _usual(
     given: Sequence[int | None],
     zero: tuple[bool, ...],
     numbers: Callable[[int], float],
-) -> tuple[tuple[int, float, float], ...]:
-    """The widest ranges around the sample in which the rule is known to put the answers in the same order."""
+    pairs: Callable[[Sequence[Any]], Iterable[tuple[Any, Any]]],
+) -> Ends:
+    """The widest ranges around the sample in which the rule is known to put pairs of answers in order."""
     angles = dict(zip(ranking.names, ranking.angles, strict=True))
     kinds = dict[int, bool]()
     for answer in (*answers, given):
@@ -292,7 +300,7 @@ def _usual(
 
     def told(ranges: Mapping[int, Range]) -> bool:
         *some, known = [[math.nan if n is None else ranges[n] for n in row] for row in rows]
-        return all(starmap(before, pairwise(ranking.keys_on(RANGES, some, known, zero))))
+        return all(starmap(before, pairs(ranking.keys_on(RANGES, some, known, zero))))
 
     for factor in FACTORS:
         ranges = {n: _around(flow, n, numbers(n), factor, angle) for n, angle in kinds.items()}

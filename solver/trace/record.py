@@ -98,7 +98,7 @@ class Recording(ClosedForms):
     def _brief(self, program: Program) -> Program | None:
         """The program of the first answer alone, where it is known to be the first: the others still have to
         be about where they are, and to decide as they do, but nobody reads them."""
-        if not program.order.usual:
+        if not program.order.first:
             return None
         first, *others = program.endings
         checked = zip(others, self._checked[1:], strict=True)
@@ -106,7 +106,7 @@ class Recording(ClosedForms):
         read = computed_from(self.flow, Program(self.flow, 0, (first,)).wanted)
         places = {int(self.flow.nodes[n][1]) for n in read if self.flow.nodes[n][0] == "root"}
         rough = frozenset(range(len(self.flow.finders))) - places
-        told = Order(usual=program.order.usual)
+        told = Order(usual=program.order.first)
         return program._replace(endings=(first, *brief), order=told, rough=rough)
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
