@@ -7,6 +7,7 @@ sort without branches, stable as the list is).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
@@ -31,7 +32,7 @@ class Program(NamedTuple):
 
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
     of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of the
-    finders that are ``rough`` it reads some digits.
+    finders that are ``rough`` it reads some digits. A single input lies inside its ``reach``.
     """
 
     flow: Flow
@@ -41,6 +42,7 @@ class Program(NamedTuple):
     order: Order = UNORDERED
     brief: Program | None = None
     rough: frozenset[int] = frozenset()
+    reach: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def wanted(self) -> tuple[int, ...]:

@@ -207,6 +207,9 @@ class _Writer:
             f"            if a{place}.__class__ is not float: a{place} = number(a{place})"
             for place in numbers
         ]
+        if self.program.reach != (-math.inf, math.inf):
+            low, high = self.program.reach
+            inputs.append(f"            if not {low!r} < a0 < {high!r}: break")
         body = "\n".join([*inputs, *("        " + line for line in self.lines)])
         given = ", ".join(f"{name}" for name in (*arguments, "*more", "**named"))
         taken = ", ".join([*(f"{name}=None" for name in arguments), "*more", "**named"])

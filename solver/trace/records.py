@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import reduce
-from typing import Any
+from typing import Any, TypeAlias
 
 from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
@@ -168,10 +168,15 @@ MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
+MAX_DOUBTS, NEARER = 8, 0.8
+"""Rows that are solved to see where the branches of records end: so much nearer to the sample than known."""
 MAX_MISSES = 8
 """Rows that a record settles in whole alone, after which it is not asked in brief any more."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
+
+
+Mark: TypeAlias = tuple[tuple[tuple[Any, ...], ...], tuple[int, ...]]
 
 
 class Records:
@@ -191,6 +196,8 @@ class Records:
         self._primary: dict[int, Callable[..., Any]] = {}
         self._misses: dict[int, set[tuple[Value, ...]]] = {}
         """By the place of a record the rows that it settles in whole, but not in its brief form."""
+        self._samples: list[Sequence[Value]] = []
+        self._doubts = 0
 
     @property
     def order(self) -> list[int]:
@@ -217,17 +224,61 @@ class Records:
         return given_up
 
     def known(self, numbers: Sequence[Value]) -> list[tuple[Value, ...]] | None:
-        """All answers of a row by the first record that settles it, which is useful from now on."""
-        found: list[tuple[Value, ...]] | None = None
+        """All answers of a row by the first record that settles it, which is useful from now on.
+
+        None also where a full solve should tell whether answers end between a record that has more of them
+        and this row.
+        """
+        lost: list[int] = []
         for place in self.order:
-            found = self.every[place](*numbers)
+            found: list[tuple[Value, ...]] | None = self.every[place](*numbers)
             if found is not None:
+                fewer = [one for one in lost if self._answers(one) > self._answers(place)]
+                if self._doubts < MAX_DOUBTS and any(self._is_doubtful(one, numbers) for one in fewer):
+                    self._doubts += 1
+                    return None
                 self.useful = place
-                break
-        return found
+                return found
+            lost.append(place)
+        return None
+
+    def _answers(self, place: int) -> int:
+        return len(self.programs[place].endings)
+
+    def _is_doubtful(self, place: int, numbers: Sequence[Value]) -> bool:
+        """Whether it would tell much to know that the branches of a record end before a row."""
+        program, (sample, *others) = self.programs[place], self._samples[place]
+        (number, *_), (low, high) = numbers, program.reach
+        if others or not program.flow.finders or isinstance(number, str) or isinstance(sample, str):
+            return False
+        if not low < number < high:
+            return False
+        end = high if number > sample else low
+        return math.isinf(end) or abs(number - sample) < NEARER * abs(end - sample)
+
+    def _end(self, numbers: Sequence[Value], answers: int) -> None:
+        """Of records with more answers than a row has branches end between their samples and the row."""
+        for place, program in enumerate(self.programs):
+            if self._answers(place) > answers and self._is_doubtful(place, numbers):
+                if self.every[place](*numbers) is not None:
+                    continue
+                number, sample = float(numbers[0]), float(self._samples[place][0])
+                low, high = program.reach
+                reach = (low, number) if number > sample else (number, high)
+                brief = program.brief and program.brief._replace(reach=reach)
+                self.programs[place] = program._replace(reach=reach, brief=brief)
+                self.every[place] = compile_scalar(self.programs[place], all_answers=True)
+                self._primary.pop(place, None)
 
     def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], dead: Sequence[Leaf]) -> bool:
-        """A new record from the answers of a row that was solved step by step, where it says the same."""
+        """Take note of the answers of a row that was solved step by step; False where nothing came of it.
+
+        A new record, where it says the same and no other does.
+        """
+        self._end(numbers, len(leaves))
+        answers = [leaf.branch.values for leaf in leaves]
+        if any(self._agrees(every(*numbers), answers) for every in self.every):
+            return True
         if len(self.programs) >= MAX_RECORDS or self.failures >= MAX_FAILURES:
             return False
         ranking = self._ranking(leaves)
@@ -237,9 +288,10 @@ class Records:
                     self.model, self.planner, self.pattern, leaves, dead, plain, ranking, corrects
                 )
                 every = compile_scalar(program, all_answers=True)
-                if self._agrees(every(*numbers), [leaf.branch.values for leaf in leaves]):
+                if self._agrees(every(*numbers), answers):
                     self.programs.append(program)
                     self.every.append(every)
+                    self._samples.append(tuple(numbers))
                     return True
         self.failures += 1
         return False
@@ -262,19 +314,22 @@ class Records:
                 return
         self.vain += 1
 
-    def mark(self) -> tuple[int, ...]:
-        """What has been learned so far, for ``forget``."""
-        return len(self.programs), len(self.refusals), self.failures, self.vain, self.useful
+    @property
+    def _lists(self) -> tuple[list[Any], ...]:
+        return self.programs, self.every, self._samples, self.refusals, self.refused
 
-    def forget(self, mark: tuple[int, ...]) -> None:
+    def mark(self) -> Mark:
+        """What has been learned so far, for ``forget``."""
+        lists = tuple(tuple(known) for known in self._lists)
+        return lists, (self.failures, self.vain, self.useful, self._doubts)
+
+    def forget(self, mark: Mark) -> None:
         """Go back to what was known at a mark."""
-        programs, refusals, self.failures, self.vain, self.useful = mark
-        del self.programs[programs:]
-        del self.every[programs:]
-        del self.refusals[refusals:]
-        del self.refused[refusals:]
-        self._primary = {place: known for place, known in self._primary.items() if place < programs}
-        self._misses = {place: rows for place, rows in self._misses.items() if place < programs}
+        for known, before in zip(self._lists, mark[0], strict=True):
+            known[:] = before
+        self.failures, self.vain, self.useful, self._doubts = mark[1]
+        self._primary.clear()
+        self._misses.clear()
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):

@@ -297,7 +297,7 @@ class AnswerSweeper:
         ``outcome`` has the word on a row that no record settles (and learns from it); ``keep`` is told the
         status of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be kept.
         """
-        known = set(map(id, self.records.programs))
+        known = {id(program.flow) for program in self.records.programs}
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
@@ -339,24 +339,30 @@ class AnswerSweeper:
     ) -> Array:
         """The rows that are still left after a record had its turn."""
         kernel = self._kernel(program)
+        everywhere, (low, high) = left, program.reach
+        if low > -np.inf or high < np.inf:
+            column = columns[0][left]
+            left = left[(low < column) & (column < high)]
         if kernel is None or not len(left):
-            return left
+            return everywhere
         here = [c if len(left) == len(c) else c[left] for c in columns]
         found, holds = kernel(here, left if steady else None)
         if holds.any() and len(left) == len(columns[0]):
             parts.append((left, found))
         elif holds.any():
             parts.append((left[holds], found.of(holds)))
+        if len(left) < len(everywhere):
+            return np.setdiff1d(everywhere, left[holds], assume_unique=True)
         return left[:0] if holds.all() else left[~holds]
 
     def _kernel(self, program: Program) -> AnswerKernel | None:
-        known = self._kernels.get(id(program))
+        known = self._kernels.get(id(program.flow))
         if known is None:
             try:
                 known = program, AnswerKernel(program, self.jit, self.turns)
             except NotCompilable:
                 known = program, None
-            self._kernels[id(program)] = known  # the program is kept, so that its number stays its own
+            self._kernels[id(program.flow)] = known  # the program is kept, so that its number stays its own
         return known[1]
 
 
