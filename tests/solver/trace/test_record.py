@@ -156,3 +156,33 @@ def test_a_second_answer_of_an_odd_size_is_followed() -> None:
         assert expected.solutions[1]["p1"] > 1e100
         found = plan.all(a)
         assert [row[0] for row in found] == pytest.approx([s["T"] for s in expected.solutions], rel=1e-12)
+
+
+@pytest.mark.parametrize("given, wanted", [("alphaEF", "phiF"), ("ye", "phiC")])
+def test_a_record_is_made_where_unknowns_vanish_and_angles_turn(given: str, wanted: str) -> None:
+    """At its own numbers the sheet has a piston at 180 degrees, and another right above the shaft."""
+    model = rulesheets.load(MODELS / "two_cylinder_engine" / "model.tk")
+    state = solver.solve(model)
+    plan = solver.prepare(model, [given], [wanted], {wanted: None})
+    plan(state[given])
+    assert plan.records.programs
+    assert any(row[0] == pytest.approx(state[wanted], rel=1e-12) for row in plan.all(state[given]))
+
+
+def test_the_brief_form_says_the_first_of_all_answers() -> None:
+    model = rulesheets.loads("variables\n s\n p\n x\n y\nrules\n x + y = s\n x*y = p\n x^3 + y = z\n")
+    plan = solver.prepare(model, ["s", "p"], ["x", "y", "z"])
+    plan(5.0, 3.0)
+    assert plan.records.programs[0].brief is not None
+    draw = random.Random(1)
+    for _ in range(100):
+        numbers = draw.uniform(2.0, 9.0), draw.uniform(-3.0, 0.9)
+        assert plan(*numbers) == pytest.approx(plan.all(*numbers)[0], rel=1e-12)
+
+
+def test_answers_next_to_a_fold_are_not_lost_to_a_record_beyond_it() -> None:
+    """Two of three answers end at an acceleration of -708."""
+    model = rulesheets.load(MODELS / "offset_slider_crank" / "model.tk")
+    plan = solver.prepare(model, ["aB"], ["offset"], {"offset": None})
+    assert [len(plan.all(aB)) for aB in (-709.1, -707.0, -714.02616824541, -700.0)] == [3, 1, 3, 1]
+    assert plan.records.programs[0].reach[1] == -707.0
