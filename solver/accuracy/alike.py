@@ -32,13 +32,11 @@ from rulesheets.syntax.nodes import (
 )
 from solver.accuracy import rule_check
 from solver.accuracy.rule_check import RuleCheck
-from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP
+from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
 from solver.path.graph import Alike, Array, Family, alike
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
-FAINTEST = 1e-200
-"""What a rule moves with its values, below which products of slopes may be lost below floats."""
 
 
 LONGER = float(np.finfo(np.longdouble).eps) / EPS

@@ -23,9 +23,8 @@ from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit
 from solver.numerics.elimination import Singular, eliminate, eliminate_rows
+from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
 
-SPARE = 8
-"""Decimal digits of the working precision that rounding may take."""
 MAX_ITERATIONS = 40
 MAX_UNKNOWNS = 60
 MAX_WORK = 60_000
@@ -138,10 +137,6 @@ class ManyDigits:
 # extreme value says whether there are two roots, one double root, or none.
 
 FOLD_ITERATIONS = 60
-NEAR = 1e-2
-"""How far from the start a fold may lie, relative to the size of the unknowns."""
-SUSPECT = 1e-3
-"""Least singular value of the Jacobian, beside the terms of the equations, of a root with a sibling."""
 
 
 class Fold(NamedTuple):
@@ -222,7 +217,7 @@ class _Reduction:
 
     def resolve(self) -> Fold | None:
         t, curvature = self._extreme()
-        if t is None or not curvature or abs(t) > NEAR:
+        if t is None or not curvature or abs(t) > FOLD:
             return None
         height, _ = self.at(t)
         if abs(height) <= self.tiny * abs(curvature) + self._fuzz():
@@ -230,7 +225,7 @@ class _Reduction:
         if height / curvature > 0:
             return Fold()
         reach = self.mp.sqrt(-2 * height / curvature)
-        if reach > NEAR:
+        if reach > FOLD:
             return None
         found = [root for side in (-1, 1) if (root := self._root(t + side * reach)) is not None]
         return Fold(tuple(found)) if len(found) == 2 and self._apart(*found) else None
@@ -285,7 +280,7 @@ class _Reduction:
                 return b, curvature
             curvature = (at_b - at_a) / (b - a)
             a, at_a, b = b, at_b, b - at_b / curvature
-            if abs(b) > NEAR:
+            if abs(b) > FOLD:
                 return None, None
             if abs(b - a) <= self.tiny:
                 return b, curvature

@@ -23,14 +23,10 @@ from solver.accuracy.alike import Evaluated, evaluated
 from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Factor, as_matrix, factorise, sparse_matrix
-from solver.numerics.tolerances import UNIT_ROUNDOFF
+from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
 SAMPLES = 16
-CANCELLED = 1e-12
-"""Share of its terms that a difference may be no more of than their rounding."""
-HALF = 2.0**-26
-"""Relative error of a number of which half the digits are known."""
 DENSE = 400
 """Unknowns from which on a block is factored as a sparse matrix."""
 MANY = 30

@@ -18,13 +18,8 @@ from rulesheets.evaluate import Undefined, extended, extended_derivatives
 from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, children
-from solver.numerics.tolerances import EPS, SMALLEST_NORMAL
+from solver.numerics.tolerances import COMMON, EPS, PRECISIONS, SMALLEST_NORMAL, SPARE
 
-DIGITS = (50, 100, 200)
-AGREEMENT = 1e-6
-"""Relative difference of two precisions that have some digits in common."""
-SPARE = 8
-"""Digits of the working precision that rounding may take."""
 HALVINGS = 24
 """Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
 
@@ -50,21 +45,21 @@ def residual_in_many_digits(
     error that floats make in F, if that is known.
     """
     rule = _Rule(equation, values)
-    power = context(DIGITS[0]).mpf(10)
+    power = context(PRECISIONS[0]).mpf(10)
     try:
-        size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(DIGITS[0])
-        misses = [rule.miss(digits) for digits in DIGITS]
-        for (rough, some), (fine, more) in pairwise(zip(DIGITS, misses, strict=True)):
-            clear = abs(more) > size * power ** (SPARE - rough) or (more and fine == DIGITS[-1])
-            if clear and abs(some - more) <= AGREEMENT * abs(more):
+        size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(PRECISIONS[0])
+        misses = [rule.miss(digits) for digits in PRECISIONS]
+        for (rough, some), (fine, more) in pairwise(zip(PRECISIONS, misses, strict=True)):
+            clear = abs(more) > size * power ** (SPARE - rough) or (more and fine == PRECISIONS[-1])
+            if clear and abs(some - more) <= COMMON * abs(more):
                 return _judged(rule, more, fine, share, steep)
-        if abs(misses[-1]) > size * power ** (SPARE - DIGITS[-1]):
-            return _judged(rule, misses[-1], DIGITS[-1], share, steep)
-        seen = max(abs(misses[0]), rule.terms(DIGITS[0]))
+        if abs(misses[-1]) > size * power ** (SPARE - PRECISIONS[-1]):
+            return _judged(rule, misses[-1], PRECISIONS[-1], share, steep)
+        seen = max(abs(misses[0]), rule.terms(PRECISIONS[0]))
     except Undefined as error:
-        reaches = not error.hole and rule.reaches(share, DIGITS[-1])  # 0/0 may be anything beside 0
+        reaches = not error.hole and rule.reaches(share, PRECISIONS[-1])  # 0/0 may be anything beside 0
         return Residual(math.nan, 0.0 if reaches else math.inf, reaches)
-    if abs(misses[-1]) <= seen * power ** -DIGITS[0] and not rule.absorbed():
+    if abs(misses[-1]) <= seen * power ** -PRECISIONS[0] and not rule.absorbed():
         return Residual(0.0, 0.0, True)
     return Residual(math.nan, math.inf, False)
 
@@ -136,10 +131,10 @@ class _Rule:
 
     def absorbed(self) -> bool:
         """Whether F, which vanishes in all the digits, and with it its slopes, does so for want of more."""
-        if not any(absorbs(side, self.values, DIGITS[-1]) for side in self.sides):
+        if not any(absorbs(side, self.values, PRECISIONS[-1]) for side in self.sides):
             return False
         try:
-            return not any(self.differences(DIGITS[-1]).values())
+            return not any(self.differences(PRECISIONS[-1]).values())
         except Undefined:
             return False
 

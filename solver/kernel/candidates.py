@@ -23,31 +23,25 @@ from solver.kernel.root_check import (
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.termination import Outcome
-from solver.numerics.tolerances import EPS
+from solver.numerics.tolerances import (
+    BLUR,
+    COVERED,
+    EPS,
+    MEANINGLESS,
+    MULTIPLE,
+    NEARLY,
+    ROUNDED,
+    SIMPLE,
+    VANISHED,
+)
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
 MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS = 1_000, 12, 48
 MOST_DULL = 12
 """Points that sharpening makes no new answer of: a plateau that is 0 but for rounding has no end of them."""
-VANISHED = 1e-150
-"""A number that small beside its typical size is 0, if the rules hold at 0."""
-VAGUE = 1e-4
-"""An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
-MEANINGLESS = 1e6
-"""The same, from which on nothing is known of it: a multiple root of floats is not that vague."""
-SIMPLE = 1e-10
-"""The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
-NEARLY = 1e-9
-"""Share of the terms of an equation that it misses by at a point worth a closer look."""
-COVERED = 1e-12
-"""Relative distance of a root from the answer that it was refined to, where that is well conditioned."""
 REMOTE = 1e60
 """Size of numbers that nobody asks about."""
-ROUNDED = 8 * EPS
-"""Relative difference of two numbers that are the same."""
-BLUR = 3e-3
-"""How far rounding spreads a multiple root, relative to its size (multiplicity 6 at most)."""
 
 
 class Answer(NamedTuple):
@@ -143,7 +137,7 @@ class Candidates:
             return
         found = uncertainty(self.question, point)
         blur = found.errors
-        vague = self._open(point, blur, VAGUE)
+        vague = self._open(point, blur, MULTIPLE)
         multiple = vague or (singular and self._open(point, blur, SIMPLE))
         if not multiple and self._is_repeated(point):
             return

@@ -30,9 +30,8 @@ from rulesheets.syntax.program import walk
 from solver.facts import Conflict, NoValue
 from solver.kernel.question import Question
 from solver.numerics.linear import solve_linear
+from solver.numerics.tolerances import BACKWARD, CLEAR
 
-CLEAR = 1e-9
-"""Least share of the constants of the rules that they have to miss each other by."""
 MAX_RULES = 40
 
 
@@ -166,10 +165,6 @@ def _without(column: Monomial, row: Row, pivot: Row) -> Row:
     return {m: c for m, c in both.items() if c}
 
 
-ROUNDING = Fraction(1, 2**46)
-"""64 ulp of a number of size 1: what the check of a rule allows."""
-
-
 def unattained(question: Question, given: Collection[str]) -> NoValue | None:
     """The rule of a block that a function would have to leave the inside of its image for, if there is one.
 
@@ -249,7 +244,7 @@ def _outside(function: str, target: Fraction) -> bool:
 
 def _beyond(low: float, target: Fraction) -> bool:
     """Whether a number is below the end of an image by more than the rounding of what it was made of."""
-    return low != -inf and target < Fraction(low) - ROUNDING * max(Fraction(1), abs(Fraction(low)))
+    return low != -inf and target < Fraction(low) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(low)))
 
 
 def _nearest(target: Fraction) -> float:

@@ -11,13 +11,9 @@ from rulesheets.model import Value
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
+from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
-CLEAR = 1e-9
-"""What is nearer to zero than this, relative to its terms, is left to a search."""
-
-ROUNDING = 1e-13
-"""The same, relative to the terms before anything cancelled."""
 MOST = 300
 """Candidates that whole turns make of one."""
 
@@ -149,5 +145,5 @@ def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[fl
 
 def _clear(number: float, terms: float, size: float) -> None:
     """Raise Unclear unless a number is known to be no zero: by what it came from, and by rounding."""
-    if not (math.isfinite(size) and abs(number) > max(CLEAR * terms, ROUNDING * size)):
+    if not (math.isfinite(size) and abs(number) > max(CLEAR * terms, UNCANCELLED * size)):
         raise Unclear

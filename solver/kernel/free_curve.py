@@ -25,6 +25,7 @@ from solver.kernel.full_search import sizes_of, starts_of
 from solver.kernel.question import Question, rank_loss
 from solver.numerics.multistart import GAUSS_NEWTON, arrivals
 from solver.numerics.newton import NewtonLimits
+from solver.numerics.tolerances import FREE, MOVED
 
 MAX_UNKNOWNS = 60
 WORK = 400
@@ -32,12 +33,8 @@ WORK = 400
 FEWEST, MOST = 6, 32
 ENDS = 6
 """Ends of a search that are looked at."""
-NULL = 1e-7
-"""Singular values of the scaled Jacobian below that share of the largest leave a direction free."""
 AWAY = 0.02
 """How far along a direction, in units of the unknowns, rules have to hold still."""
-MOVED = 1e-9
-"""Share of its size by which an unknown moves that is free."""
 CORRECTIONS = 4
 
 
@@ -99,7 +96,7 @@ class _Curve:
                 return x if question.outside(point) is None else None
             matrix, weight, rows = self._scaled(x)
             miss = np.array(question.residual(x.tolist())) / rows
-            x = x - weight * np.linalg.lstsq(matrix, miss, rcond=NULL)[0]
+            x = x - weight * np.linalg.lstsq(matrix, miss, rcond=FREE)[0]
         return None
 
     def _scaled(self, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
@@ -116,7 +113,7 @@ class _Curve:
         """What is free along every direction from the point in which all rules hold on."""
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
-        ways = [direction for s, direction in zip(singular, right, strict=True) if s <= NULL * singular[0]]
+        ways = [direction for s, direction in zip(singular, right, strict=True) if s <= FREE * singular[0]]
         others = [there for way in ways if (there := self._along(x, way * weight)) is not None]
         if not others:
             return None

@@ -23,6 +23,7 @@ from solver.kernel.question import Budget, Question
 from solver.numerics.multistart import Array, arrivals, spread, starting_points
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
 from solver.numerics.subdivision import BoxFunction, SubdivisionLimits, branch_and_prune
+from solver.numerics.tolerances import SAME_END
 
 # --- box by box ---
 
@@ -106,7 +107,6 @@ ROUNDS = ((0, 128), (128, 512), (512, 1024))
 """From which start of a sequence to which a round goes, of each of the two kinds; two rounds at least."""
 MOST = 48
 """Ends of a round that are looked at, those of ordinary size first: many may lie along a curve or far out."""
-SAME = 1e-6
 FINISH = NewtonLimits(iterations=60, escapes=0)
 
 
@@ -187,7 +187,7 @@ def _distinct(ends: Array, known: Sequence[Array], scale: Array) -> list[Array]:
     count = len(known)
     for end in ends:
         size = np.maximum(abs(end), 1e-3 * scale)
-        if not (abs(seen[:count] - end) <= SAME * size).all(axis=1).any():
+        if not (abs(seen[:count] - end) <= SAME_END * size).all(axis=1).any():
             seen[count] = end
             count += 1
     return list(seen[len(known) : count])

@@ -27,7 +27,7 @@ from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
 from solver.numerics.polynomials import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD
+from solver.numerics.tolerances import BACKWARD, SAME_VALUE, TOUCHING
 from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
@@ -42,10 +42,6 @@ Ratio: TypeAlias = tuple[Any, Any, int]
 
 CANCELLED = 10**9
 """A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
-TOUCHING = Fraction(1, 10**9)
-"""An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
-SAME = 1e-9
-"""Relative distance within which a root of the eliminant is an answer; looked at when none is there."""
 
 
 class NotPolynomial(Exception):
@@ -334,7 +330,7 @@ def _settled(question: Question, candidates: Candidates, forms: Forms, root: flo
     tear = question.kernel.block.tears[0]
 
     def is_listed() -> bool:
-        return any(abs(answer.values[tear] - root) <= SAME * abs(root) for answer in candidates.answers)
+        return any(abs(answer.values[tear] - root) <= SAME_VALUE * abs(root) for answer in candidates.answers)
 
     if is_listed():
         return True
@@ -350,6 +346,6 @@ def _settled(question: Question, candidates: Candidates, forms: Forms, root: flo
 def _points(question: Question, forms: Forms, root: float) -> Iterator[dict[str, float] | None]:
     """The unknowns at a root and right beside it, where a pole or the end of a domain does not hide them."""
     tear = question.kernel.block.tears[0]
-    reach = SAME * (abs(root) or 1.0)
+    reach = SAME_VALUE * (abs(root) or 1.0)
     for at in (root, root - reach, root + reach):
         yield point_at(question, forms, {tear: at})

@@ -12,7 +12,7 @@ from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Fact, NoRoot, NoValue
-from solver.numerics.tolerances import EPS
+from solver.numerics.tolerances import CANCELLED, DELICATE, EPS
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
 
@@ -160,14 +160,8 @@ def _bounded(turns: float) -> float:
     return min(max(turns, -MOST), MOST)
 
 
-DIGITS = 50
-"""With which numbers are looked at that floats make 0 of."""
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
-DELICATE = 1e-6
-"""How far beyond the end of an image a target may lie for the distance to be no more than lost digits."""
-CANCELLED = 1e-12
-"""Share of what a number is made of that may be no more than what cancellation has left of its rounding."""
 
 
 class Refused(Exception):

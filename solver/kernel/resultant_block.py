@@ -30,20 +30,13 @@ from solver.kernel.polynomial_block import (
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
 from solver.numerics.polynomials import real_roots, simple_part
+from solver.numerics.tolerances import KEPT_AT_REAL, OFF, POLISHED, REAL
 
 HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
 """Degree of two residuals in the second tear, and of their resultant in the first."""
-REAL = 1e-4
-"""How far from the real axis a root may be, relative to its size, that may be a real one but for rounding."""
-KEPT = Fraction(1, 10**8)
-"""Share of its terms that a polynomial may keep at the real part of such a root, however far that is."""
-OFF = 1e-3
-"""A point of two tears that misses an equation by more than this, relative to its terms, is no answer."""
 BESIDE = 2.0**-20
 FADED = Fraction(1, 2**10)
 """Share of its size so far beside a root which is left of a residual that holds there whatever y is."""
-REFINED = 1e-2
-"""Relative distance of an answer from the point that was refined to it."""
 
 
 class _StepsOfTwo(Steps):
@@ -119,7 +112,7 @@ def _real_parts(polynomial: Polynomial, beside: Polynomial) -> Iterator[float]:
     ``beside``: the polynomial at a first tear that is further off than its digits are.
     """
     pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
-    slack = [abs(c) * KEPT + abs(other - c) for c, other in pairs]
+    slack = [abs(c) * KEPT_AT_REAL + abs(other - c) for c, other in pairs]
     for root in _roots(polynomial):
         real, size = Fraction(complex(root).real), Fraction(abs(root))
         kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
@@ -156,4 +149,4 @@ def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: di
 
 def _near(question: Question, point: Mapping[str, float], other: Mapping[str, float]) -> bool:
     sizes = zip(point.items(), question.scale(), strict=True)
-    return all(abs(v - other[name]) <= REFINED * max(abs(v), 1e-3 * scale) for (name, v), scale in sizes)
+    return all(abs(v - other[name]) <= POLISHED * max(abs(v), 1e-3 * scale) for (name, v), scale in sizes)

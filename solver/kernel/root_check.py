@@ -31,10 +31,7 @@ from solver.kernel.question import MANY, Question, Sparse
 from solver.numerics.elimination import eliminate
 from solver.numerics.linear_algebra import inverse
 from solver.numerics.sparse_newton import SparseFactor
-from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS
-
-ORDINARY = 1e8
-"""Condition up to which the backward error of an answer says enough."""
+from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
 
 class Uncertainty(NamedTuple):
@@ -151,8 +148,6 @@ def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> 
 
 REFINED_DIGITS = 60
 REFINEMENTS = 8
-REFINED = 1e-20
-"""Share of its size by which the last step moves an unknown: no float shows it."""
 
 
 def sharp_root(question: Question, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
@@ -196,10 +191,8 @@ NEAR = 2e-4
 NUDGE = 1e-5
 """Of an error bar, by which another start lies beside a point."""
 HALVINGS = 12
-SAFETY, FAR = 4.0, 100.0
-"""Error bars from a root to an answer; and from the answer, beyond which no root is followed any farther."""
-SETTLED = 1e-30
-"""Relative length of the last step: far below what floats show."""
+FAR = 100.0
+"""Error bars from an answer, beyond which no root is followed any farther."""
 BESIDE = 0.25
 """The largest share of a divisor that the error bars of its variables may be."""
 

@@ -16,11 +16,11 @@ from rulesheets.evaluate.digits import context
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
-from solver.accuracy.digits import SPARE, Unresolved
+from solver.accuracy.digits import Unresolved
 from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import CANCELLED, DELICATE, SAMPLES, Preimages, Refused
-from solver.numerics.tolerances import EPS
+from solver.kernel.preimages import SAMPLES, Preimages, Refused
+from solver.numerics.tolerances import CANCELLED, DELICATE, EPS, SPARE
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
 

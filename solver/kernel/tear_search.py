@@ -26,14 +26,12 @@ from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import Chain
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
-from solver.numerics.tolerances import BACKWARD
+from solver.numerics.tolerances import BACKWARD, NOTHING
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
 STEP = 1e-20
 """Relative change of a number that tells how the residual depends on it."""
-NOTHING = 1e-40
-"""Residuals this small are what many digits round."""
 
 
 def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:

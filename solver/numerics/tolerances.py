@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from fractions import Fraction
 
 EPS = sys.float_info.epsilon
 """ε, the distance from 1 to the next float, 2⁻⁵²."""
@@ -110,3 +111,140 @@ TURNING = 1e-9
 
 CONSISTENT = 1e-11
 """What rows of a singular linear system may miss beside their terms, and yet not contradict one another."""
+
+# --- how far may rounding go? ---
+
+CANCELLED = 1e-12
+"""Share of the terms of a difference that may be no more than their rounding: some thousand ε."""
+
+DELICATE = 1e-6
+"""How far beyond the end of an image a target may lie, relative to what it was made of, for the distance to
+be no more than lost digits: the root of CANCELLED."""
+
+HALF = 2.0**-26
+"""Relative error of a number of which half the digits are known, √ε: those of a double root."""
+
+SAFETY = 4.0
+"""How many times too short error bars may be: they are estimates, by sixteen samples."""
+
+VAGUE = 1e-13
+"""Relative error from which on an answer is solved again in more digits: some hundreds of ε."""
+
+LOST = 1e-9
+"""Relative error of a value from which on a contradiction further on may come of it."""
+
+MEANINGLESS = 1e6
+"""Error over size of a number that rounding alone has made: a multiple root of floats is not that vague."""
+
+NO_DIGIT = 0.5
+"""Relative error of a number of which no digit is known: it may well be 0."""
+
+ORDINARY = 1e8
+"""Condition up to which the backward error of an answer says enough: half the digits are left."""
+
+FAINTEST = 1e-200
+"""What a rule moves with its values, below which products of slopes may be lost below floats."""
+
+CLEAR = 1e-9
+"""Share of its terms that a number must exceed for its sign to be taken as known, whatever rounding did to
+the inputs: such a miss is a contradiction, such a discriminant has a sign."""
+
+UNCANCELLED = 1e-13
+"""The same, relative to the terms before anything cancelled: hundreds of ε."""
+
+NEARLY = 1e-9
+"""Share of its terms that an equation misses by at a point worth a closer look."""
+
+# --- are two numbers, two answers, two roots one? ---
+
+ROUNDED = 8 * EPS
+"""Relative difference of two numbers that are the same but for a few roundings."""
+
+NEIGHBOURS = 2 * EPS
+"""Relative difference of two floats next to the same number."""
+
+SAME_VALUE = 1e-9
+"""Relative difference of a number computed in two ways: well above the rounding of either, if its condition
+is below some 1e6."""
+
+SAME_END = 1e-6
+"""Relative difference of two ends of starts on arrays that are one: ARRIVED, for condition up to 1e3."""
+
+SAME_ANSWER = 1e-11
+"""Relative difference of answers that may be one, if their error bars say so."""
+
+COVERED = 1e-12
+"""Relative distance of a root from the answer that it was refined to, where that is well conditioned."""
+
+MULTIPLE = 1e-4
+"""An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
+
+SIMPLE = 1e-10
+"""The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
+
+BLUR = 3e-3
+"""How far rounding spreads a multiple root, relative to its size: ε to the sixth root, for multiplicity 6."""
+
+VANISHED = 1e-150
+"""A number that small beside its typical size is 0, if the rules hold at 0: its square is below floats."""
+
+# --- numbers of many digits ---
+
+PRECISIONS = 50, 100, 200
+"""Decimal digits, by turns: each twice as many, so that two that agree are not both rounding."""
+
+SPARE = 8
+"""Decimal digits of a working precision that rounding may take."""
+
+COMMON = 1e-6
+"""Relative difference of two precisions that have some digits in common."""
+
+AGREEMENT = 1e-18
+"""Relative difference of two precisions that no float can show."""
+
+REFINED = 1e-20
+"""Share of its size by which the last step of a refinement moves an unknown: no float shows it."""
+
+SETTLED = 1e-30
+"""Relative length of the last step of Newton's method in 60 digits: half of them."""
+
+NOTHING = 1e-40
+"""Residuals of numbers of size 1 this small are what 60 digits round."""
+
+CLOSE = 1e-5
+"""Relative distance of a root from another whose fold it shares."""
+
+DRIFT = 1e-2
+"""How far a root may lie from the float answer that it is taken for, relative to its size."""
+
+FOLD = 1e-2
+"""How far from the start a fold may lie, relative to the size of the unknowns."""
+
+SUSPECT = 1e-3
+"""Least singular value of the Jacobian, beside the terms of the equations, of a root with a sibling: the root
+of CLOSE, as a fold is a parabola."""
+
+# --- polynomials with exact coefficients ---
+
+TOUCHING = Fraction(1, 10**9)
+"""An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
+
+REAL = 1e-4
+"""How far from the real axis a root may be, relative to its size, that may be a real one but for rounding."""
+
+KEPT_AT_REAL = Fraction(1, 10**8)
+"""Share of its terms that a polynomial may keep at the real part of such a root: the square of REAL."""
+
+OFF = 1e-3
+"""A point of two tears that misses an equation by more than this, relative to its terms, is no answer."""
+
+POLISHED = 1e-2
+"""Relative distance of an answer from the point that was refined to it."""
+
+# --- a curve of answers ---
+
+FREE = 1e-7
+"""Share of the largest singular value of the scaled Jacobian up to which a direction is left free."""
+
+MOVED = 1e-9
+"""Share of its size by which an unknown moves that is free."""

@@ -38,6 +38,7 @@ from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
 from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
+from solver.numerics.tolerances import SAME_VALUE
 from solver.path.cases import activity
 from solver.solution.explore import explore
 from solver.solution.limits import answers_between
@@ -230,8 +231,6 @@ MOST = 4
 """Unknowns, and given numbers, that are looked at."""
 _FLAT = named(lambda row: not row.smooth)
 """Functions that are constant, or without a part of their arguments, over a range of them."""
-SAME = 1e-9
-"""Relative difference of values that do not depend on the trial; a given one must agree with them."""
 
 
 def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
@@ -278,7 +277,7 @@ def _fixed(
             value, number = _whatever(asked, name, unknown, patience), inputs[name]
             if value is None or not isinstance(number, float):
                 continue
-            if abs(value - number) > SAME * max(abs(value), abs(number)):
+            if abs(value - number) > SAME_VALUE * max(abs(value), abs(number)):
                 yield Fixed(name, value, number, unknown, tuple(equations))
 
 
@@ -301,7 +300,7 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> floa
             return None
         found.add(value)
     low, high = min(found), max(found)
-    return low if high - low <= SAME * max(abs(low), abs(high)) else None
+    return low if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None
 
 
 # --- blocks without an answer whose equations are 0/0 where there would be one ---

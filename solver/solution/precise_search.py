@@ -21,7 +21,6 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Comparison, Condition
 from solver.accuracy.digits import (
     MAX_UNKNOWNS,
-    SPARE,
     ManyDigits,
     Unresolved,
     Work,
@@ -40,18 +39,12 @@ from solver.kernel.question import Question
 from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
 from solver.leaves import Asked, Branch, Casework, Exploration, Leaf
 from solver.numerics.elimination import eliminate
+from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
 from solver.path.cases import activity
 from solver.path.isolate import Isolation
 from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution.explore import Explorer
 
-AGREEMENT = 1e-18
-"""Relative difference of two precisions that no float can show."""
-DIGITS = (50, 100, 200)
-CLOSE = 1e-5
-"""Relative distance of a root from another whose fold it shares."""
-DRIFT = 1e-2
-"""How far a root may lie from the float answer that it is taken for, relative to its size."""
 NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
@@ -67,7 +60,7 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
         except Unresolved:
             return None
 
-    for rough, fine in pairwise(map(precisely, DIGITS)):
+    for rough, fine in pairwise(map(precisely, PRECISIONS)):
         if rough is not None and fine is not None and _agree(rough, fine, asked.judged):
             return fine
     return None

@@ -21,21 +21,12 @@ from rulesheets.syntax.nodes import Comparison, Name, names
 from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
 from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors
+from solver.numerics.tolerances import LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
 from solver.solution.explore import explore
 from solver.solution.precise_search import explore_precisely
 
-VAGUE = 1e-13
-"""Relative error from which on an answer is solved again."""
-LOST = 1e-9
-"""Relative error of a value from which on a contradiction further on may come of it."""
-SAFETY = 4.0
-"""How far the error bars of values may be too short where a contradiction is weighed against them."""
 GRACE = 1.0
 """Seconds to weigh the answers of a search that was cut off."""
-MEANINGLESS = 1e6
-"""Relative error of a number that rounding alone has made."""
-NOTHING = 0.5
-"""Relative error of a number of which no digit is known: it may well be 0."""
 MAX_STEPS = 2_000
 """Steps of a path, over all answers, that are worth following in extended precision."""
 
@@ -97,7 +88,7 @@ def _vague(asked: Asked, leaf: Leaf) -> bool:
     return (
         told.cancelled
         or any(errors[name] > limit * numbers[name] for name in names if name in numbers)
-        or any(errors[name] >= NOTHING * size > 0.0 for name, size in numbers.items())
+        or any(errors[name] >= NO_DIGIT * size > 0.0 for name, size in numbers.items())
         or any(
             isinstance(c, Conflict) and _within_errors(asked.model, c, values, errors) for c in leaf.conflicts
         )

@@ -28,16 +28,10 @@ from solver.facts import (
     Unmet,
 )
 from solver.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
+from solver.numerics.tolerances import NEIGHBOURS, SAFETY, SAME_ANSWER
 from solver.path.planner import planner
 from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.ranking.ranking import Ranking
-
-ROUNDED = 2.0**-51
-"""Relative difference of two floats next to the same number."""
-NEAR = 1e-11
-"""Relative difference of answers that may be one, if their error bars say so."""
-SAFETY = 4.0
-"""How far error bars may be too short where two answers are told apart by them."""
 
 
 class Verdict(NamedTuple):
@@ -329,9 +323,9 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
     one, two = leaf.branch.values, other.branch.values
     if one.keys() != two.keys():
         return False
-    if _same(one, two, varying, ROUNDED):
+    if _same(one, two, varying, NEIGHBOURS):
         return True
-    if (leaf.branch.precise and other.branch.precise) or not _same(one, two, varying, NEAR):
+    if (leaf.branch.precise and other.branch.precise) or not _same(one, two, varying, SAME_ANSWER):
         return False
     errors, others = leaf_errors(model, leaf).error, leaf_errors(model, other).error
     return not any(
