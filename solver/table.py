@@ -116,6 +116,13 @@ class Samples(NamedTuple):
         column: NDArray[np.float64] = np.asarray(self.table[name], dtype=np.float64)
         return np.compress(np.isfinite(column), column)
 
+    def statistics(self, name: str) -> tuple[float, float, float, float] | None:
+        """Mean, standard deviation, least and greatest value of an output; None of fewer than two samples."""
+        column = self.solved(name)
+        if len(column) < 2:
+            return None
+        return float(column.mean()), float(column.std(ddof=1)), float(column.min()), float(column.max())
+
     @property
     def counts(self) -> dict[Status, int]:
         """How many samples came out with each status."""

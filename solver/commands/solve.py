@@ -6,12 +6,12 @@ import os
 import sys
 import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from contextvars import Context
 from dataclasses import replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, render
@@ -83,18 +83,18 @@ def _with_unit_warnings(result: Result, every: bool) -> Result:
 
 
 def _print(result: Result, arguments: Namespace) -> None:
-    if arguments.json:
-        also = derived_json(result, arguments)
-        print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
-    elif arguments.csv:
+    if arguments.csv:
         _print_csv(result, every=arguments.all)
-        if asked(arguments) and (derived := derived_text(result, arguments, color=False)):
-            print(derived, file=sys.stderr)
+        if asked(arguments) and (said := derived_text(derived(result, arguments), color=False)):
+            print(said, file=sys.stderr)
+    elif arguments.json:
+        also = derived_json(derived(result, arguments))
+        print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
     else:
         shown = {"every": arguments.all, "explain": arguments.explain, "digits": arguments.digits}
         print(result_text(result, **shown, color=_color()))
-        if derived := derived_text(result, arguments, color=_color()):
-            print(f"\n{derived}")
+        if said := derived_text(derived(result, arguments), color=_color()):
+            print(f"\n{said}")
 
 
 def _print_csv(result: Result, *, every: bool) -> None:
@@ -139,36 +139,52 @@ def asked(arguments: Namespace) -> bool:
     return arguments.sensitivity is not None or bool(arguments.tolerances or arguments.monte_carlo)
 
 
-def derived_text(result: Result, arguments: Namespace, *, color: bool) -> str:
-    """What the options ask for, as blocks of text; empty where they ask for nothing."""
-    return "\n\n".join(_texts(result, arguments, color))
+class Derived(NamedTuple):
+    """What the options ask for beside the answer itself."""
+
+    sensitivities: Sensitivities | None
+    bands: ToleranceBands | None
+    samples: Samples | None
 
 
-def _texts(result: Result, arguments: Namespace, color: bool) -> Iterator[str]:
-    if arguments.sensitivity is not None:
-        yield _report().sensitivity_text(_sensitivities(result, arguments.sensitivity), color=color)
-    bands = _bands(result, arguments)
-    if bands is not None:
-        yield _report().tolerances_text(bands, color=color)
-        samples = _drawn(result, arguments, bands)
-        if samples is not None:
-            yield _report().samples_text(samples, bands)
+def derived(result: Result, arguments: Namespace) -> Derived:
+    """Bands where they are asked for, or where an input has a tolerance and there is an answer."""
+    asked = arguments.tolerances or arguments.monte_carlo
+    stated = any(result.model.variables[name].tolerance for name in result.inputs)
+    text = arguments.sensitivity
+    sensitivities = None if text is None else _sensitivities(result, text)
+    bands = result.tolerance_bands() if asked or (stated and result.solutions) else None
+    samples = None
+    if arguments.monte_carlo and bands is not None and bands.tolerances and result.solutions:
+        from solver.sweeps.sweep import monte_carlo
+
+        samples = monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)
+    return Derived(sensitivities, bands, samples)
 
 
-def derived_json(result: Result, arguments: Namespace) -> dict[str, object]:
+def derived_text(found: Derived, *, color: bool) -> str:
+    """The same as blocks of text; empty where nothing is asked for."""
+    texts = []
+    if found.sensitivities is not None:
+        texts.append(_report().sensitivity_text(found.sensitivities, color=color))
+    if found.bands is not None:
+        texts.append(_report().tolerances_text(found.bands, color=color))
+    if found.samples is not None:
+        texts.append(_report().samples_text(found.samples, found.bands))
+    return "\n\n".join(texts)
+
+
+def derived_json(found: Derived) -> dict[str, object]:
     """The same as members of the JSON object."""
     members: dict[str, object] = {}
-    if arguments.sensitivity is not None:
-        found = _sensitivities(result, arguments.sensitivity)
-        members["sensitivities"] = _report().sensitivity_json(found)
-        members["sensitivity_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in found.diagnoses]
-    bands = _bands(result, arguments)
-    if bands is not None:
-        members["tolerances"] = _report().tolerances_json(bands)
-        members["tolerance_diagnoses"] = [diagnosis_json(diagnosis) for diagnosis in bands.diagnoses]
-        samples = _drawn(result, arguments, bands)
-        if samples is not None:
-            members["monte_carlo"] = _report().samples_json(samples)
+    if found.sensitivities is not None:
+        members["sensitivities"] = _report().sensitivity_json(found.sensitivities)
+        members["sensitivity_diagnoses"] = [diagnosis_json(one) for one in found.sensitivities.diagnoses]
+    if found.bands is not None:
+        members["tolerances"] = _report().tolerances_json(found.bands)
+        members["tolerance_diagnoses"] = [diagnosis_json(one) for one in found.bands.diagnoses]
+    if found.samples is not None:
+        members["monte_carlo"] = _report().samples_json(found.samples)
     return members
 
 
@@ -186,21 +202,6 @@ def _sensitivities(result: Result, text: str) -> Sensitivities:
     inputs = [name for name in names if name in result.inputs]
     outputs = [name for name in names if name not in result.inputs]
     return result.sensitivity(outputs or None, inputs or None)
-
-
-def _bands(result: Result, arguments: Namespace) -> ToleranceBands | None:
-    """The bands where they are asked for, or where an input has a tolerance and there is an answer."""
-    asked = arguments.tolerances or arguments.monte_carlo
-    stated = any(result.model.variables[name].tolerance for name in result.inputs)
-    return result.tolerance_bands() if asked or (stated and result.solutions) else None
-
-
-def _drawn(result: Result, arguments: Namespace, bands: ToleranceBands) -> Samples | None:
-    if not arguments.monte_carlo or not bands.tolerances or not result.solutions:
-        return None
-    from solver.sweeps.sweep import monte_carlo
-
-    return monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)
 
 
 LOOK = 0.2

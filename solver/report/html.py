@@ -7,8 +7,6 @@ from functools import singledispatch
 from html import escape
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from rulesheets.algebra.printing import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
 from rulesheets.format import readable
@@ -148,13 +146,14 @@ def samples_text(samples: Samples, bands: ToleranceBands) -> str:
 
 def _sampled(samples: Samples, bands: ToleranceBands, name: str) -> tuple[str, ...]:
     variable, band = bands.sensitivities.model.variables[name], bands[name]
-    column = np.array([shown(value, variable) for value in samples.solved(name).tolist()])
     band = None if band is None else _displayed(band, variable)
     rss, worst = ("", "") if band is None else (f"{band.rss * samples.spread:.{DIGITS}g}", _around(band))
-    if len(column) < 2:
+    if (found := samples.statistics(name)) is None:
         return name, "", "", rss, "", "", worst
-    mean, least, greatest = (f"{v:.{SAMPLED}g}" for v in (column.mean(), column.min(), column.max()))
-    return name, mean, f"{column.std(ddof=1):.{DIGITS}g}", rss, least, greatest, worst
+    average, deviation, *ends = found
+    mean, least, greatest = (f"{shown(value, variable):.{SAMPLED}g}" for value in (average, *ends))
+    spread = abs(shown(deviation, variable, difference=True))
+    return name, mean, f"{spread:.{DIGITS}g}", rss, least, greatest, worst
 
 
 def _around(band: Band) -> str:
@@ -185,16 +184,8 @@ def samples_json(samples: Samples) -> dict[str, object]:
 
 
 def _statistics(samples: Samples, name: str) -> dict[str, object]:
-    column = samples.solved(name)
-    if len(column) < 2:
-        return {"output": name, "mean": None, "deviation": None, "least": None, "greatest": None}
-    return {
-        "output": name,
-        "mean": float(column.mean()),
-        "deviation": float(column.std(ddof=1)),
-        "least": float(column.min()),
-        "greatest": float(column.max()),
-    }
+    names = ("mean", "deviation", "least", "greatest")
+    return {"output": name, **dict(zip(names, samples.statistics(name) or (None,) * 4, strict=True))}
 
 
 class Grid(NamedTuple):
