@@ -389,7 +389,7 @@ def check_givens(scope: Scope) -> Iterator[Diagnosis]:
 def check_symbols(scope: Scope) -> Iterator[Diagnosis]:
     """Symbols in arithmetic (not those that a call passes on), and those that are compared by order."""
     own = scope.program.functions
-    for node in scope.nodes:
+    for node in scope.nodes if Symbol in set(map(type, scope.nodes)) else ():
         if isinstance(node, Call) and node.function.lower() in own:
             continue
         if not isinstance(node, Comparison):

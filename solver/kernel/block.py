@@ -106,7 +106,7 @@ class BlockKernel:
                 for place in family.places.tolist()
             ]
             forms = [forms[place] for place in sorted(divided)]
-        found = (divisor for form in forms for divisor in divisors(form))
+        found = dict.fromkeys(divisor for form in forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE, Unit
 from rulesheets.model import Equation, Model, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum, children
+from solver.path.graph import shape_of
 from solver.ranking.sizes import MANY, Scalings, Suggestions
 
 
@@ -24,16 +26,22 @@ def angles(model: Model) -> frozenset[str]:
     added to any of these.
     """
     found = {n for n, variable in model.variables.items() if _is_angular(variable.measure)}
-    sums: list[frozenset[str]] = []
+    told: dict[Any, bool] = {}
     for equation in model.equations:
+        shape, _ = shape_of(equation)
+        if shape not in told:
+            told[shape] = any(TABLE[c.function].turn or TABLE[c.function].angle for c in _calls(equation))
+        if not told[shape]:
+            continue
         for call in _calls(equation):
             if TABLE[call.function].turn:
                 found.update(_terms(call.arguments[0]))
-        added = frozenset((*_terms(equation.left), *_terms(equation.right)))
         if _has_inverse(equation):
-            found |= added
-        if len(added) > 1:
-            sums.append(added)
+            found.update(_terms(equation.left), _terms(equation.right))
+    if not found:
+        return frozenset()
+    every = (frozenset((*_terms(e.left), *_terms(e.right))) for e in model.equations)
+    sums = [added for added in every if len(added) > 1]
     before = -1
     while len(found) > before:
         before = len(found)
@@ -105,6 +113,8 @@ class Signs:
     def _following(self) -> frozenset[str]:
         """The angles, and what rules tell from them alone."""
         found = set(self.angles)
+        if not found:
+            return self.angles
         rules = [frozenset(equation.names) for equation in self.model.equations]
         before = -1
         while len(found) > before:
