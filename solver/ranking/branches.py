@@ -121,14 +121,14 @@ def kept(
     first row is row ``at`` of the sweep. The first answers of so many first rows are ``fixed``.
     """
     counts = answers.counts
-    chosen = np.zeros(len(counts), dtype=np.intp)
     asked = counts > 1
     asked[: max(fixed, 1)] = False
     for start, end in answers.runs:
         asked[start + 2 : end] = False
     rows = np.flatnonzero(asked)
     if not len(rows) or not len(turns):
-        return chosen
+        return np.broadcast_to(np.intp(0), counts.shape)
+    chosen = np.zeros(len(counts), dtype=np.intp)
     rows = rows[_along(inputs, counts, rows, line, at)]
     onward = np.zeros((len(answers.planes), len(rows)), dtype=np.intp)
     steady = _along(inputs, counts, rows - 1, line, at)
