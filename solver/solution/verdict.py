@@ -338,7 +338,7 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
 def _same(
     one: Mapping[str, Value], other: Mapping[str, Value], names: Sequence[str], tolerance: float
 ) -> bool:
-    return all(_equal(one[name], other[name], tolerance) for name in names)
+    return all(_equal(one[name], other[name], tolerance) for name in names if name in one)
 
 
 def _equal(a: Value, b: Value, tolerance: float) -> bool:
