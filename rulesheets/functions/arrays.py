@@ -81,11 +81,11 @@ def atan2(y: Array, x: Array) -> Array:
     return np.where((x == 0.0) & (y == 0.0), np.nan, direction)
 
 
-def smallest(*numbers: Array) -> Array:
+def least_of(*numbers: Array) -> Array:
     return reduce(np.minimum, numbers)
 
 
-def largest(*numbers: Array) -> Array:
+def greatest_of(*numbers: Array) -> Array:
     return reduce(np.maximum, numbers)
 
 

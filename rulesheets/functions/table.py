@@ -54,12 +54,23 @@ _special = partial(_row, ulps=16.0)
 _jumping = partial(_row, smooth=False, jumps=True)
 
 
-def _least(*numbers: float) -> float:
-    return min(numbers)
-
-
-def _greatest(*numbers: float) -> float:
-    return max(numbers)
+def _extreme(choose: Callable[[tuple[Any, ...]], Any], word: str, example: str) -> Function:
+    """The row of ``min`` or ``max``, which ``choose`` is in Python."""
+    name = choose.__name__
+    return _row(
+        *(name, f"{word} of its arguments", example),
+        arguments="a, b, …",
+        value=lambda *numbers: choose(numbers),
+        array=f"{word}_of",
+        slopes=getattr(slopes, word),
+        interval=getattr(forms, f"{word}_of"),
+        digits=lambda mp, *numbers: choose(numbers),
+        ball=lambda arb, *numbers: reduce(lambda a, b: getattr(a, name)(b), numbers),
+        sympy=name.title(),
+        smooth=False,
+        alike=True,
+        keeps_unit=True,
+    )
 
 
 _CONSTANTS = (
@@ -163,34 +174,8 @@ _PARTS = (
         steady=lambda x, a: bool(x >= a or x < a),
         alike=True,
     ),
-    _row(
-        *("min", "least of its arguments", "min(3, 1, 2) = 1"),
-        arguments="a, b, …",
-        value=_least,
-        array="smallest",
-        slopes=slopes.least,
-        interval=forms.smallest,
-        digits=lambda mp, *numbers: min(numbers),
-        ball=lambda arb, *numbers: reduce(lambda a, b: a.min(b), numbers),
-        sympy="Min",
-        smooth=False,
-        alike=True,
-        keeps_unit=True,
-    ),
-    _row(
-        *("max", "greatest of its arguments", "max(3, 1, 2) = 3"),
-        arguments="a, b, …",
-        value=_greatest,
-        array="largest",
-        slopes=slopes.greatest,
-        interval=forms.largest,
-        digits=lambda mp, *numbers: max(numbers),
-        ball=lambda arb, *numbers: reduce(lambda a, b: a.max(b), numbers),
-        sympy="Max",
-        smooth=False,
-        alike=True,
-        keeps_unit=True,
-    ),
+    _extreme(min, "least", "min(3, 1, 2) = 1"),
+    _extreme(max, "greatest", "max(3, 1, 2) = 3"),
 )
 
 _EXPONENTIAL = (

@@ -199,11 +199,11 @@ def step(x_low: float, x_high: float, a_low: float, a_high: float) -> Interval:
     return 1.0 if x_low >= a_high else 0.0, 0.0 if x_high < a_low else 1.0
 
 
-def smallest(*ends: float) -> Interval:
+def least_of(*ends: float) -> Interval:
     return reduce(least, ends[::2]), reduce(least, ends[1::2])
 
 
-def largest(*ends: float) -> Interval:
+def greatest_of(*ends: float) -> Interval:
     return reduce(greatest, ends[::2]), reduce(greatest, ends[1::2])
 
 
