@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol, TextIO
 
@@ -40,33 +38,14 @@ class Sink(Protocol):
 
 
 class FileSink:
-    """A table file by its ending, written in a thread of its own while the next rows are solved.
-
-    What goes wrong there is raised at the next piece, or at the end.
-    """
-
-    WAITING = 2
-    """Pieces that may wait to be written: what bounds the memory."""
+    """A table file by its ending."""
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._file = table_file(path, names, symbols)
-        self._writer = ThreadPoolExecutor(1, thread_name_prefix="sink")
-        self._waiting: deque[Future[None]] = deque()
+        self.close, self.discard = self._file.close, self._file.discard
 
     def add(self, piece: Solved) -> None:
-        while len(self._waiting) > self.WAITING:
-            self._waiting.popleft().result()
-        self._waiting.append(self._writer.submit(self._file.add, piece.table))
-
-    def close(self) -> None:
-        for written in self._waiting:
-            written.result()
-        self._writer.shutdown()
-        self._file.close()
-
-    def discard(self) -> None:
-        self._writer.shutdown(cancel_futures=True)
-        self._file.discard()
+        self._file.add(piece.table)
 
 
 class StreamSink:
