@@ -367,7 +367,8 @@ class Follower:
     def __call__(self, table: Columns) -> Columns:
         """The next piece of the table, renumbered."""
         ranks = table.values[self._column]
-        points = np.array([numbers_of(table.values[name]) for name in self._wanted])
+        found = [numbers_of(table.values[name]) for name in self._wanted]
+        points = np.array(found).reshape(len(found), len(ranks))  # also where nothing is wanted
         starts = np.flatnonzero(ranks < 2)
         counts = np.where(ranks[starts] == 0, 0, np.diff(starts, append=len(ranks)))
         plain = self._plain_rows(points, starts, counts)

@@ -106,6 +106,15 @@ def test_a_film_of_every_answer(run: Run) -> None:
     assert (code, out) == (0, "a.gif: 3 frames\n")
 
 
+@pytest.mark.parametrize("words", [(), ("--all",)])
+def test_a_film_of_inputs_alone(run: Run, words: tuple[str, ...]) -> None:
+    """Nothing is solved for; a variable may be called as the column of the numbers of answers is."""
+    crank = CRANK.replace("point B = (x, 0)", "point B = (l, 0)").replace("  w\n", "  w\n  answer\n", 1)
+    Path("inputs.tk").write_text(crank.replace("= l^2\n", "= l^2\n  answer = r\n"))
+    film = ("--over", "theta=0:90:45", "--figure", "position", "--dpi", "40", "-o", "a.gif")
+    assert run(*film, *words, sheet="inputs.tk")[:2] == (0, "a.gif: 3 frames\n")
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
