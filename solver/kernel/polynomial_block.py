@@ -54,12 +54,13 @@ class Steps:
     def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
         tears = question.kernel.block.tears
         begun, self.turn, self.tear = self.begin(tears), turn, tears[0]
-        t, one = begun[self.tear], self.exact(1.0)
-        self.circle = one + t**2
-        self.cosine, self.sine = (one - t**2, self.circle, 1), (2 * t, 2 * t, 1)
         self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
         if turn is None:
             self.values |= {tear: (x, x, 0) for tear, x in begun.items()}
+        else:
+            t, one = begun[self.tear], self.exact(1.0)
+            self.circle = one + t**2
+            self.cosine, self.sine = (one - t**2, self.circle, 1), (2 * t, 2 * t, 1)
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
@@ -121,11 +122,13 @@ class Steps:
 
     def _plus(self, a: Ratio, b: Ratio) -> Ratio:
         power = max(a[2], b[2])
-        (p, p_gross), (q, q_gross) = (
-            (part * self.circle ** (power - own), gross * self.circle ** (power - own))
-            for part, gross, own in (a, b)
-        )
+        (p, p_gross), (q, q_gross) = (self._over(ratio, power) for ratio in (a, b))
         return p + q, p_gross + q_gross, power
+
+    def _over(self, ratio: Ratio, power: int) -> tuple[Any, Any]:
+        """Both parts of a ratio over a higher power of 1 + t²."""
+        part, gross, own = ratio
+        return (part, gross) if own == power else (part * (by := self.circle ** (power - own)), gross * by)
 
     def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
