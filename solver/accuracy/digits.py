@@ -22,7 +22,7 @@ from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit
-from solver.numerics.elimination import Singular, eliminate, eliminate_rows
+from solver.numerics.linear_algebra import Singular, eliminate, eliminate_rows
 from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40

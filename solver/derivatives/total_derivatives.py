@@ -21,7 +21,7 @@ from solver.derivatives.linearization import (
     precise_slopes,
     sharpened,
 )
-from solver.numerics.elimination import eliminate_rows
+from solver.numerics.linear_algebra import eliminate_rows
 from solver.path.cases import Pair, comparisons
 
 ZERO = Number(0.0)

@@ -40,8 +40,7 @@ from rulesheets.evaluate.balls import (
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.syntax.nodes import Expression, Name, Number, add, children, is_number, multiply, subtract
 from solver.kernel.emitter import ROUNDED
-from solver.numerics.elimination import eliminate
-from solver.numerics.linear_algebra import null_direction
+from solver.numerics.linear_algebra import eliminate, null_direction
 
 INFLATIONS = 24
 TIGHTENINGS = 12

@@ -175,7 +175,8 @@ class Preimages:
     """What undoing the stages leads to, in floats; a subclass may have another arithmetic.
 
     ``proven``: formulas find all that there are. ``complete``: none was left out. ``clamped``: a target was
-    moved to the end of an image. ``delicate``: rounding decides whether there is a preimage.
+    moved to the end of an image. ``delicate``: rounding decides whether there is a preimage. ``floats`` are
+    the known ``values`` in floats, for the check of rules.
     """
 
     def __init__(
@@ -184,6 +185,7 @@ class Preimages:
         self.graph, self.index, self.isolation = graph, equation, isolation
         self.equation = graph.model.equations[equation]
         self.values = {name: values[name] for name in self.equation.names if name in values}
+        self.floats: dict[str, Value] = self.values
         self.variable: Variable = graph.model.variables[isolation.unknown]
         self.proven = self.complete = isolation.proven
         self.clamped = self.delicate = False
@@ -323,9 +325,8 @@ class Preimages:
 
     def _holds_anyway(self) -> bool:
         """Whether the equation holds for different values of the unknown: one that it does not depend on."""
-        known: dict[str, Value] = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
         unknown = self.isolation.unknown
-        return all(check_rule(self.equation, {**known, unknown: number}).holds for number in SAMPLES)
+        return all(check_rule(self.equation, {**self.floats, unknown: number}).holds for number in SAMPLES)
 
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole ones.

@@ -28,6 +28,7 @@ from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Factor, factorise, sparse_matrix
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
+from solver.path.graph import within_half_turns
 
 SOLVE = 60_000
 BLOCK = 16_000
@@ -232,12 +233,7 @@ class Question:
 
     def _wrapped(self, name: str, number: float) -> float:
         turn = self._free_turn(name)
-        if turn is None:
-            return number
-        if -turn / 2 < number <= turn / 2:
-            return number
-        wrapped = math.remainder(number, turn)
-        return turn / 2 if wrapped == -turn / 2 else wrapped
+        return number if turn is None else within_half_turns(number, turn)
 
     def guess(self) -> list[float]:
         return [self.guesses.get(name, 1.0) for name in self.unknowns]

@@ -28,8 +28,7 @@ from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
 from solver.kernel.question import MANY, Question, Sparse
-from solver.numerics.elimination import eliminate
-from solver.numerics.linear_algebra import inverse
+from solver.numerics.linear_algebra import eliminate, inverse
 from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 

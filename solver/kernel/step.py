@@ -21,7 +21,7 @@ from solver.accuracy.rule_check import check_rule, gross
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.preimages import SAMPLES, Preimages, Refused
 from solver.numerics.tolerances import CANCELLED, DELICATE, EPS, SPARE
-from solver.path.graph import ModelGraph
+from solver.path.graph import ModelGraph, within_half_turns
 from solver.path.isolate import Isolation, Stage
 
 
@@ -100,8 +100,10 @@ class StepSolver(Preimages):
         bounded = self.variable.low > -math.inf or self.variable.high < math.inf
         if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
             return number
-        wrapped = math.remainder(number, turn) if abs(number) > turn / 2 else number
-        return turn / 2 if wrapped == -turn / 2 else wrapped
+        return self._in_one_turn(number, turn)
+
+    def _in_one_turn(self, number: float, turn: float) -> float:
+        return within_half_turns(number, turn)
 
     def _kept(self, numbers: list[float]) -> StepOutcome:
         kept: list[float] = []
@@ -153,13 +155,13 @@ class StepSolver(Preimages):
 
     def _floats(self, number: float) -> dict[str, Value]:
         """The values in floats, with that of the unknown."""
-        return {**self.values, self.isolation.unknown: number}
+        return {**self.floats, self.isolation.unknown: float(number)}
 
     def _indifferent(self) -> bool:
         """Whether the equation holds to rounding wherever it is tried: its unknown cancels."""
         unknown, tried = self.isolation.unknown, 0
         for number in SAMPLES:
-            at = {**self.values, unknown: number}
+            at = {**self.floats, unknown: number}
             try:
                 miss = value(self.equation.left, at) - value(self.equation.right, at)
             except Undefined:
@@ -184,7 +186,7 @@ class StepSolver(Preimages):
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):
             return True
-        check = check_rule(self.equation, {**self.values, self.isolation.unknown: number})
+        check = check_rule(self.equation, self._floats(number))
         near = check.delicate or check.scaled <= DELICATE
         self.delicate = self.delicate or (near and not check.holds)
         return check.holds
@@ -208,7 +210,7 @@ class StepSolver(Preimages):
         return number
 
     def _slope(self, number: float) -> tuple[float | None, float]:
-        return self._slope_at({**self.values, self.isolation.unknown: number})
+        return self._slope_at(self._floats(number))
 
     def _slope_at(self, at: Mapping[str, Value]) -> tuple[float | None, float]:
         """What the equation misses by at these values, and its slope along the unknown."""
@@ -239,6 +241,7 @@ class PreciseStep(StepSolver):
     ) -> None:
         super().__init__(graph, equation, isolation, values)
         self.digits, self.mp = digits, context(digits)
+        self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
 
     def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
         return extended(expression, values, self.digits)
@@ -266,33 +269,10 @@ class PreciseStep(StepSolver):
     def uncounted(self) -> None:
         raise Unresolved
 
-    def _wrapped(self, number: Any) -> Any:
-        turn = self.graph.turn(self.isolation.unknown)
-        bounded = self.variable.low > -math.inf or self.variable.high < math.inf
-        if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
-            return number
+    def _in_one_turn(self, number: Any, turn: float) -> Any:
         whole = exact_turn(turn, self.mp)
         wrapped = number - whole * self.mp.ceil(number / whole - 0.5)
         return wrapped + whole if float(wrapped) == -turn / 2 else wrapped
 
     def _polished(self, number: Any) -> Any:
         return number
-
-    def _floats(self, number: Any) -> dict[str, Value]:
-        known: dict[str, Value] = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
-        return {**known, self.isolation.unknown: float(number)}
-
-    def _holds(self, number: Any) -> bool:
-        if not (self.isolation.verify or self.clamped):
-            return True
-        return check_rule(self.equation, self._floats(number)).holds
-
-    def _indifferent(self) -> bool:
-        known = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
-        return StepSolver(self.graph, self.index, self.isolation, known)._indifferent()
-
-    def _double(self, number: Any) -> DoubleRoot | None:
-        return super()._double(float(number))
-
-    def _slope(self, number: float) -> tuple[float | None, float]:
-        return self._slope_at(self._floats(number))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
@@ -356,6 +357,14 @@ def _direction(equation: Equation, angles: _Angles) -> bool:
                 angles.read(argument)
             return True
     return False
+
+
+def within_half_turns(number: float, turn: float) -> float:
+    """An angle less its whole turns, in (-turn/2, turn/2]."""
+    if -turn / 2 < number <= turn / 2:
+        return number
+    wrapped = math.remainder(number, turn)
+    return turn / 2 if wrapped == -turn / 2 else wrapped
 
 
 def is_angle_sum(side: nodes.Expression) -> bool:

@@ -38,7 +38,7 @@ from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
 from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
 from solver.leaves import Asked, Branch, Casework, Exploration, Leaf
-from solver.numerics.elimination import eliminate
+from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
 from solver.path.cases import activity
 from solver.path.isolate import Isolation

@@ -17,7 +17,7 @@ import solver
 from solver.__main__ import main
 from solver.commands.chart import COLUMNS, chart_csv, measure, mode_at, plain_newton, stability_table
 from solver.facts import Mark
-from solver.numerics.elimination import eliminate
+from solver.numerics.linear_algebra import eliminate
 from solver.numerics.newton import METHODS, scipy_root
 from solver.pictures.chart import speed_picture, stability_picture
 from tests.oracles.slider_crank import Crank, forward
