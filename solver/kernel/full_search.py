@@ -108,29 +108,53 @@ ROUNDS = ((0, 128), (128, 512), (512, 1024))
 MOST = 48
 """Ends of a round that are looked at, those of ordinary size first: many may lie along a curve or far out."""
 FINISH = NewtonLimits(iterations=60, escapes=0)
+NEAR_ZERO = 1e-6
+"""Share of its size below which an unknown is on its way to 0."""
 
 
 def _in_batches(question: Question, candidates: Candidates, budget: Budget) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
-    arrays = question.kernel.arrays
-    known, sizes = question.known, sizes_of(question)
+    sizes = sizes_of(question)
     scale = np.array([sizes[name] for name in question.unknowns])
     found: list[Array] = []
     for turn, (first, last) in enumerate(ROUNDS):
         starts = starts_of(question, sizes, first, last)
-        ends = arrivals(partial(arrays.residual, known), partial(arrays.jacobian, known), starts, scale)
+        ends = _arrivals(question, starts, scale)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
             new = _distinct(_wrapped(question, ends), found, scale)
             nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
         for end in nearest[:MOST]:
             candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
+                _beside_zeros(question, candidates, starts, scale)
                 return
         if turn == 0 and not new:
             _note_the_best(question, candidates, starts)
         if (turn and not new) or not budget.another_round():
             break
         found += new
+
+
+def _arrivals(
+    question: Question, starts: Array, scale: Array, ranges: tuple[Array, Array] | None = None
+) -> Array:
+    arrays, known = question.kernel.arrays, question.known
+    residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
+    return arrivals(residual, jacobian, starts, scale, ranges=ranges)
+
+
+def _beside_zeros(question: Question, candidates: Candidates, starts: Array, scale: Array) -> None:
+    """Where the starts led to a curve along which unknowns are 0 (a mass, say, that all terms contain): the
+    same starts again, on ways that do not cross those zeros."""
+    points = np.array([list(answer.values.values()) for answer in candidates.answers])
+    zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(scale), dtype=bool)
+    if not zero.any():
+        return
+    ranges = np.where(zero, 0.0, -np.inf), np.where(zero, 0.0, np.inf)
+    ends = _arrivals(question, starts, scale, ranges)
+    away = ends[(abs(ends[:, zero]) > NEAR_ZERO * scale[zero]).all(axis=1)]
+    for end in _distinct(_wrapped(question, away), [], scale)[:MOST]:
+        candidates.refine(end.tolist(), FINISH)
 
 
 def _note_the_best(question: Question, candidates: Candidates, starts: Array) -> None:

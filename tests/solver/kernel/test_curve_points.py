@@ -44,3 +44,18 @@ def test_rules_that_hold_on_a_curve_are_neither_denied_nor_all_known(rules: str)
 def test_rules_divided_by_an_unknown_that_is_not_zero_stay_complete() -> None:
     result = solver.solve(rulesheets.loads("t*v = 3\nv^2 + t^3*v + t = 3"))
     assert result.complete
+
+
+def test_an_answer_beside_a_curve_on_which_unknowns_vanish() -> None:
+    """Two pucks collide: with a first one of no mass its speed can be anything; it has a mass of 2."""
+    model = rulesheets.loads(
+        "m1*u = m1*v1*cosd(t1) + m2*v2*cosd(t2)\n0 = m1*v1*sind(t1) - m2*v2*sind(t2)\n"
+        "m1*u^2 = m1*v1^2 + m2*v2^2"
+    )
+    hit = solver.solve(model, {"m1": 2.0, "m2": 3.0, "u": 6.0, "t1": 40.0})
+    result = solver.solve(model, {"t2": hit["t2"], "m2": 3.0, "u": 6.0, "t1": 40.0})
+    assert str(result.status) == "solved"
+    assert not result.complete
+    assert result["m1"] == pytest.approx(2.0)
+    assert result["v1"] == pytest.approx(hit["v1"])
+    assert any("curve" in d.message for d in result.diagnoses)
