@@ -33,9 +33,9 @@ from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.format import format_expression
 from rulesheets.inputs import override
 from rulesheets.syntax.nodes import names
+from solver.leaves import Asked
 from solver.path.steps import SolveBlock
 from solver.solution.explore import explore
-from solver.solution.leaves import Asked
 
 SHARES = (1e-2, 4e-3, -3e-3, -7e-3)
 """How far from the state of the sheet the given number is asked, relative to itself."""
