@@ -130,6 +130,7 @@ def _namespace(program: Program) -> dict[str, Any]:
     """What the statements of a program call."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
+    namespace["seen"] = [False]  # whether a brief form has told an answer since somebody looked
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
     for place, finder in enumerate(program.flow.finders):
@@ -240,6 +241,8 @@ class _Writer:
             self._line(f"if {' and '.join(tests) or 'True'}:", "    ")
             outer = dict(self.texts)
             row = whole if self.all_answers else self._row(endings[0], "        ")
+            if not order.keys and count > 1:
+                self._line("seen[0] = True", "        ")
             self._line(f"return {row}", "        ")
             self.texts = outer
         if not order.keys:

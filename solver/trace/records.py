@@ -170,8 +170,8 @@ MAX_RECORDS = 24
 MAX_FAILURES = 12
 MAX_DOUBTS, NEARER = 8, 0.8
 """Rows that are solved to see where the branches of records end: so much nearer to the sample than known."""
-MAX_MISSES = 8
-"""Rows that a record settles in whole alone, after which it is not asked in brief any more."""
+MAX_MISSES = 4
+"""Rows one after the other that a record settles in whole alone: then it is not asked in brief any more."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -194,8 +194,8 @@ class Records:
         self.useful = 0
         """The place of the record that settled what no record before it did."""
         self._primary: dict[int, Callable[..., Any]] = {}
-        self._misses: dict[int, set[tuple[Value, ...]]] = {}
-        """By the place of a record the rows that it settles in whole, but not in its brief form."""
+        self._misses: dict[int, int] = {}
+        """By the place of a record how many rows in a row it settled in whole, but not in its brief form."""
         self._samples: list[Sequence[Value]] = []
         self._doubts = 0
 
@@ -209,18 +209,21 @@ class Records:
         """A record for its first answer alone."""
         if place not in self._primary:
             program = self.programs[place]
-            whole = len(self._misses.get(place, ())) >= MAX_MISSES
+            whole = self._misses.get(place, 0) >= MAX_MISSES
             self._primary[place] = compile_scalar(program if whole else program.brief or program)
         return self._primary[place]
 
-    def missed(self, numbers: tuple[Value, ...]) -> bool:
-        """Note a row that the useful record settles, but not in brief; True where this is given up."""
-        rows = self._misses.setdefault(self.useful, set())
-        if len(rows) >= MAX_MISSES or self.programs[self.useful].brief is None:
+    def missed(self) -> bool:
+        """Note that the useful record settled a row, but not in brief; True where this is given up."""
+        place = self.useful
+        before = self._misses.get(place, 0)
+        if before >= MAX_MISSES or self.programs[place].brief is None:
             return False
-        rows.add(numbers)
-        if given_up := len(rows) >= MAX_MISSES:
-            del self._primary[self.useful]
+        seen = self.primary(place).__globals__["seen"]
+        self._misses[place] = 1 if seen[0] else before + 1
+        seen[0] = False
+        if given_up := self._misses[place] >= MAX_MISSES:
+            del self._primary[place]
         return given_up
 
     def known(self, numbers: Sequence[Value]) -> list[tuple[Value, ...]] | None:
