@@ -264,9 +264,9 @@ class _Lean:
 
     # --- numbers that are finite with others ---
 
-    def _with(self, finite: Iterable[int]) -> set[int]:
-        """The nodes that are finite numbers where these are."""
-        sure, waiting = set[int](), list(finite)
+    def _with(self, finite: Iterable[int], known: Iterable[int] = ()) -> set[int]:
+        """The nodes that are finite numbers where these are, and those known to be."""
+        sure, waiting = set(known), list(finite)
         while waiting:
             node = waiting.pop()
             if node not in sure:
@@ -282,8 +282,8 @@ class _Lean:
         for node in sorted({n for ending in self.old.endings for n in ending.finite}, reverse=True):
             if node not in sure:
                 heads.add(node)
-                sure |= self._with([node])
-        for node in sorted(heads):
+                sure = self._with([node], sure)
+        for node in sorted(n for n in heads if self._bounded(n)):
             sure = self._with(heads - {node})
             for part in sorted(computed_from(self.flow, [node])):
                 self._spread(part, sure)
@@ -296,5 +296,8 @@ class _Lean:
         kind, name, *_ = self.flow.nodes[node]
         known = kind in _MONOTONIC - {"sqrt"} or (name if kind == "call" else kind) in _WITHIN
         whole = kind == "const" or (known and sure.issuperset(operands(self.flow, node)))
-        if whole and all(a > -MOST and b < MOST for a, b in self.ranges[node]):
+        if whole and self._bounded(node):
             sure.add(node)
+
+    def _bounded(self, node: int) -> bool:
+        return all(a > -MOST and b < MOST for a, b in self.ranges[node])
