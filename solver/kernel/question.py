@@ -47,9 +47,8 @@ class Budget:
     whether there is an answer, and what rarely finds one is left out.
     """
 
-    def __init__(self, thorough: bool = False) -> None:
-        self.thorough = thorough
-        self.brief = False
+    def __init__(self) -> None:
+        self.thorough = self.brief = False
         self.left = SOLVE
         self.used = 0
         self.of_block = BLOCK

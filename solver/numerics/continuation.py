@@ -273,19 +273,13 @@ class Trace(NamedTuple):
     end: End
 
 
-class Steps(NamedTuple):
-    """Lengths in scaled coordinates. ``turning``: the least cosine of the angle between tangents a step
-    apart; ``away``: the largest share of a step by which the corrector may leave its prediction."""
-
-    first: float = 0.02
-    longest: float = 0.1
-    shortest: float = 1e-9
-    turning: float = 0.985
-    away: float = 0.15
-    most: int = 5_000
-
-
-STEPS = Steps()
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
+"""Lengths of steps in scaled coordinates."""
+TURNING_COSINE = 0.985
+"""The least cosine of the angle between tangents a step apart."""
+ASIDE = 0.15
+"""The largest share of a step by which the corrector may leave its prediction."""
+MOST = 5_000
 AIM = 0.3
 """Share of the largest turning that a step aims at."""
 
@@ -293,16 +287,14 @@ SHOWN = 40
 """Points that the rank of the Jacobian is measured at, where a curve ends."""
 
 
-def follow(
-    problem: Problem, first: CurvePoint, home: CurvePoint | None = None, steps: Steps = STEPS
-) -> Trace:
+def follow(problem: Problem, first: CurvePoint, home: CurvePoint | None = None) -> Trace:
     """Follow the curve from ``first`` along its tangent. It closes at ``home`` (None: at ``first``)."""
-    return _Walk(problem, first, home or first, steps).run()
+    return _Walk(problem, first, home or first).run()
 
 
 class _Walk:
-    def __init__(self, problem: Problem, first: CurvePoint, home: CurvePoint, steps: Steps) -> None:
-        self.problem, self.home, self.steps = problem, home, steps
+    def __init__(self, problem: Problem, first: CurvePoint, home: CurvePoint) -> None:
+        self.problem, self.home = problem, home
         self.points = [first]
         self.regime = problem.these
         self.obstacle = End.STALLED
@@ -310,14 +302,14 @@ class _Walk:
     def run(self) -> Trace:
         if self.problem.regime(self._nudged(self.points[0])) != self.regime:
             return Trace(tuple(self.points), End.CHANGED)
-        length = self.steps.first
-        while len(self.points) < self.steps.most:
+        length = FIRST
+        while len(self.points) < MOST:
             expect_time()
             here = self.points[-1]
             there = self._accepted(here, length)
             if there is None:
                 length /= 2
-                if length < self.steps.shortest:
+                if length < SHORTEST:
                     return Trace(tuple(self.points), self._reason())
                 continue
             end = self._take(here, there, length)
@@ -342,8 +334,8 @@ class _Walk:
     def _next(self, length: float, here: CurvePoint, there: CurvePoint) -> float:
         """Tangents turn by an angle that grows with the step: its square is 2 (1 - cosine)."""
         turned = max(1.0 - float(here.tangent @ there.tangent), 1e-12)
-        factor: float = (AIM * (1.0 - self.steps.turning) / turned) ** 0.5
-        return min(self.steps.longest, length * min(1.6, max(0.5, factor)))
+        factor: float = (AIM * (1.0 - TURNING_COSINE) / turned) ** 0.5
+        return min(LONGEST, length * min(1.6, max(0.5, factor)))
 
     def _accepted(self, here: CurvePoint, length: float) -> CurvePoint | None:
         """The next point, where it is certain to lie on the same branch; else ``obstacle`` says why not."""
@@ -355,10 +347,10 @@ class _Walk:
         self.obstacle = End.STALLED
         if there is None:
             return None
-        if float(here.tangent @ there.tangent) < self.steps.turning:
+        if float(here.tangent @ there.tangent) < TURNING_COSINE:
             return None
         moved = (there.z - here.z) / self.problem.scale
-        if float(np.linalg.norm(moved - length * here.tangent)) > self.steps.away * length:
+        if float(np.linalg.norm(moved - length * here.tangent)) > ASIDE * length:
             return None
         if there.orientation != here.orientation:
             self.obstacle = End.SINGULAR
@@ -414,11 +406,11 @@ class _Walk:
         return self.problem.regime(self._nudged(point)) != self.regime
 
     def _nudged(self, point: CurvePoint) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        return point.z + 1e-3 * self.steps.first * self.problem.scale * point.tangent
+        return point.z + 1e-3 * FIRST * self.problem.scale * point.tangent
 
     def _homecoming(self, here: CurvePoint, length: float) -> CurvePoint | None:
         """The start, whole turns of angles later, where the curve closes within this step."""
-        if here.arc - self.home.arc < 3 * self.steps.first:
+        if here.arc - self.home.arc < 3 * FIRST:
             return None
         apart = self.problem.apart(self.home.z, here.z)
         ahead = float(apart @ here.tangent)

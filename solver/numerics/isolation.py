@@ -69,17 +69,16 @@ def resolve_clusters(
     at_rounding: Iterable[Interval],
     unsplit: Iterable[Interval],
     roots: list[float],
-    candidates: int,
 ) -> Found:
     """Settle the boxes left over as far as may be; ``roots`` are those already proven.
 
-    ``at_rounding`` can't usefully be split any more, ``unsplit`` could have been. After ``candidates``
+    ``at_rounding`` can't usefully be split any more, ``unsplit`` could have been. After some
     clusters the rest is merely listed.
     """
     found = Found(list(roots))
     clusters = [cluster for cluster in merged(at_rounding, unsplit) if _is_asked(function, cluster)]
     for number, cluster in enumerate(clusters):
-        if number < candidates:
+        if number < LOOKED_INTO:
             _resolve(function, cluster, found)
         else:
             found.unresolved.append((cluster.low, cluster.high))
@@ -259,18 +258,19 @@ if TYPE_CHECKING:
 
 
 class IsolationLimits(NamedTuple):
-    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting, ``presplit`` of them blind;
-    ``candidates`` is how many of the clusters left over are looked into. Boxes beyond 1e±100 are given up
-    after ``remote_levels``."""
+    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting."""
 
     boxes: int = 200_000
     alive: int = 8_000
     levels: int = 220
-    presplit: int = 5
-    candidates: int = 24
-    remote_levels: int = 6
 
 
+PRESPLIT = 5
+"""Levels that are split blindly."""
+LOOKED_INTO = 24
+"""Clusters left over that are looked into."""
+REMOTE_LEVELS = 6
+"""Levels after which boxes beyond 1e±100 are given up."""
 STANDARD_LIMITS = IsolationLimits()
 
 
@@ -319,7 +319,7 @@ def isolate_roots(
     roots = [bracketed_root(function.value, low, high) for low, high in settled]
     valued = [not math.isnan(value_at(function.value, root)) for root in roots]
     blank = [box for box, there in zip(settled, valued, strict=True) if not there]
-    found = resolve_clusters(function, at_rounding, unsplit, roots, limits.candidates)
+    found = resolve_clusters(function, at_rounding, unsplit, roots)
     return RootSearch(
         roots=tuple(sorted(set(found.roots))),
         complete=not (found.unresolved or blank),
@@ -339,7 +339,7 @@ def _branch_and_prune(
     Remote boxes are given up."""
     settled: Intervals = []
     at_rounding: Intervals = []
-    front = _presplit(function.low, function.high, limits.presplit)
+    front = _presplit(function.low, function.high, PRESPLIT)
     level = 0
     for level in range(limits.levels):
         expect_time()
@@ -358,7 +358,7 @@ def _branch_and_prune(
                     at_rounding.append(box)
                 case Verdict.OPEN:
                     front += [(section.low, section.middle), (section.middle, section.high)]
-        if level >= limits.remote_levels:
+        if level >= REMOTE_LEVELS:
             front = [box for box in front if not function.is_remote(*box)]
     return settled, at_rounding, front, level + 1
 

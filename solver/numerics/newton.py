@@ -90,13 +90,12 @@ STANDARD_LIMITS = NewtonLimits()
 
 
 class NewtonResult(NamedTuple):
-    """The best point met. ``condition`` is that of the scaled Jacobian there, None where undefined."""
+    """The best point met."""
 
     x: tuple[float, ...]
     residual: tuple[float, ...]
     outcome: Outcome
     iterations: int
-    condition: float | None = None
 
 
 def newton(
@@ -309,7 +308,7 @@ class _Search:
 
     def _result(self, outcome: Outcome) -> NewtonResult:
         p = self.point
-        return NewtonResult(tuple(p.x), tuple(p.residual), outcome, self.iterations, p.factor.condition())
+        return NewtonResult(tuple(p.x), tuple(p.residual), outcome, self.iterations)
 
 
 def _smaller(simplified: list[float], step: list[float], weight: list[float]) -> bool:

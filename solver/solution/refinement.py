@@ -22,11 +22,9 @@ from solver.accuracy.forward_error import slopes
 from solver.facts import Conflict
 from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors
 from solver.numerics.tolerances import LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
-from solver.solution.explore import explore
+from solver.solution.explore import GRACE, explore
 from solver.solution.precise_search import explore_precisely
 
-GRACE = 1.0
-"""Seconds to weigh the answers of a search that was cut off."""
 MAX_STEPS = 2_000
 """Steps of a path, over all answers, that are worth following in extended precision."""
 

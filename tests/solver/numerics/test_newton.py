@@ -98,7 +98,6 @@ def test_redundant_equations_are_not_an_isolated_answer() -> None:
     result = newton(lambda x: [sum(x) - 26, 2 * sum(x) - 52], lambda x: [[1, 1], [2, 2]], [1, 1])
     assert result.outcome is Outcome.SINGULAR_JACOBIAN
     assert sum(result.x) == pytest.approx(26)
-    assert result.condition == math.inf
 
 
 def test_contradicting_equations_are_not_solved() -> None:
