@@ -35,8 +35,9 @@ MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
 MAX_SEARCHED = 12, 30
 """Unknowns of a block up to which all answers are searched for; the same where it has few tears."""
-FEW_TEARS = 3
-"""Tears of a block up to which starts at random are sure to come across the sensible answer."""
+FEW_TEARS, MANY_TEARS = 3, 4
+"""Tears of a block up to which starts at random are sure to come across the sensible answer; the same of a
+small one with phasors."""
 
 _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
@@ -56,12 +57,13 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
 
 def is_large(kernel: BlockKernel) -> bool:
     """Whether one answer is looked for before any others. (Several assemblies of a mechanism are of interest,
-    and it has angles.)"""
+    and it has angles; but phasors, angles beside magnitudes, have one answer that is sensible.)"""
     n, tears = len(kernel.unknowns), len(kernel.block.tears)
-    if n <= MAX_SEARCHED[0] or n > MAX_SEARCHED[1]:
-        return n > MAX_SEARCHED[1]
-    few = FEW_TEARS if any(map(kernel.graph.turn, kernel.unknowns)) else 1
-    return tears > few or not kernel.exhaustive
+    turning = sum(kernel.graph.turn(name) is not None for name in kernel.unknowns)
+    if n <= MAX_SEARCHED[0]:
+        return n > MAX_BOX_UNKNOWNS and tears > MANY_TEARS and 0 < turning < n
+    few = FEW_TEARS if turning else 1
+    return n > MAX_SEARCHED[1] or tears > few or not kernel.exhaustive
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:

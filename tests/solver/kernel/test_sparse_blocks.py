@@ -10,7 +10,8 @@ import solver
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 
 NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(120)]
-NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40), load_flow(30)]
+NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40)]
+NETWORKS += [load_flow(5), load_flow(6), load_flow(30)]
 
 
 @pytest.mark.parametrize("network", NETWORKS, ids=lambda network: network.title)
