@@ -161,7 +161,7 @@ class Plan:
         found = self._known(numbers)
         if found is None:
             return self._answers(numbers)[0]
-        if bound is records.programs[records.useful] and not named and records.missed():
+        if bound is records.programs[records.useful] and not named and records.missed(numbers):
             self._bound = None
             self._bind()
         return found[0]

@@ -170,8 +170,9 @@ MAX_RECORDS = 24
 MAX_FAILURES = 12
 MAX_DOUBTS, NEARER = 8, 0.8
 """Rows that are solved to see where the branches of records end: so much nearer to the sample than known."""
-MAX_MISSES = 4
-"""Rows one after the other that a record settles in whole alone: then it is not asked in brief any more."""
+MAX_MISSES = 40
+"""Calls one after the other that a record settles in whole alone, other numbers counting ten times: then it
+is not asked in brief any more."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -195,7 +196,8 @@ class Records:
         """The place of the record that settled what no record before it did."""
         self._primary: dict[int, Callable[..., Any]] = {}
         self._misses: dict[int, int] = {}
-        """By the place of a record how many rows in a row it settled in whole, but not in its brief form."""
+        """By the place of a record the rows one after the other that it settled, but not in brief."""
+        self._last: tuple[Value, ...] = ()
         self._samples: list[Sequence[Value]] = []
         self._doubts = 0
 
@@ -213,14 +215,15 @@ class Records:
             self._primary[place] = compile_scalar(program if whole else program.brief or program)
         return self._primary[place]
 
-    def missed(self) -> bool:
+    def missed(self, numbers: tuple[Value, ...]) -> bool:
         """Note that the useful record settled a row, but not in brief; True where this is given up."""
         place = self.useful
         before = self._misses.get(place, 0)
         if before >= MAX_MISSES or self.programs[place].brief is None:
             return False
         seen = self.primary(place).__globals__["seen"]
-        self._misses[place] = 1 if seen[0] else before + 1
+        new, self._last = numbers != self._last, numbers
+        self._misses[place] = (0 if seen[0] else before) + (10 if new else 1)
         seen[0] = False
         if given_up := self._misses[place] >= MAX_MISSES:
             del self._primary[place]
