@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from itertools import zip_longest
 
 from rulesheets.evaluate import Undefined, derivatives, value
@@ -20,6 +21,10 @@ MAX_TURNS = 2_000
 LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too many."""
 FEW_TURNS = 20
+SIMPLE = 12
+"""Numerator and denominator up to which a share of an angle is simple."""
+SAME_TURN = 1e-12
+"""Share of a turn that rounding may miss the beginning of a turn by."""
 LOST = 1e-3
 """Share of a turn up to which rounding may tell turns apart."""
 MOST = 1e300
@@ -32,12 +37,31 @@ def whole_turns(
     """The principal preimage and its whole turns that ``rest``, the stages still to undo, leads into the
     window of the unknown. Where some are left out, ``preimages`` is no longer complete.
     """
-    bent = next((place for place, stage in enumerate(rest) if not _affine(stage)), None)
+    bent = next((place for place, stage in enumerate(rest) if not is_affine(stage)), None)
     turns = _WholeTurns(preimages, principal, period, rest)
     return turns.straight() if bent is None else turns.bent(bent)
 
 
-def _affine(stage: Stage) -> bool:
+def is_scaled(rest: Sequence[Stage]) -> bool:
+    """Whether an unknown is no angle, nor a simple share of one in degrees or radians, but what an angle is
+    computed from: a time, a place, the day of a year."""
+    scale = 1.0
+    for stage in rest:
+        if stage.operation in ("product", "quotient"):
+            try:
+                scale *= value(stage.forms[0], {TARGET.name: 1.0})
+            except KeyError:  # it depends on other variables
+                return True
+    shares = (scale, scale * math.degrees(1.0), scale * math.radians(1.0))
+    return not any(_is_simple(share) for share in shares)
+
+
+def _is_simple(share: float) -> bool:
+    simple = Fraction(share).limit_denominator(SIMPLE)
+    return abs(simple) <= SIMPLE and math.isclose(simple, share, rel_tol=SAME_TURN)
+
+
+def is_affine(stage: Stage) -> bool:
     """Whether equal steps of the target are undone to equal steps of the operand."""
     return stage.operation in ("negative", "sum", "product", "quotient") and stage.divisor != TARGET
 
@@ -60,8 +84,10 @@ class _WholeTurns:
                 False  # the floats next to such answers need not be good enough to be told
             )
         window = self._window(stride)
-        if window is None or stride == 0 or not math.isfinite(stride):
+        if stride == 0 or not math.isfinite(stride):
             return [self.principal]
+        if window is None:
+            return [self._turn(self._usual(first, stride) if is_scaled(self.rest) else 0)]
         low, high = window
         start, end = sorted(_bounded((x - first) / stride) for x in (low, high))
         counts = range(_floor(start) - 1, 2 - _floor(-end))
@@ -99,6 +125,14 @@ class _WholeTurns:
             tried = set(range(-FEW_TURNS, FEW_TURNS + 1))
         inside = [k for k in tried if self._leads_inside(self._turn(k))]
         return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
+
+    def _usual(self, first: float, stride: float) -> int:
+        """The turn in the period around the guess, else in the first one from 0: what an angle is a multiple
+        of (a time, a place, a day of the year) is rather positive."""
+        guess, size = self.preimages.guess, abs(stride)
+        low = 0.0 if guess is None else guess - size / 2
+        count = _floor(_bounded((first - low) / size + SAME_TURN))
+        return -count if stride > 0.0 else count
 
     def _turn(self, count: int) -> float:
         return self.principal + count * self.period
@@ -176,13 +210,19 @@ class Preimages:
 
     ``proven``: formulas find all that there are. ``complete``: none was left out. ``clamped``: a target was
     moved to the end of an image. ``delicate``: rounding decides whether there is a preimage. ``floats`` are
-    the known ``values`` in floats, for the check of rules.
+    the known ``values`` in floats, for the check of rules. ``guess``: of the unknown, where many turns are
+    answers.
     """
 
     def __init__(
-        self, graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
+        self,
+        graph: ModelGraph,
+        equation: int,
+        isolation: Isolation,
+        values: Mapping[str, Value],
+        guess: float | None = None,
     ) -> None:
-        self.graph, self.index, self.isolation = graph, equation, isolation
+        self.graph, self.index, self.isolation, self.guess = graph, equation, isolation, guess
         self.equation = graph.model.equations[equation]
         self.values = {name: values[name] for name in self.equation.names if name in values}
         self.floats: dict[str, Value] = self.values

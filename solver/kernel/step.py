@@ -40,10 +40,14 @@ class StepOutcome(NamedTuple):
 
 
 def solve_step(
-    graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Value]
+    graph: ModelGraph,
+    equation: int,
+    isolation: Isolation,
+    values: Mapping[str, Value],
+    guess: float | None = None,
 ) -> StepOutcome:
     """All values of the unknown of ``isolation`` that satisfy the equation at the known ``values``."""
-    return StepSolver(graph, equation, isolation, values).outcome()
+    return StepSolver(graph, equation, isolation, values, guess).outcome()
 
 
 class StepSolver(Preimages):
@@ -237,9 +241,15 @@ class PreciseStep(StepSolver):
     """The known ``values`` may be mpmath numbers, or floats, which are taken as exact."""
 
     def __init__(
-        self, graph: ModelGraph, equation: int, isolation: Isolation, values: Mapping[str, Any], digits: int
+        self,
+        graph: ModelGraph,
+        equation: int,
+        isolation: Isolation,
+        values: Mapping[str, Any],
+        digits: int,
+        guess: float | None = None,
     ) -> None:
-        super().__init__(graph, equation, isolation, values)
+        super().__init__(graph, equation, isolation, values, guess)
         self.digits, self.mp = digits, context(digits)
         self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
 

@@ -331,7 +331,8 @@ class Explorer:
         return next(filter(None, told), fact)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
-        return solve_step(self.graph, equation, isolation, branch.values)
+        guess = self.guesses.get(isolation.unknown)
+        return solve_step(self.graph, equation, isolation, branch.values, guess)
 
     def _forks(
         self,

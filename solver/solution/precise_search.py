@@ -121,7 +121,8 @@ class _PreciseSearch(Explorer):
     # --- steps and blocks ---
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
-        return PreciseStep(self.graph, equation, isolation, _known(branch), self.digits).outcome()
+        guess = self.guesses.get(isolation.unknown)
+        return PreciseStep(self.graph, equation, isolation, _known(branch), self.digits, guess).outcome()
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         floats = super()._solved(step, branch)

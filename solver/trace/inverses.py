@@ -10,6 +10,7 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.block import kernel_of
+from solver.kernel.preimages import SAME_TURN, is_affine, is_scaled
 from solver.numerics.tolerances import EPS
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Coefficient, Let, Parabola
@@ -117,11 +118,14 @@ class Inverses(Guards):
         """What is left to undo of an angle, and its whole turns: within the range, else within one turn."""
         variable = self.model.variables[isolation.unknown]
         period, turn = stage.period or 0.0, self.graph.turn(isolation.unknown)
+        bounded = variable.low > -math.inf or variable.high < math.inf
+        if not bounded and turn is None and rest and all(map(is_affine, rest)):
+            return self._usual_turns(state, isolation.unknown, period, rest, targets)
         if any(step.operation not in ("sum", "negative") for step in rest):
             raise NotCompilable
         for step in rest:
             targets = [node for target in targets for node in self._undone(state, step, target)]
-        if variable.low > -math.inf or variable.high < math.inf:
+        if bounded:
             images = [_image(form, stage) if not rest else None for form in stage.forms]
             images *= len(targets) // len(images)
             return [
@@ -132,6 +136,26 @@ class Inverses(Guards):
         if turn != period:
             raise NotCompilable
         return [self._wrapped(form, period) for form in targets]
+
+    def _usual_turns(
+        self, state: State, unknown: str, period: float, rest: Sequence[Stage], targets: list[int]
+    ) -> list[int]:
+        """A multiple of an angle in the period around its guess, else in the first one from 0; what differs
+        from an angle by a sum in the principal turn."""
+        flow = self.flow
+        ends = [flow.constant(0.0), flow.constant(period), *targets]
+        for step in rest:
+            ends = [node for end in ends for node in self._undone(state, step, end)]
+        foot, top, *found = ends
+        if not is_scaled(rest):
+            return found
+        size, guess = flow.add("abs", flow.add("sub", top, foot)), self.pattern.guesses.get(unknown)
+        low = flow.constant(0.5 - SAME_TURN)
+        if guess is not None:
+            low = flow.add("sub", flow.add("div", flow.constant(guess), size), flow.constant(SAME_TURN))
+        counts = [flow.add("rint", flow.add("sub", flow.add("div", node, size), low)) for node in found]
+        moved = zip(found, counts, strict=True)
+        return [flow.add("sub", node, flow.add("mul", size, count)) for node, count in moved]
 
     def _wrapped(self, node: int, turn: float) -> int:
         """The angle in the turn around 0, its upper end included, also where rounding moved it past that."""

@@ -126,3 +126,35 @@ def test_an_angle_of_which_no_digit_is_known_is_no_answer(d: float) -> None:
     for solution in result.solutions:
         with mpmath.workdps(400):
             assert abs(mpmath.sin(mpmath.mpf(d) + mpmath.mpf(solution["x"])) - 0.8155149614733322) < 1e-15
+
+
+DAY = "d = 23.45*sind(360*(284 + n)/365)"
+
+
+@pytest.mark.parametrize(
+    ("sheet", "inputs", "guess", "expected"),
+    [
+        (DAY, {"d": 14.07}, {}, [118.38, 226.12]),
+        (DAY, {"d": 14.07}, {"n": 100.0}, [118.38, 226.12]),
+        (DAY, {"d": 14.07}, {"n": 900.0}, [848.38, 956.12]),
+        ("u = sin(2*pi*f*t)", {"f": 50.0, "u": -0.5}, {}, [7 / 600, 11 / 600]),
+        ("y = cosd(k*x + 90)", {"k": 2.0, "y": -0.5}, {}, [15.0, 75.0]),
+        ("z = 2*a\ny = sind(a/2)", {"y": -0.5}, {}, [-60.0, 420.0]),
+    ],
+)
+def test_what_an_angle_is_computed_from_is_positive_or_near_its_guess(
+    sheet: str, inputs: dict[str, float], guess: dict[str, float], expected: list[float]
+) -> None:
+    """A day of the year, a time, a place: the first period from 0. Shares of angles stay around 0."""
+    model = rulesheets.loads(sheet)
+    unknown = next(n for n in model.variables if n not in inputs and n != "z")
+    result = solver.solve(model, inputs, guesses=guess)
+    assert [s[unknown] for s in result.solutions] == pytest.approx(expected, abs=0.01)
+    plan = solver.prepare(model, list(inputs), [unknown], guesses=guess)
+    last = list(inputs)[-1]
+    for factor in (1.0, 0.9, 0.2, -0.3, -1.0, 1.5):
+        moved = {**inputs, last: inputs[last] * factor}
+        full = solver.solve(model, moved, guesses=guess)
+        assert [row[0] for row in plan.all(*moved.values())] == pytest.approx(
+            [s[unknown] for s in full.solutions], rel=1e-10
+        )
