@@ -91,9 +91,10 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 LARGE_BITS = 40
 """Binary digits before the point from which on an exponent is large."""
 SPARE = 5
-MOST_BITS = 4_000
-"""Binary exponents of arguments beyond which functions have no value here: floats end at 1,024, and
-``sin`` of e^1e300 takes all memory."""
+LARGEST_BITS = 4_000
+"""The same from which on a power has no value here: floats end at 1,024."""
+MOST_BITS = 100_000
+"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
 
 def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
@@ -147,7 +148,7 @@ class Digits(Arithmetic[Extended]):
 
     def raised(self, node: Power, base: Extended, exponent: Extended) -> Extended:
         size = exponent.exp + exponent.bc if exponent else 0
-        if size > MOST_BITS:  # before any whole number of so many bits
+        if size > LARGEST_BITS:  # before any whole number of so many bits
             raise Undefined("overflow", (math.inf,), node)
         negative_root = base < 0 and exponent != int(exponent)
         if negative_root or (base == 0 and exponent < 0):
