@@ -37,7 +37,7 @@ from solver.numerics.tolerances import (
 
 TINY = 1e-8
 """An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
-MOST_ANSWERS, MOST_SINGULAR, MOST_STRAYS = 1_000, 12, 48
+MOST_ANSWERS, MOST_BESIDE, MOST_SINGULAR, MOST_STRAYS = 1_000, 8, 12, 48
 MOST_DULL = 12
 """Points that sharpening makes no new answer of: a plateau that is 0 but for rounding has no end of them."""
 REMOTE = 1e60
@@ -57,6 +57,7 @@ class Candidates:
     def __init__(self, question: Question) -> None:
         self.question = question
         self.answers: list[Answer] = []
+        self.sensible: Answer | None = None
         self.outside: Fact | None = None
         self.suspects: list[dict[str, float]] = []
         self.refused: list[dict[str, float]] = []
@@ -85,7 +86,13 @@ class Candidates:
     def endless(self) -> bool:
         """Whether more starts would find but more of a curve of answers, or of a valley that holds none."""
         singular = sum(answer.double is not None for answer in self.answers)
-        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS
+        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or self.crowded
+
+    @property
+    def crowded(self) -> bool:
+        """Whether there are so many answers beside the sensible one, where that is known, that nobody asks
+        about them: two of every load of a network, say."""
+        return self.sensible is not None and len(self.answers) > MOST_BESIDE
 
     def take(self, trial: Candidates) -> None:
         """Take over what a method has found that had to find all."""

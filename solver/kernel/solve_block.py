@@ -52,6 +52,8 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
     elif is_large(kernel):
         yield Method.SPARSE
     yield from _counts(kernel)
+    if _is_network(kernel):
+        yield Method.SPARSE
     yield from _searches(kernel, thorough)
 
 
@@ -62,8 +64,18 @@ def is_large(kernel: BlockKernel) -> bool:
     turning = sum(kernel.graph.turn(name) is not None for name in kernel.unknowns)
     if n <= MAX_SEARCHED[0]:
         return n > MAX_BOX_UNKNOWNS and tears > MANY_TEARS and 0 < turning < n
-    few = FEW_TEARS if turning else 1
-    return n > MAX_SEARCHED[1] or tears > few or not kernel.exhaustive
+    return n > MAX_SEARCHED[1] or tears > FEW_TEARS or not kernel.exhaustive
+
+
+def _is_network(kernel: BlockKernel) -> bool:
+    """Whether a block of some size has no angles: it may be a network, most of whose answers nobody asks
+    about, or the speeds of a mechanism, whose few answers all count."""
+    several = not kernel.linear and not is_large(kernel) and len(kernel.block.tears) > 1
+    return (
+        several
+        and len(kernel.unknowns) > MAX_SEARCHED[0]
+        and not any(map(kernel.graph.turn, kernel.unknowns))
+    )
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
@@ -147,7 +159,9 @@ def _searched(
             return BlockOutcome(complete=True, facts=(found,))
         outcome = search.methods[method]()
         if method is Method.SPARSE and search.candidates.answers and not budget.thorough:
-            return search.outcome()
+            if is_large(kernel):
+                return search.outcome()
+            search.candidates.sensible = search.candidates.answers[0]
         if outcome is not None:
             return outcome if assumed else search.curve_instead(outcome)
         if search.complete:
@@ -306,6 +320,8 @@ def _outcome(question: Question, candidates: Candidates, complete: bool) -> Bloc
 
 def _found(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
     block = question.kernel.block
+    if candidates.crowded and candidates.sensible is not None:
+        return BlockOutcome((candidates.sensible,))
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:
         cut = len(answers) >= MOST_ANSWERS
