@@ -64,18 +64,15 @@ def is_large(kernel: BlockKernel) -> bool:
     turning = sum(kernel.graph.turn(name) is not None for name in kernel.unknowns)
     if n <= MAX_SEARCHED[0]:
         return n > MAX_BOX_UNKNOWNS and tears > MANY_TEARS and 0 < turning < n
-    return n > MAX_SEARCHED[1] or tears > FEW_TEARS or not kernel.exhaustive
+    return n > MAX_SEARCHED[1] or (turning > 0 and (tears > FEW_TEARS or not kernel.exhaustive))
 
 
 def _is_network(kernel: BlockKernel) -> bool:
     """Whether a block of some size has no angles: it may be a network, most of whose answers nobody asks
     about, or the speeds of a mechanism, whose few answers all count."""
-    several = not kernel.linear and not is_large(kernel) and len(kernel.block.tears) > 1
-    return (
-        several
-        and len(kernel.unknowns) > MAX_SEARCHED[0]
-        and not any(map(kernel.graph.turn, kernel.unknowns))
-    )
+    torn = len(kernel.block.tears) > 1 or not kernel.exhaustive
+    some = MAX_SEARCHED[0] < len(kernel.unknowns) <= MAX_SEARCHED[1]
+    return torn and some and not kernel.linear and not any(map(kernel.graph.turn, kernel.unknowns))
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
