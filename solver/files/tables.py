@@ -138,12 +138,16 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._arrow, self._parquet = _pyarrow("Parquet files need")
+        self._file = Replacement(path)
+        try:
+            self._arrow, self._parquet = _pyarrow("Parquet files need")
+        except RuleSheetError:
+            self._file.discard()
+            raise
         self._path, self._symbols, self._status = path, frozenset(symbols), free_name("status", names)
         kinds = {name: self._arrow.string() if name in symbols else self._arrow.float64() for name in names}
         self._waiting = [self._arrow.schema({**kinds, self._status: self._arrow.string()}).empty_table()]
         self._writer: Any = None
-        self._file = Replacement(path)
 
     def add(self, table: Columns) -> None:
         columns = {name: self._column(name, column) for name, column in table.values.items()}
