@@ -317,7 +317,7 @@ def _outcome(question: Question, candidates: Candidates, complete: bool) -> Bloc
 
 def _found(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
     block = question.kernel.block
-    if candidates.crowded and candidates.sensible is not None:
+    if candidates.crowded and candidates.sensible is not None and not complete:
         return BlockOutcome((candidates.sensible,))
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:
