@@ -7,7 +7,6 @@ import math
 import os
 import re
 import runpy
-import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -167,8 +166,10 @@ def _failed(name: str, arguments: tuple[float, ...], wrong: Exception) -> Any:
 
 
 def _line_of(wrong: BaseException) -> tuple[str, ...]:
-    frames = traceback.extract_tb(wrong.__traceback__)
-    return (f"in {frames[-1].filename}, line {frames[-1].lineno}",) if frames else ()
+    trace = wrong.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return (f"in {trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno}",) if trace else ()
 
 
 def _polished(value: Value, slope: Value, inverse: Value) -> Value:

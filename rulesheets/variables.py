@@ -15,7 +15,6 @@ C       anything    a comment row
 
 from __future__ import annotations
 
-import csv
 import io
 import os
 from collections.abc import Iterator, Mapping
@@ -108,6 +107,8 @@ def _guess(value: Value, place: Span) -> float:
 
 def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
     """The rows that speak of a variable, each with the place of its lines."""
+    import csv  # which a solve without a variable sheet need not wait for
+
     separator = delimiter(source.text.lstrip("\r\n").partition("\n")[0])
     reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=separator)
     columns: list[str] | None = None

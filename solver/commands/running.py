@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, HelpFormatter, Namespace
 from collections.abc import Callable, Collection
+from functools import partial
 from importlib import import_module
 from typing import NamedTuple, NoReturn
 
@@ -57,7 +58,9 @@ class _Parser(ArgumentParser):
 
     def __init__(self, command: str, about: str) -> None:
         said = f"{about[0].upper()}{about[1:]}."
-        super().__init__(prog=f"backsolve {command}", description=said, allow_abbrev=False)
+        form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
+        prog = f"backsolve {command}"
+        super().__init__(prog=prog, description=said, allow_abbrev=False, formatter_class=form)
         self._command = command
 
     def read(self, words: list[str]) -> Namespace:

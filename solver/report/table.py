@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -37,10 +36,11 @@ def screen_of(stream: TextIO) -> Screen:
 
     COLUMNS in the environment counts for pipes, too.
     """
+    columns = os.environ.get("COLUMNS", "")
+    width = int(columns) if columns.isdecimal() and int(columns) else None
     if not stream.isatty():
-        columns = os.environ.get("COLUMNS", "")
-        return Screen(int(columns) if columns.isdecimal() and int(columns) else None)
-    width = shutil.get_terminal_size().columns
+        return Screen(width)
+    width = width or _columns(stream)
     if "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb":
         return Screen(width)
     try:
@@ -53,6 +53,14 @@ def screen_of(stream: TextIO) -> Screen:
         return Style.parse(style).render(text, color_system=ColorSystem.STANDARD) if text else text
 
     return Screen(width, paint)
+
+
+def _columns(stream: TextIO) -> int:
+    """Columns of a terminal. (``shutil`` would bring the readers of archives with it.)"""
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or 80
+    except OSError:
+        return 80
 
 
 GAP = "  "

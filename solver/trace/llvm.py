@@ -360,13 +360,8 @@ def _compiled(source: str, pointers: int) -> tuple[Any, Callable[..., None]]:
     import llvmlite.binding as llvm
 
     machine = _machine()
-    key = store.digest(
-        b"machine code",
-        llvm.get_host_cpu_name().encode(),
-        llvm.get_host_cpu_features().flatten().encode(),
-        repr(llvm.llvm_version_info).encode(),
-        source.encode(),
-    )
+    host = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.llvm_version_info
+    key = f"{host}\n{source}".encode()
     kept = store.load("native", key)
     module = llvm.parse_assembly(source if kept is None else _empty(source))
     engine = llvm.create_mcjit_compiler(module, machine)

@@ -139,9 +139,9 @@ def test_what_was_used_longest_ago_goes_first(folder: Path, monkeypatch: pytest.
             os.utime(path, ns=(status.st_atime_ns - 10**9, status.st_mtime_ns - 10**9))
     assert [store.load("thing", bytes([n])) for n in range(6)] == [None] * 3 + [b"said"] * 3
     monkeypatch.setattr(store, "MAX_BYTES", 2 * entry_size(folder))
-    store.save("thing", b"new", b"said")
+    store.save("thing", b"n", b"said")
     assert store.usage()[0] == 2
-    assert store.load("thing", b"new") == b"said"
+    assert store.load("thing", b"n") == b"said"
     store.save("thing", b"large", bytes(store.MAX_BYTES))
     assert store.load("thing", b"large") is None
 
