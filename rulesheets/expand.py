@@ -39,10 +39,9 @@ from rulesheets.syntax.nodes import (
     RuleBody,
     RuleSheet,
     children,
-    names,
     rebuilt,
 )
-from rulesheets.syntax.program import Program, components, rules_of
+from rulesheets.syntax.program import Program, components, names_of, rules_of
 from rulesheets.syntax.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
@@ -143,6 +142,9 @@ class _Expander:
             self.requirements.append(Requirement(bound, context.guard, context.rule, scope))
 
     def expand_component(self, part: Equality | CallRule, context: Context) -> None:
+        if isinstance(part, Equality) and part.like is not None and not context.scope.prefix:
+            self.equations.append(Equation.of(len(self.equations), part, context.guard, context.rule))
+            return
         if isinstance(part, Equality):
             self.equate(self.bind(part.left[0], context), self.bind(part.right[0], context), context)
             return
@@ -155,9 +157,8 @@ class _Expander:
 
     def note_names(self, body: RuleBody, scope: Scope) -> None:
         """Variables in the order of the text, whatever the order in which calls are bound."""
-        for operand in children(body):
-            for name in names(operand):
-                self.names.setdefault(scope.full_name(name))
+        for name in names_of(body):
+            self.names.setdefault(scope.full_name(name))
 
     def arms(self, rule: IfRule, context: Context) -> list[tuple[RuleBody, Context]]:
         """The arms of an ``if``, each under the premise that opens it."""

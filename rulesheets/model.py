@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeAlias
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
 from rulesheets.syntax import nodes
+from rulesheets.syntax.forms import Like
 from rulesheets.syntax.source import Span
 
 Value: TypeAlias = float | str
@@ -101,9 +102,31 @@ class Equation:
     rule: Span
     scope: str = ""
 
+    @classmethod
+    def of(cls, index: int, body: nodes.Equality, guard: tuple[Premise, ...], rule: Span) -> Equation:
+        """That of a rule which is like others: its sides are taken when they are first asked for."""
+        made = cls.__new__(cls)
+        made.__dict__.update(index=index, guard=guard, rule=rule, body=body)
+        return made
+
+    def __getattr__(self, name: str) -> nodes.Expression:
+        body: nodes.Equality | None = self.__dict__.get("body")
+        if name not in ("left", "right") or body is None:
+            raise AttributeError(name)
+        self.__dict__.update(left=body.left[0], right=body.right[0])
+        return self.left if name == "left" else self.right
+
+    @property
+    def like(self) -> Like | None:
+        """What it shares with others, where it is known."""
+        body: nodes.Equality | None = self.__dict__.get("body")
+        return None if body is None else body.like
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Variables of the two sides in order of first appearance, guards not included."""
+        if self.like is not None:
+            return self.like.names
         return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
 
 

@@ -34,7 +34,7 @@ from rulesheets.syntax.nodes import (
     Symbol,
     children,
 )
-from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
+from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.syntax.source import Span
 
 
@@ -95,17 +95,24 @@ class Scope:
 
     @cached_property
     def nodes(self) -> list[Expression | Condition]:
-        """Everything that the rules are made of, in source order."""
-        return [node for part in self.parts for operand in children(part) for node in walk(operand)]
+        """All that the rules are made of, in source order, but for rules that are like others: of these,
+        nothing but their names is to be checked."""
+        parts = (part for part in self.parts if not _is_like(part))
+        return [node for part in parts for operand in children(part) for node in walk(operand)]
 
     @cached_property
-    def places(self) -> dict[str, Span | None]:
-        """The variables in the rules, each with its first place."""
-        found: dict[str, Span | None] = {}
-        for node in self.nodes:
-            if isinstance(node, Name):
-                found.setdefault(node.name, node.span)
+    def places(self) -> dict[str, RuleBody]:
+        """The variables in the rules, each with the first part that has it."""
+        found: dict[str, RuleBody] = {}
+        for part in self.parts:
+            for name in names_of(part):
+                found.setdefault(name, part)
         return found
+
+    def place(self, name: str) -> Span | None:
+        """Where a variable stands first in the rules."""
+        inside = (node for operand in children(self.places[name]) for node in walk(operand))
+        return next(node.span for node in inside if isinstance(node, Name) and node.name == name)
 
     @cached_property
     def names(self) -> dict[str, None]:
@@ -124,6 +131,10 @@ class Scope:
             function = self.program.functions.get(call.function.lower())
             if function is not None:
                 yield call, function
+
+
+def _is_like(part: RuleBody) -> bool:
+    return isinstance(part, Equality) and part.like is not None
 
 
 # --- places ---------------------------------------------------------------------
@@ -306,7 +317,8 @@ def _size(scope: Scope, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]
 
 def check_nesting(scope: Scope) -> Iterator[Diagnosis]:
     """Expressions too deep to work on, such as a product of a thousand factors."""
-    for operand in (operand for part in scope.parts for operand in children(part)):
+    parts = (part for part in scope.parts if not _is_like(part))
+    for operand in (operand for part in parts for operand in children(part)):
         span = operand.span
         if span is not None and span.end - span.start > LONG and _nesting(operand) > MAX_NESTING:
             message = f"this expression nests more than {MAX_NESTING} levels deep"
@@ -340,9 +352,9 @@ def check_names(scope: Scope) -> Iterator[Diagnosis]:
     for name, place in declared:
         if _reserved(name):
             yield _name_of_function(name, place, None)
-    for name, span in scope.places.items():
-        if name not in scope.declared and (_reserved(name) or name in own):
-            yield _name_of_function(name, span, own.get(name))
+    for name in scope.places:
+        if (_reserved(name) or name in own) and name not in scope.declared:
+            yield _name_of_function(name, scope.place(name), own.get(name))
 
 
 def _reserved(name: str) -> bool:
@@ -425,7 +437,7 @@ def check_constant(expression: Expression) -> Iterator[Diagnosis]:
 
 def check_tuples(scope: Scope) -> Iterator[Diagnosis]:
     for rule in scope.parts:
-        if isinstance(rule, Equality) and len(rule.left) != len(rule.right):
+        if isinstance(rule, Equality) and not _is_like(rule) and len(rule.left) != len(rule.right):
             left, right = len(rule.left), len(rule.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
             note = "write as many expressions on either side, as in (a, b) = (c, d)"

@@ -19,6 +19,7 @@ from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line
 from rulesheets.parse.stop import Stop, Word
+from rulesheets.syntax.forms import Form
 from rulesheets.syntax.nodes import Equality, Inequality
 from rulesheets.syntax.source import Source
 
@@ -28,8 +29,8 @@ KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 _ONLY_IN = {"LOCAL": "mark", "PLUS_MINUS": "row", "PERCENT": "row"}
 """Terminals that are words in lines of one kind alone: in a rule ``+-`` is a plus and a sign."""
 
-MOST_SHAPES = 10_000
-"""Shapes of rules that are remembered at a time."""
+MOST_FORMS = 10_000
+"""Forms of rules that are remembered at a time."""
 
 _GRAMMAR = os.path.join(os.path.dirname(__file__), os.pardir, "rules.lark")
 
@@ -51,7 +52,7 @@ class Grammar(threading.local):
     def __init__(self) -> None:
         self._builder = Builder()
         self._patterns: dict[frozenset[str], re.Pattern[str]] = {}
-        self.shapes: dict[tuple[str, ...], alike.Builder | None] = {}
+        self.forms: dict[tuple[Any, ...], Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
@@ -136,20 +137,20 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    if kind == "rule" and len(source.text) > alike.LONG and (words := alike.words_of(line)):
-        return _read_alike(source, line, words)
+    if kind == "rule" and len(source.text) > alike.LONG and (leaves := alike.leaves_of(line)):
+        return _read_alike(source, line, leaves)
     return _read(source, line, kind)
 
 
-def _read_alike(source: Source, line: Line, words: alike.Words) -> Any:
-    """The node of a rule: from the third of a shape on, that of the second with other leaves."""
-    known = grammar().shapes
-    if (build := known.get(words.shape)) is not None:
-        return build(source, words.leaves, words.starts, words.ends)
+def _read_alike(source: Source, line: Line, leaves: alike.Leaves) -> Any:
+    """The node of a rule: from the third of a form on, that of the second with other leaves."""
+    known = grammar().forms
+    if (form := known.get(leaves.key)) is not None:
+        return alike.rule_of(form, leaves, source, line)
     node = _read(source, line, "rule")
-    if len(known) >= MOST_SHAPES:
+    if len(known) >= MOST_FORMS:
         known.clear()
-    known[words.shape] = alike.builder(node, words) if words.shape in known else None
+    known[leaves.key] = alike.form_of(node, line) if leaves.key in known else None
     return node
 
 

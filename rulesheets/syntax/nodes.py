@@ -10,14 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, ClassVar, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
 
 from rulesheets.syntax.source import Span
+
+if TYPE_CHECKING:
+    from rulesheets.syntax.forms import Like
 
 # --- arithmetic -----------------------------------------------------------------
 
 
-_PLACES = frozenset({"span", "gap"})
+_PLACES = frozenset({"span", "gap", "like"})
 
 
 class Node:
@@ -221,13 +224,28 @@ Condition: TypeAlias = Comparison | And | Or | Not | Given
 class Equality(Node):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
-    ``(x, y) = f(a)`` has two on the left and the call alone on the right.
+    ``(x, y) = f(a)`` has two on the left and the call alone on the right. The sides of a rule that is
+    ``like`` others are made when they are first asked for.
     """
 
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
     span: Span | None = None
+    like: Like | None = None
     parts = property(lambda node: (*node.left, *node.right))
+
+    def __getattr__(self, name: str) -> tuple[Expression, ...]:
+        if name not in ("left", "right") or self.like is None or self.span is None:
+            raise AttributeError(name)
+        self.left, self.right = self.like.sides(self.span.source)
+        return self.left if name == "left" else self.right
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        return (
+            (type(self), (self.left, self.right, self.span))
+            if self.like is None
+            else (self.like.rule, (self.span,))
+        )
 
 
 @dataclass(slots=True, eq=False, repr=False)

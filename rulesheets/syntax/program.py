@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from rulesheets.syntax.nodes import (
@@ -20,6 +20,7 @@ from rulesheets.syntax.nodes import (
     UnitRow,
     VariableRow,
     children,
+    names,
 )
 from rulesheets.syntax.source import Source, Span
 
@@ -61,6 +62,8 @@ def _setting(name: str, value: Expression | None) -> bool | None:
 
 def _said(rule: Rule) -> bool | None:
     match rule.body:
+        case Equality(like=like) if like is not None and len(like.names) != 2:
+            return None
         case Equality((Name(name),), (value,)):
             return _setting(name, value)
         case _:
@@ -82,6 +85,13 @@ def bodies(body: RuleBody) -> Iterator[RuleBody]:
             stack.extend(arm for arm in (item.otherwise, item.then) if arm is not None)
 
 
+def names_of(body: RuleBody) -> Iterable[str]:
+    """The variables of a rule, not of its arms, left to right."""
+    if isinstance(body, Equality) and body.like is not None:
+        return body.like.names
+    return (name for operand in children(body) for name in names(operand))
+
+
 def walk(node: Expression | Condition) -> Iterator[Expression | Condition]:
     """A node and all its parts, each before its own parts, left to right."""
     stack = [node]
@@ -97,7 +107,7 @@ def components(rule: Equality, functions: Mapping[str, Function]) -> tuple[Equal
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
     unlike length that no call explains come back as they are.
     """
-    if len(rule.left) == len(rule.right) == 1 and not functions:
+    if rule.like is not None or (len(rule.left) == len(rule.right) == 1 and not functions):
         return (rule,)
     if len(rule.left) == len(rule.right):
         pairs = zip(rule.left, rule.right, strict=True)

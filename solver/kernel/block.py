@@ -59,9 +59,13 @@ class BlockKernel:
         names = dict.fromkeys(name for e in self.equations for name in e.names)
         unknowns = frozenset(self.unknowns)
         self.known = tuple(name for name in names if name not in unknowns)
-        self.forms = [subtract(e.left, e.right) for e in self.equations]
         self._enclosures: dict[int, Enclosure] = {}
         self._compiled: dict[int, Callable[..., Any]] = {}
+
+    @cached_property
+    def forms(self) -> list[Expression]:
+        """What is 0: left minus right of every equation."""
+        return [subtract(e.left, e.right) for e in self.equations]
 
     @cached_property
     def jumps(self) -> bool:
@@ -97,15 +101,16 @@ class BlockKernel:
     def divisors(self) -> tuple[Expression, ...]:
         """What the equations divide by that depends on unknowns."""
         unknowns = frozenset(self.unknowns)
-        forms = self.forms
-        if len(forms) > FEW:
+        if len(self.equations) <= FEW:
+            forms = self.forms
+        else:
             divided = [
                 place
                 for family in self.alike.families
-                if any(any(nodes.names(h)) for h in divisors(forms[family.places[0]]))
+                if any(any(nodes.names(h)) for h in divisors(subtract(family.first.left, family.first.right)))
                 for place in family.places.tolist()
             ]
-            forms = [forms[place] for place in sorted(divided)]
+            forms = [self.forms[place] for place in sorted(divided)]
         found = dict.fromkeys(divisor for form in forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
@@ -118,15 +123,16 @@ class BlockKernel:
     def straight(self) -> list[bool]:
         """Which equations, as they are written, are linear in the unknowns."""
         unknowns = frozenset(self.unknowns)
-        if len(self.forms) <= FEW:
+        if len(self.equations) <= FEW:
             return [is_linear(form, unknowns) for form in self.forms]
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
-        straight = np.zeros(len(self.forms), dtype=bool)
+        straight = np.zeros(len(self.equations), dtype=bool)
         for family in self.alike.families:
             unknown = inside[family.columns]
             for pattern in np.unique(unknown, axis=1).T:
                 places = family.places[(unknown == pattern[:, None]).all(axis=0)]
-                straight[places] = is_linear(self.forms[places[0]], unknowns)
+                rule = self.equations[places[0]]
+                straight[places] = is_linear(subtract(rule.left, rule.right), unknowns)
         return straight.tolist()
 
     @cached_property

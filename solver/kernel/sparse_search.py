@@ -69,7 +69,11 @@ def defined(question: Question, x: Array) -> Array:
     """The point with every unknown that a rule tells outright (``l = sqrt(u^2 + v^2)``) as that has it."""
     rules: dict[str, Expression] = {}
     unknowns = frozenset(question.unknowns)
-    for equation in question.kernel.equations:
+    equations = question.kernel.equations
+    families = question.kernel.alike.families
+    told = (f.places for f in families if isinstance(f.first.left, Name) or isinstance(f.first.right, Name))
+    for place in sorted(place for places in told for place in places.tolist()):
+        equation = equations[place]
         for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
             if isinstance(side, Name) and side.name in unknowns and side.name not in rules:
                 rules[side.name] = other

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
 from rulesheets.syntax import nodes
+from rulesheets.syntax.forms import Like
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -68,7 +69,7 @@ def alike(model: Model, equations: Sequence[Equation]) -> Alike:
 
 
 def _grouped(equations: Sequence[Equation]) -> Alike:
-    found: dict[Shape, list[tuple[int, list[float]]]] = {}
+    found: dict[Shape, list[tuple[int, Sequence[float]]]] = {}
     for place, equation in enumerate(equations):
         shape, numbers = shape_of(equation)
         found.setdefault(shape, []).append((place, numbers))
@@ -88,21 +89,29 @@ def _grouped(equations: Sequence[Equation]) -> Alike:
     return Alike(tuple(column), tuple(grouped))
 
 
-def shape_of(equation: Equation) -> tuple[Shape, list[float]]:
+def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
     """The operations of both sides with names by their order, and the numbers; exponents belong to both.
 
     Found once for an equation.
     """
-    found: tuple[Shape, list[float]] | None = equation.__dict__.get("_shape")
+    found: tuple[Shape, Sequence[float]] | None = equation.__dict__.get("_shape")
     if found is None:
-        shape, numbers = _shape(equation)
-        if len(_INTERNED) >= MOST:
-            _INTERNED.clear()
-        found = equation.__dict__["_shape"] = _INTERNED.setdefault(shape, shape), numbers
+        found = _shape(equation) if (like := equation.like) is None else _shape_like(equation, like)
+        equation.__dict__["_shape"] = found
     return found
 
 
-def _shape(equation: Equation) -> tuple[Shape, list[float]]:
+def _shape_like(equation: Equation, like: Like) -> tuple[Shape, Sequence[float]]:
+    """That of a rule that is like others, the same where names repeat as here and exponents are the same."""
+    key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept
+    if key not in kept:
+        if len(kept) >= MOST:
+            kept.clear()
+        kept[key] = _shape(equation)[0]
+    return kept[key], like.numbers
+
+
+def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
     order = {name: place for place, name in enumerate(equation.names)}
     shape: list[Any] = []
     numbers: list[float] = []
@@ -128,7 +137,10 @@ def _shape(equation: Equation) -> tuple[Shape, list[float]]:
             if isinstance(node, Power) and isinstance(node.exponent, Number):
                 shape.append(node.exponent.value)
             stack += children(node)[::-1]
-    return tuple(shape), numbers
+    if len(_INTERNED) >= MOST:
+        _INTERNED.clear()
+    whole = tuple(shape)
+    return _INTERNED.setdefault(whole, whole), numbers
 
 
 def template(rule: Equation) -> tuple[Expression, Expression]:
