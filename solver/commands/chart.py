@@ -30,7 +30,7 @@ from solver.facts import FALSE, Mark, Status, Unsolved
 from solver.files.replacing import write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
-from solver.numerics.termination import scaled_norm
+from solver.numerics.tolerances import scaled_norm
 from solver.path.planner import planner
 from solver.path.steps import SolveBlock
 from solver.pictures.drawing import picture_kind

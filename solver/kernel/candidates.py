@@ -22,7 +22,6 @@ from solver.kernel.root_check import (
 )
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
-from solver.numerics.termination import Outcome
 from solver.numerics.tolerances import (
     BLUR,
     COVERED,
@@ -33,6 +32,7 @@ from solver.numerics.tolerances import (
     ROUNDED,
     SIMPLE,
     VANISHED,
+    Outcome,
 )
 
 TINY = 1e-8

@@ -26,7 +26,7 @@ from solver.facts import OutOfRange
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
-from solver.numerics.polynomials import real_roots, simple_part
+from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, SAME_VALUE, TOUCHING
 from solver.path.rational import smooth
 

@@ -29,7 +29,7 @@ from solver.kernel.polynomial_block import (
 )
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
-from solver.numerics.polynomials import real_roots, simple_part
+from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import KEPT_AT_REAL, OFF, POLISHED, REAL
 
 HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15

@@ -16,12 +16,17 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
+from solver.kernel.algebra import contradiction, solve_by_formula, unattained
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
-from solver.kernel.contradiction import contradiction, unattained
-from solver.kernel.formula import solve_by_formula
-from solver.kernel.free_curve import free_curve, with_isolated, without_curves
-from solver.kernel.full_search import fall_back, search_boxes, search_from_starts
+from solver.kernel.full_search import (
+    fall_back,
+    free_curve,
+    search_boxes,
+    search_from_starts,
+    with_isolated,
+    without_curves,
+)
 from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.polynomial_block import (
     counted,

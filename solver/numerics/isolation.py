@@ -13,17 +13,22 @@ the least |f|.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
 from itertools import pairwise
 from math import inf, isfinite, nextafter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
-from solver.numerics.interval_function import (
+from solver.numerics.one_unknown import (
     HORIZON,
     MAX,
+    Enclosure,
+    Interval,
     IntervalFunction,
+    ScalarFunction,
+    Section,
     bracketed_root,
     is_zero_crossing,
     lowest_point,
@@ -33,11 +38,7 @@ from solver.numerics.interval_function import (
 )
 from solver.numerics.tolerances import EVEN
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from solver.numerics.interval_function import Interval, Section
-
+Intervals: TypeAlias = list[Interval]
 
 SAMPLES = 129
 INFLATIONS = (4.0, 64.0, 4096.0, 2.0**20)
@@ -247,14 +248,6 @@ def _stationary_point(function: IntervalFunction, low: float, high: float) -> fl
     x = bracketed_root(slope, low, high)
     at_x = function.at(x)
     return x if at_x is None or at_x[0] <= 0.0 <= at_x[1] else None
-
-
-if TYPE_CHECKING:
-    from typing import TypeAlias
-
-    from solver.numerics.interval_function import Enclosure, Interval, ScalarFunction, Section
-
-    Intervals: TypeAlias = list[Interval]
 
 
 class IsolationLimits(NamedTuple):

@@ -16,8 +16,7 @@ from math import inf, lcm
 from typing import Any, NamedTuple
 
 from solver.numerics.linear_algebra import factorise
-from solver.numerics.termination import Outcome
-from solver.numerics.tolerances import CONSISTENT
+from solver.numerics.tolerances import CONSISTENT, Outcome
 
 
 class LinearOutcome(NamedTuple):

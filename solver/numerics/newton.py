@@ -18,10 +18,24 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from solver.numerics import termination
 from solver.numerics.linear_algebra import Factor, as_matrix, factorise, row_products, row_sizes
-from solver.numerics.termination import Outcome, scaled_norm, weights
-from solver.numerics.tolerances import DEGENERATE, ESCAPED, FAST, STAGNATION, TIGHT
+from solver.numerics.tolerances import (
+    DEGENERATE,
+    ESCAPED,
+    FAST,
+    STAGNATION,
+    TIGHT,
+    Outcome,
+    explains,
+    falls,
+    residual_is_rounding,
+    residual_vanishes,
+    scaled_norm,
+    stagnates,
+    step_is_rounding,
+    step_vanishes,
+    weights,
+)
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
 Jacobian: TypeAlias = Callable[[list[float]], Any]
@@ -153,21 +167,21 @@ class _Search:
                 self.slow += 1
         return self._stuck(Outcome.LIMIT)
 
-    # -- tests, all of them asked of ``termination`` ------------------------------------------------------
+    # -- tests, all of them asked of ``tolerances`` ------------------------------------------------------
 
     def _vanishes(self, point: Point | None = None) -> bool:
         p = point or self.point
-        return termination.residual_vanishes(p.residual, row_sizes(p.jacobian, p.x))
+        return residual_vanishes(p.residual, row_sizes(p.jacobian, p.x))
 
     def _explains(self, step: list[float]) -> bool:
         p = self.point
         sizes = row_sizes(p.jacobian, p.weight)
-        return termination.explains(p.residual, row_products(p.jacobian, step), sizes)
+        return explains(p.residual, row_products(p.jacobian, step), sizes)
 
     def _at_rounding(self) -> bool:
         step = self.point.correction(self.point.residual)
         norm = scaled_norm(step, self.point.weight)
-        return termination.step_is_rounding(norm) and self._explains(step)
+        return step_is_rounding(norm) and self._explains(step)
 
     def _degenerate(self) -> bool:
         """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
@@ -179,14 +193,14 @@ class _Search:
             step = p.correction(p.residual)
             if scaled_norm(step, p.weight) > DEGENERATE or not self._explains(step):
                 return False
-            if termination.residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
+            if residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
                 return True
             following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
             if following is None:
                 return False
             if self._is_straight(following, step):
                 return True
-            if not termination.falls(following.residual, p.residual):
+            if not falls(following.residual, p.residual):
                 return False
             self.point = following
             self.iterations += 1
@@ -270,7 +284,7 @@ class _Search:
         return None
 
     def _ended(self, step: list[float], norm: float, previous: float) -> bool:
-        return termination.step_vanishes(step, self.point.x) or termination.stagnates(norm, previous)
+        return step_vanishes(step, self.point.x) or stagnates(norm, previous)
 
     def _polished(self) -> NewtonResult:
         """One more full step or two while they still lower the simplified correction."""

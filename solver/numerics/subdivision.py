@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from solver.numerics.interval_function import split_point
+from solver.numerics.one_unknown import split_point
 from solver.numerics.tolerances import EPS, NARROW
 
 Array: TypeAlias = NDArray[np.float64]

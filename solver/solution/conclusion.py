@@ -41,8 +41,7 @@ from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path.cases import activity
 from solver.solution.explore import explore
-from solver.solution.limits import answers_between
-from solver.solution.refinement import explore_refined, explore_required
+from solver.solution.refinement import answers_between, explore_refined, explore_required, with_limits
 from solver.solution.verdict import Verdict, judge
 
 # --- rules that lose an unknown ---
@@ -369,8 +368,6 @@ def conclude(asked: Asked, *, prove: bool = False, limits: bool = False) -> Conc
             by, found, verdict = behind or (by, found, verdict)
     with suppress(TimeIsUp):
         if limits:
-            from solver.solution.limits import with_limits
-
             by, found = with_limits(asked, found)
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED:

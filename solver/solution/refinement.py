@@ -1,4 +1,4 @@
-"""Answers that floats leave too vague, solved again to as many digits as it takes.
+"""Explored again: in more digits where floats are vague, within what requirements allow, at 0/0 by limits.
 
 The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
 error bar of an answer says that floats lose more than their rounding, the path is followed once more in
@@ -10,18 +10,23 @@ leave no digit of a value.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import takewhile
+from typing import Any
 
 from rulesheets.deadline import TimeIsUp, grace
-from rulesheets.evaluate import Undefined, value
-from rulesheets.model import Model, Value, Variable
-from rulesheets.syntax.nodes import Comparison, Name, names
+from rulesheets.evaluate import Undefined, extended, value
+from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
+from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.syntax.nodes import Comparison, Name, Number, Quotient, children, exchange, names
 from solver.accuracy.forward_error import slopes
-from solver.facts import Conflict
-from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors
-from solver.numerics.tolerances import LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
+from solver.accuracy.rule_check import check_rule
+from solver.facts import Conflict, Filled
+from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
+from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
+from solver.path.cases import activity, outcomes
 from solver.solution.explore import GRACE, explore
 from solver.solution.precise_search import explore_precisely
 
@@ -177,3 +182,203 @@ def _within(variable: Variable, operator: str, limit: float) -> Variable:
     if operator[0] == "<" and (limit, not is_open) < (variable.high, not variable.high_open):
         return replace(variable, high=limit, high_open=is_open)
     return variable
+
+
+# --- removable singularities: rules that are 0/0 are taken by their limits ---
+#
+# Forward, the limit stands in for the part that is 0/0. Backward, where the place itself is unknown, an
+# answer is the common limit of the answers for one input a little larger and a little smaller (L. F.
+# Richardson's deferred approach, Phil. Trans. A 226, 1927), and it stands only if every rule holds there,
+# those that are 0/0 by their limits from all sides.
+
+ROUNDS = 8
+STEPS = (2.0**-16, 2.0**-17, 2.0**-18)
+"""How far an input is moved, in units of the power of two next to it."""
+WEIGHTS = (1 / 45, -20 / 45, 64 / 45)
+"""Those of the mean answers at the three steps, so that the second and fourth powers of the step cancel."""
+APART = 1e-2
+"""Relative distance within which answers on both sides belong together."""
+NOTHING = 1e-12
+"""Share of the answers beside it below which an extrapolated number is 0."""
+MOVED = 6
+"""Inputs that are moved, one after another, until answers come of it."""
+TINY = 1e-30
+"""How far beside an answer a rule is evaluated, relative to its values."""
+
+
+def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
+    """What is found with limits, and the model with the limits that stand for parts of its rules."""
+    by, found = _forward(asked, found)
+    if any(leaf.solved for leaf in found.leaves) and found.complete:
+        return by, found
+    more = answers_between(asked)
+    if not more:
+        return by, found
+    leaves = (*(leaf for leaf in found.leaves if leaf.solved), *more)
+    return asked.model, replace(found, leaves=leaves, complete=False)
+
+
+# --- forward --------------------------------------------------------------------------
+
+
+def _forward(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
+    """Limits put in for what is 0/0 at values that do not depend on them, and explored again."""
+    by = asked.model
+    filled: dict[int, float] = {}
+    for _ in range(ROUNDS):
+        ends = (*found.leaves, *found.dead)
+        if len(ends) != 1:
+            break
+        limits = dict(_filled(by, ends[0].branch.values))
+        if not limits:
+            break
+        equations = tuple(limits[e.index][0] if e.index in limits else e for e in by.equations)
+        filled |= {index: limit for index, (_, limit) in limits.items()}
+        by = replace(by, equations=equations)
+        found = explore_required(asked._replace(model=by))
+    facts = tuple(Filled(*pair) for pair in filled.items())
+    for leaf in found.leaves:
+        leaf.branch.facts = (*leaf.branch.facts, *facts)
+    return by, found
+
+
+def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tuple[Equation, float]]]:
+    """The equations that are 0/0 at the values, with the limit of that part in its place, and that limit."""
+    for equation in model.equations:
+        for side in (equation.left, equation.right):
+            found = indeterminate(side, values)
+            if found is not None and found.limit is not None:
+                left, right = (
+                    exchange(s, found.part, Number(found.limit)) for s in (equation.left, equation.right)
+                )
+                yield equation.index, (replace(equation, left=left, right=right), found.limit)
+                break
+
+
+# --- backward -------------------------------------------------------------------------
+
+
+def answers_between(asked: Asked) -> tuple[Leaf, ...]:
+    """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to."""
+    model, inputs = asked.model, asked.inputs
+    if not any(map(_has_quotient, model.equations)):
+        return ()
+    for name in _movable(model, inputs):
+        moved = (number for step in STEPS for number in _moved(inputs[name], step))
+        beside = (_beside(asked._replace(inputs={**inputs, name: number})) for number in moved)
+        sides = list(takewhile(bool, beside))
+        if len(sides) < 2 * len(STEPS):
+            continue
+        found = (_between(leaf, sides, inputs) for leaf in sides[-1])
+        leaves = tuple(filter(None, (_standing(model, leaf, inputs) for leaf in found if leaf is not None)))
+        if leaves:
+            return leaves
+    return ()
+
+
+def _has_quotient(equation: Equation) -> bool:
+    stack: list[Any] = [equation.left, equation.right]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Quotient):
+            return True
+        stack.extend(children(node))
+    return False
+
+
+def _movable(model: Model, inputs: Mapping[str, Value]) -> list[str]:
+    """Numbers among the inputs, those first that most rules with a quotient read."""
+    read = [name for e in model.equations for name in e.names]
+    numbers = [name for name, given in inputs.items() if isinstance(given, float) and name in read]
+    return sorted(numbers, key=lambda name: (inputs[name] != 1.0, -read.count(name)))[:MOVED]
+
+
+def _moved(number: Value, step: float) -> tuple[float, float]:
+    """The number moved up and down by a step that both results hold exactly."""
+    assert isinstance(number, float)
+    size = 2.0 ** math.frexp(number)[1] if number else 1.0
+    return number + step * size, number - step * size
+
+
+def _beside(asked: Asked) -> tuple[Leaf, ...]:
+    floats = explore(asked, brief=True)
+    ended = any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.dead))
+    if not ended and not floats.delicate:
+        return ()
+    found = explore_precisely(asked, floats) or floats
+    return tuple(leaf for leaf in found.leaves if leaf.solved)
+
+
+def _numbers(leaf: Leaf) -> dict[str, Any]:
+    return {n: leaf.branch.precise.get(n, v) for n, v in leaf.branch.values.items() if isinstance(v, float)}
+
+
+def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, Value]) -> Leaf | None:
+    """The common limit of the answers that belong to this one; None where they do not come together."""
+    nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
+    if max(_distance(leaf, other) for other in nearest) > APART:
+        return None
+    numbers = list(map(_numbers, nearest))
+    values: dict[str, Value] = dict(leaf.branch.values)
+    exact: dict[str, Any] = {}
+    for name in numbers[0]:
+        means = [
+            (one[name] + other[name]) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)
+        ]
+        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True))
+        size = max(abs(number[name]) for number in numbers)
+        exact[name] = 0 * limit if abs(limit) <= NOTHING * size else limit
+        values[name] = float(exact[name])
+    branch = leaf.branch.fork()
+    branch.values = {**values, **inputs}
+    branch.precise = {name: number for name, number in exact.items() if name not in inputs}
+    return replace(leaf, branch=branch)
+
+
+def _distance(one: Leaf, other: Leaf) -> float:
+    a, b = one.branch.values, other.branch.values
+    if a.keys() != b.keys() or any(isinstance(v, str) and b[n] != v for n, v in a.items()):
+        return math.inf
+    pairs = ((v, w) for n, v in a.items() if isinstance(v, float) and isinstance(w := b[n], float))
+    small = 4 * STEPS[0]
+    return max((abs(v - w) / max(abs(v), abs(w), small) for v, w in pairs if abs(v - w) > small), default=0.0)
+
+
+def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | None:
+    """The answer with what its rules were taken by; None if one of them does not hold, or none is 0/0."""
+    values = leaf.branch.values
+    decided = outcomes(model, values, inputs)
+    facts = []
+    for equation in model.equations:
+        if not activity(equation, decided) or not all(name in values for name in equation.names):
+            continue
+        parts = (indeterminate(side, values) for side in (equation.left, equation.right))
+        limits = [part.limit for part in parts if part is not None]
+        if None in limits or not (
+            _holds_beside(equation, values) if limits else check_rule(equation, values).holds
+        ):
+            return None
+        facts += [Filled(equation.index, limit) for limit in limits if limit is not None]
+    admitted = all(v.admits(x) for n, v in model.variables.items() if isinstance(x := values.get(n), float))
+    if not facts or not admitted or any(unmet(model, values, decided)):
+        return None
+    branch = leaf.branch.fork()
+    branch.decided, branch.facts = {**branch.decided, **decided}, tuple(facts)
+    return replace(leaf, branch=branch, worst=0.0)
+
+
+def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
+    """Whether a rule holds in the limit: its residual on both sides of a point, to first order."""
+    line = {name: 1.0 + 0.1 * (k % 3) for k, name in enumerate(equation.names)}
+    residuals, total = [], 0.0
+    try:
+        for distance in (TINY, -TINY):
+            there = beside(values, line, distance)
+            residuals.append(extended(equation.left, there, DIGITS) - extended(equation.right, there, DIGITS))
+        slopes = [extended_derivatives(side, there, DIGITS)[1] for side in (equation.left, equation.right)]
+    except Undefined:
+        return False
+    for name in equation.names:
+        slope = slopes[0].get(name, 0) - slopes[1].get(name, 0)
+        total += float(abs(slope * there[name]))
+    return bool(abs(sum(residuals)) / 2 <= BACKWARD * total)

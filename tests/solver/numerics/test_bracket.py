@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.numerics.interval_function import bracketed_root, is_zero_crossing, lowest_point, split_point
+from solver.numerics.one_unknown import bracketed_root, is_zero_crossing, lowest_point, split_point
 
 
 @given(st.floats(-1e300, 1e300))

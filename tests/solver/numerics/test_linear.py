@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.numerics.linear import solve_linear
-from solver.numerics.termination import Outcome
+from solver.numerics.tolerances import Outcome
 
 ENTRIES = st.integers(-6, 6)
 

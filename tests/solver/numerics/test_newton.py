@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.numerics.newton import NewtonLimits, newton
-from solver.numerics.termination import Outcome
+from solver.numerics.tolerances import Outcome
 
 Vector = list[float]
 

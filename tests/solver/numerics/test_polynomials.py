@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from solver.numerics.polynomials import real_roots
+from solver.numerics.one_unknown import real_roots
 
 
 def polynomial(*roots: float, factor: float = 1.0, quadratics: int = 0) -> list[Fraction]:
