@@ -78,8 +78,11 @@ class Ranking:
         """
         if len(rows) < 2:
             return list(range(len(rows)))
-        keys = self._keys(rows, given, self._suggested(given), FLOATS)
-        return sorted(range(len(rows)), key=keys.__getitem__)
+        return sorted(range(len(rows)), key=self.keys_of_rows(rows, given).__getitem__)
+
+    def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
+        """The keys that such tuples are sorted by."""
+        return self._keys(rows, given, self._suggested(given), FLOATS)
 
     def unlikely(
         self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
@@ -208,6 +211,11 @@ class Ranking:
     def _guessed_sizes(self, decades: Sequence[Number]) -> list[Number]:
         guessed = [self.guesses.get(name) for name in self.names]
         return [FLOATS.decade(g) if g else d for g, d in zip(guessed, decades, strict=True)]
+
+
+def is_measured(place: int) -> bool:
+    """Whether a part of a key is a measure, and not a count or a sign."""
+    return place in (1, SIZE, 6, 7) or (place > 7 and place % 2 == 1)
 
 
 def _own_first(name: str) -> tuple[bool, str]:

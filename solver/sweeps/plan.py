@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -27,7 +27,6 @@ from solver.solution.verdict import Verdict
 from solver.sweeps.grid import one_length
 from solver.table import CODES, Column, Table
 from solver.trace.guards import Pattern
-from solver.trace.program import Program
 from solver.trace.python import with_resort
 from solver.trace.records import Records
 from solver.trace.rows import AnswerSweeper, listed
@@ -121,7 +120,7 @@ class Plan:
         self.given, self.guesses, self.timeout = given, guesses, timeout
         self.records = Records(model, planner(model), Pattern(inputs, given, want, guesses))
         self._sweeper: AnswerSweeper | None = None
-        self._bound: Program | None = None
+        self._bound: tuple[Callable[..., Any], ...] = ()
         self._call(self._primary, self._every)
 
     def __repr__(self) -> str:
@@ -149,21 +148,20 @@ class Plan:
     def _bind(self) -> None:
         """Let calls begin with the record that is asked first."""
         records = self.records
-        first = next(iter(records.order), None)
-        if first is not None and self._bound is not records.programs[first]:
-            self._bound = records.programs[first]
-            pairs = (records.primary(first), self._primary), (records.every[first], self._every)
-            self._call(*(with_resort(*pair) for pair in pairs))
+        if records.programs and (forms := (*records.first(), records.every[records.order[0]])) != self._bound:
+            self._bound, (*first, every) = forms, forms
+            primary = reduce(lambda otherwise, form: with_resort(form, otherwise), first[::-1], self._primary)
+            self._call(primary, with_resort(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         """What the first record does not settle, or all where there is none yet."""
-        numbers, bound, records = self._numbers(given, named), self._bound, self.records
-        found = self._known(numbers)
+        numbers = self._numbers(given, named)
+        found = self.records.known(numbers)
         if found is None:
-            return self._answers(numbers)[0]
-        if bound is records.programs[records.useful] and not named and records.missed(numbers):
-            self._bound = None
-            self._bind()
+            found = self._answers(numbers)
+        else:
+            self.records.near(numbers)
+        self._bind()
         return found[0]
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:

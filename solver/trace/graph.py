@@ -61,15 +61,12 @@ FOLD: dict[str, Callable[..., float | bool]] = {
 class Finder(Protocol):
     """The root of a block, a number for each unknown, as a function of known numbers.
 
-    ``scalar`` and ``rough``, a few digits of it, raise ValueError and ``array`` (unknowns, n) has nan where
-    there is none. ``start`` is a root.
+    ``scalar`` raises ValueError and ``array`` (unknowns, n) has nan where there is none. ``start`` is a root.
     """
 
     start: tuple[float, ...]
 
     def scalar(self, *known: float) -> Any: ...
-
-    def rough(self, *known: float) -> Any: ...
 
     def array(self, *known: Any) -> Any: ...
 

@@ -133,8 +133,6 @@ CONTRACTION = 0.25
 ITERATIONS = 12
 CONVERGED = 1e-7
 """Relative length of a step after which the next one is no more than the correction of a rounded root."""
-ROUGH = 1e-4
-"""The same where it is enough to know about where a root is."""
 LAST = 3e-10
 """Relative length that this correction may have."""
 CONDITION = 1e6
@@ -353,7 +351,7 @@ class BlockNewton:
         sizes = zip(pivots, self.sizes, strict=True) if self.quiet else ()
         near = " and ".join(["near", *(f"0.5 <= {text} * {1.0 / size!r} <= 2.0" for text, size in sizes)])
         return [
-            *self._steps(steps, CONVERGED),
+            *self._steps(steps),
             *below,
             *(f"z = a{i} - d{i}; c = z * {SPLITTER!r}; a{inputs + i} = c - (c - z)" for i in every),
             *last,
@@ -365,14 +363,14 @@ class BlockNewton:
             f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
         ]
 
-    def _steps(self, part: tuple[list[str], list[str]], converged: float) -> list[str]:
+    def _steps(self, part: tuple[list[str], list[str]]) -> list[str]:
         """Steps until one is shorter; the last of them is not gone."""
         every, (step, moves) = range(len(self.start)), part
         inside = [
             *step,
             *(f"d{i} = {text}" for i, text in enumerate(moves)),
             f"length = {self._length([f'd{i}' for i in every])}",
-            f"if length < {converged**2!r}: break",
+            f"if length < {CONVERGED**2!r}: break",
             "if not length <= before: return None",
             f"if length > {QUIET**2!r}: near = False",
             f"before = length * {CONTRACTION**2!r}",
@@ -417,25 +415,6 @@ class BlockNewton:
         except (ArithmeticError, ValueError):
             found = None
         return self._followed(known) if found is None else found
-
-    def rough(self, *known: float) -> tuple[float, ...]:
-        """The root to some digits. Raises ValueError where the branch of the record is not followed."""
-        try:
-            found = self._roughly(*self._start(*known))
-        except (ArithmeticError, ValueError):
-            found = None
-        return self._followed(known) if found is None else found
-
-    @cached_property
-    def _roughly(self) -> Callable[..., tuple[float, ...] | None]:
-        count, places = len(self.start), len(self.start) + len(self.sample)
-        gone = ", ".join(f"a{i} - d{i}" for i in range(count))
-        return block_function(
-            Program(self.flow, places, (Ending((*self.step,), (), ()),)),
-            ", ".join([*_names(places), "near"]),
-            [count],
-            lambda part: [*self._steps(part, ROUGH), f"return ({gone},)"],
-        )
 
     def _followed(self, known: Sequence[float]) -> tuple[float, ...]:
         """The root by way of numbers between those of the record and these."""

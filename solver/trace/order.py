@@ -238,23 +238,26 @@ class Order(NamedTuple):
 UNORDERED = Order()
 
 
-def order(
-    flow: Flow,
-    ranking: Ranking,
-    answers: Sequence[Sequence[int | None]],
-    given: Sequence[int | None],
-    numbers: Callable[[int], float],
-) -> Order:
+class Ranked(NamedTuple):
+    """What the ``ranking`` reads: nodes of the names of each answer, and of what is given; None for one that
+    has no number."""
+
+    ranking: Ranking
+    answers: tuple[tuple[int | None, ...], ...]
+    given: tuple[int | None, ...]
+
+
+def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float]) -> Order:
     """What sorts answers, of which the sample is in order already.
 
-    ``answers`` are the nodes of the names that the ranking reads, ``given`` those of the known ones, None for
-    one that has no number; ``numbers`` tells what a node is at the sample. Raises NotCompilable where the
-    rule does not tell the answers of the sample apart.
+    ``numbers`` tells what a node is at the sample. Raises NotCompilable where the rule does not tell the
+    answers of the sample apart.
     """
 
     def recorded(node: int | None) -> Any:
         return math.nan if node is None else Number(flow, node)
 
+    ranking, answers, given = ranked
     rows = [[recorded(node) for node in answer] for answer in answers]
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
     there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
@@ -273,7 +276,7 @@ def order(
         same = [flow.add("eq", a, b) for a, b in zip(one, other, strict=True)]
         told.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
     needed = tuple(node for node in told if node != flow.true)
-    asked = partial(_usual, flow, ranking, answers, given, zero, numbers)
+    asked = partial(_usual, flow, ranked, zero, numbers)
     usual = asked(pairwise)
     first = usual if len(keys) == 2 else asked(lambda some: product(some[:1], some[1:]))
     return Order(tuple(keys), needed, usual, first)
@@ -281,14 +284,13 @@ def order(
 
 def _usual(
     flow: Flow,
-    ranking: Ranking,
-    answers: Sequence[Sequence[int | None]],
-    given: Sequence[int | None],
+    ranked: Ranked,
     zero: tuple[bool, ...],
     numbers: Callable[[int], float],
     pairs: Callable[[Sequence[Any]], Iterable[tuple[Any, Any]]],
 ) -> Ends:
     """The widest ranges around the sample in which the rule is known to put pairs of answers in order."""
+    ranking, answers, given = ranked
     angles = dict(zip(ranking.names, ranking.angles, strict=True))
     kinds = dict[int, bool]()
     for answer in (*answers, given):

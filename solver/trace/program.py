@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, operands
-from solver.trace.order import UNORDERED, Order
+from solver.trace.order import UNORDERED, Order, Ranked
 
 
 class Ending(NamedTuple):
@@ -27,12 +28,21 @@ class Ending(NamedTuple):
     finite: tuple[int, ...]
 
 
+@dataclass(slots=True)
+class Box:
+    """Ranges of the inputs that are numbers: the ends of each. ``told`` counts the answers told there."""
+
+    ends: tuple[float, ...]
+    told: int = 0
+
+
 class Program(NamedTuple):
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
-    of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of the
-    finders that are ``rough`` it reads some digits. A single input lies inside its ``reach``.
+    of them does not count, none does. ``brief`` tells the first answer of most rows with less work. Where
+    answers are iterated, ``alone`` are the endings each by itself, with what is asked of all, and ``ranked``
+    is what orders them. A single input lies inside its ``reach``, all of them in the ``box``.
     """
 
     flow: Flow
@@ -41,8 +51,10 @@ class Program(NamedTuple):
     symbols: tuple[tuple[int, str], ...] = ()
     order: Order = UNORDERED
     brief: Program | None = None
-    rough: frozenset[int] = frozenset()
+    alone: tuple[Ending, ...] = ()
+    ranked: Ranked | None = None
     reach: tuple[float, float] = (-math.inf, math.inf)
+    box: Box | None = None
 
     @property
     def wanted(self) -> tuple[int, ...]:

@@ -130,11 +130,11 @@ def _namespace(program: Program) -> dict[str, Any]:
     """What the statements of a program call."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
-    namespace["seen"] = [False]  # whether a brief form has told an answer since somebody looked
+    namespace["box"] = program.box
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
     for place, finder in enumerate(program.flow.finders):
-        namespace[f"f_{place}"] = finder.rough if place in program.rough else finder.scalar
+        namespace[f"f_{place}"] = finder.scalar
     return namespace
 
 
@@ -195,6 +195,8 @@ class _Writer:
         if len(endings) == 1:
             self._conditions(endings[0].holds, endings[0].finite)
             row = self._row(endings[0])
+            if self.program.box is not None:
+                self._line("box.told += 1", "    ")
             self._line(f"return [{row}]" if self.all_answers else f"return {row}", "    ")
         else:
             checks = dict.fromkeys(check for ending in endings for check in ending.holds)
@@ -211,6 +213,10 @@ class _Writer:
         if self.program.reach != (-math.inf, math.inf):
             low, high = self.program.reach
             inputs.append(f"            if not {low!r} < a0 < {high!r}: break")
+        if self.program.box is not None:
+            inputs.append(f"            {''.join(f'l{place}, h{place}, ' for place in numbers)} = box.ends")
+            within = " and ".join(f"l{place} <= a{place} <= h{place}" for place in numbers)
+            inputs.append(f"            if not ({within}): break")
         body = "\n".join([*inputs, *("        " + line for line in self.lines)])
         given = ", ".join(f"{name}" for name in (*arguments, "*more", "**named"))
         taken = ", ".join([*(f"{name}=None" for name in arguments), "*more", "**named"])
@@ -241,8 +247,6 @@ class _Writer:
             self._line(f"if {' and '.join(tests) or 'True'}:", "    ")
             outer = dict(self.texts)
             row = whole if self.all_answers else self._row(endings[0], "        ")
-            if not order.keys and count > 1:
-                self._line("seen[0] = True", "        ")
             self._line(f"return {row}", "        ")
             self.texts = outer
         if not order.keys:

@@ -29,7 +29,7 @@ from solver.trace.guards import Pattern, State
 from solver.trace.implied import lean
 from solver.trace.inverses import ClosedForms
 from solver.trace.newton import BlockNewton
-from solver.trace.order import Order
+from solver.trace.order import Order, Ranked
 from solver.trace.order import order as order_of
 from solver.trace.program import Ending, Program, computed_from
 
@@ -79,6 +79,8 @@ class Recording(ClosedForms):
         super().__init__(model, planner, pattern, leaves[0].branch.values, plain)
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
+        self._guards = Ending((), (), ())
+        """What is asked of all answers together."""
         self._checked: list[set[int]] = []
         """Of each ending what its rules are checked by."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
@@ -86,28 +88,34 @@ class Recording(ClosedForms):
     def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
-        order = self._order(ranking, states)
+        ranked = self._ranked(ranking, states)
+        order = order_of(self.flow, ranked, self._number) if ranked else Order()
         for leaf in dead[:MAX_DEAD]:
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
-        program = Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols, order)
+        alone = tuple(_joined(ending, self._guards) for ending in self.endings)
+        endings = (alone[0], *self.endings[1:])
+        program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
+        if len(self._iterates(endings[:1])) < len(self._iterates(endings)):
+            return lean(program)._replace(ranked=ranked, alone=alone)
         brief = self._brief(program)
-        return lean(program._replace(brief=brief and lean(brief)))
+        return lean(program)._replace(brief=brief and lean(brief))
 
     def _brief(self, program: Program) -> Program | None:
         """The program of the first answer alone, where it is known to be the first: the others still have to
-        be about where they are, and to decide as they do, but nobody reads them."""
+        decide as they do, but nobody reads them."""
         if not program.order.first:
             return None
         first, *others = program.endings
         checked = zip(others, self._checked[1:], strict=True)
         brief = [Ending((), _less(e.holds, checks), _less(e.finite, checks)) for e, checks in checked]
-        read = computed_from(self.flow, Program(self.flow, 0, (first,)).wanted)
-        places = {int(self.flow.nodes[n][1]) for n in read if self.flow.nodes[n][0] == "root"}
-        rough = frozenset(range(len(self.flow.finders))) - places
-        told = Order(usual=program.order.first)
-        return program._replace(endings=(first, *brief), order=told, rough=rough)
+        return program._replace(endings=(first, *brief), order=Order(usual=program.order.first))
+
+    def _iterates(self, endings: Sequence[Ending]) -> set[int]:
+        """The blocks that answers iterate."""
+        read = computed_from(self.flow, Program(self.flow, 0, tuple(endings)).wanted)
+        return {node for node in read if self.flow.nodes[node][0] == "root"}
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
         """What is given, and the symbols among that, by their places."""
@@ -386,20 +394,21 @@ class Recording(ClosedForms):
         )
         return next(same, None)
 
-    def _order(self, ranking: Ranking | None, states: Sequence[State]) -> Order:
-        """The order of the answers by the rule."""
+    def _number(self, node: int) -> float:
+        return float(self._numbers(node))
+
+    def _ranked(self, ranking: Ranking | None, states: Sequence[State]) -> Ranked | None:
+        """What the rule reads of the answers."""
         if ranking is None or len(states) < 2:
-            return Order()
-        answers = [[state.values.get(name) for name in ranking.read] for state in states]
-        given = [states[0].values.get(name) for name in ranking.known]
-        return order_of(self.flow, ranking, answers, given, lambda node: float(self._numbers(node)))
+            return None
+        answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
+        given = tuple(map(states[0].values.get, ranking.known))
+        return Ranked(ranking, answers, given)
 
     def _guard(self, checks: Iterable[int], finite: Iterable[int]) -> None:
         """Require more of the record."""
-        first, *others = self.endings
-        holds = dict.fromkeys((*first.holds, *(node for node in checks if node != self.flow.true)))
-        numbers = dict.fromkeys((*first.finite, *finite))
-        self.endings = [first._replace(holds=tuple(holds), finite=tuple(numbers)), *others]
+        holds = tuple(node for node in checks if node != self.flow.true)
+        self._guards = _joined(self._guards, Ending((), holds, tuple(finite)))
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """Require that a branch which came to no answer still comes to none, for the same reason."""
@@ -417,7 +426,7 @@ class Recording(ClosedForms):
     def _keep_usual(self) -> None:
         """No numbers that products of a few could lose: inputs of a size that has a meaning."""
         flow = self.flow
-        wanted = Program(flow, 0, tuple(self.endings)).wanted
+        wanted = Program(flow, 0, (*self.endings, self._guards)).wanted
         odd = {
             operand
             for node in computed_from(flow, wanted)
@@ -478,9 +487,11 @@ class Recording(ClosedForms):
         return numbers
 
     def _in_turn(self, name: str, node: int) -> int:
-        """An angle without a range in the turn around 0."""
+        """An angle without a range in the turn around 0, unless the answer has it elsewhere."""
         variable, turn = self.model.variables[name], self.graph.turn(name)
         if turn is None or variable.low > -math.inf or variable.high < math.inf:
+            return node
+        if abs(float(self._numbers(node))) > 0.5 * turn:
             return node
         return self._wrapped(node, turn)
 
@@ -505,6 +516,12 @@ class Recording(ClosedForms):
                 differ = flow.add("abs", flow.add("sub", one, two))
                 apart = flow.add("or", apart, flow.add("lt", limit, differ))
             flow.require(apart)
+
+
+def _joined(one: Ending, other: Ending) -> Ending:
+    """An ending that asks for what another one does, too."""
+    holds, finite = (dict.fromkeys((*a, *b)) for a, b in zip(one[1:], other[1:], strict=True))
+    return Ending(one.results, tuple(holds), tuple(finite))
 
 
 def _less(nodes: Sequence[int], others: Collection[int]) -> tuple[int, ...]:

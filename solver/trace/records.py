@@ -27,7 +27,8 @@ from solver.path.steps import SolveBlock
 from solver.ranking.ranking import Ranking
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, Pattern, State
-from solver.trace.program import Ending, Program
+from solver.trace.nearby import Nearby
+from solver.trace.program import Program
 from solver.trace.python import compile_scalar
 from solver.trace.record import Recording, record
 
@@ -64,9 +65,9 @@ class Refusal(Recording):
         ((_, fact),) = facts.items()
         state = self._on(self._steps(start, leaf))
         self.flow.require(self._impossible(state, fact, leaf))
-        self.endings.append(Ending((), tuple(state.checks), tuple(state.finite)))
+        self._guard(state.checks, state.finite)
         self._keep_usual()
-        return Program(self.flow, len(self.pattern.inputs), tuple(self.endings), symbols)
+        return Program(self.flow, len(self.pattern.inputs), (self._guards,), symbols)
 
     def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
         match fact:
@@ -170,9 +171,6 @@ MAX_RECORDS = 24
 MAX_FAILURES = 12
 MAX_DOUBTS, NEARER = 8, 0.8
 """Rows that are solved to see where the branches of records end: so much nearer to the sample than known."""
-MAX_MISSES = 40
-"""Calls one after the other that a record settles in whole alone, other numbers counting ten times: then it
-is not asked in brief any more."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -194,10 +192,8 @@ class Records:
         self.failures = self.vain = 0
         self.useful = 0
         """The place of the record that settled what no record before it did."""
-        self._primary: dict[int, Callable[..., Any]] = {}
-        self._misses: dict[int, int] = {}
-        """By the place of a record the rows one after the other that it settled, but not in brief."""
-        self._last: tuple[Value, ...] = ()
+        self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
+        self._nearby: dict[int, Nearby] = {}
         self._samples: list[Sequence[Value]] = []
         self._doubts = 0
 
@@ -207,27 +203,35 @@ class Records:
         places = range(len(self.programs))
         return sorted(places, key=lambda at: (-len(self.programs[at].endings), at != self.useful))
 
-    def primary(self, place: int) -> Callable[..., Any]:
-        """A record for its first answer alone."""
+    def first(self) -> tuple[Callable[..., Any], ...]:
+        """What calls for the first answer begin with, one after the other; nothing where they should say
+        first where they are."""
+        near = self._nearby.get(self.useful)
+        if near is not None and near.call is not None:
+            return (near.call,)
+        if self.programs[self.useful].alone and not (near is not None and near.given_up):
+            return ()
+        place = self.order[0]
         if place not in self._primary:
             program = self.programs[place]
-            whole = self._misses.get(place, 0) >= MAX_MISSES
-            self._primary[place] = compile_scalar(program if whole else program.brief or program)
+            forms = (program,) if program.brief is None else (program.brief, program)
+            self._primary[place] = tuple(map(compile_scalar, forms))
         return self._primary[place]
 
-    def missed(self, numbers: tuple[Value, ...]) -> bool:
-        """Note that the useful record settled a row, but not in brief; True where this is given up."""
+    def near(self, numbers: tuple[Value, ...]) -> None:
+        """Take note of a row that the useful record settled, of which the first answer was asked."""
         place = self.useful
-        before = self._misses.get(place, 0)
-        if before >= MAX_MISSES or self.programs[place].brief is None:
-            return False
-        seen = self.primary(place).__globals__["seen"]
-        new, self._last = numbers != self._last, numbers
-        self._misses[place] = (0 if seen[0] else before) + (10 if new else 1)
-        seen[0] = False
-        if given_up := self._misses[place] >= MAX_MISSES:
-            del self._primary[place]
-        return given_up
+        if not self.programs[place].alone:
+            return
+        if place in self._nearby:
+            self._nearby[place].move(numbers)
+        else:
+            before = [self.every[one] for one in self.order[: self.order.index(place)]]
+            self._nearby[place] = Nearby(
+                self.programs[place],
+                tuple(self._samples[place]),
+                lambda row: all(every(*row) is None for every in before),
+            )
 
     def known(self, numbers: Sequence[Value]) -> list[tuple[Value, ...]] | None:
         """All answers of a row by the first record that settles it, which is useful from now on.
@@ -275,6 +279,7 @@ class Records:
                 self.programs[place] = program._replace(reach=reach, brief=brief)
                 self.every[place] = compile_scalar(self.programs[place], all_answers=True)
                 self._primary.pop(place, None)
+                self._nearby.pop(place, None)
 
     def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], dead: Sequence[Leaf]) -> bool:
         """Take note of the answers of a row that was solved step by step; False where nothing came of it.
@@ -295,6 +300,7 @@ class Records:
                 )
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
+                    self._nearby.clear()
                     self.programs.append(program)
                     self.every.append(every)
                     self._samples.append(tuple(numbers))
@@ -335,7 +341,7 @@ class Records:
             known[:] = before
         self.failures, self.vain, self.useful, self._doubts = mark[1]
         self._primary.clear()
-        self._misses.clear()
+        self._nearby.clear()
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):

@@ -1,0 +1,61 @@
+"""The first answer of a record next to some numbers, told without the others."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import pytest
+
+import solver
+
+ANGLES = "variables\nx in [0, 60]\nk = 5\nrules\nsin(x) + x/k = 1.2\ny = x^2\n"
+"""Many answers of one iterated unknown, of which the sizes tell the first."""
+
+
+def far_and_near(number: float, share: float, seed: int) -> list[float]:
+    draw = random.Random(seed)
+    return [number * (1 + share * draw.uniform(-1, 1)) for _ in range(20)]
+
+
+@pytest.mark.parametrize("share", [1e-3, 0.05, 0.6])
+def test_a_call_returns_the_first_of_all_answers(share: float) -> None:
+    model: Any = solver.loads(ANGLES)
+    plan: Any = solver.prepare(model, ["k"], ["x", "y"])
+    plan(5.0)
+    for number in far_and_near(5.0, share, 1):
+        assert plan(number) == pytest.approx(plan.all(number)[0], rel=1e-14)
+        expected: Any = solver.solve(model, {"k": number}).solutions[0]
+        assert plan(number)[0] == pytest.approx(expected["x"], rel=1e-12)
+
+
+def test_others_are_not_followed_next_to_the_sample() -> None:
+    plan: Any = solver.prepare(solver.loads(ANGLES), ["k"], ["x"])
+    plan(5.0)
+    plan(5.001)
+    near = plan.records._nearby[plan.records.useful]
+    told = near.box.told
+    assert plan(5.002) == plan.all(5.002)[0]
+    assert near.box.told == told + 1
+
+
+def test_numbers_far_away_come_to_a_box_of_their_own() -> None:
+    plan: Any = solver.prepare(solver.loads(ANGLES), ["k"], ["x"])
+    plan(5.0)
+    plan(5.001)
+    near = plan.records._nearby[plan.records.useful]
+    for _ in range(80):
+        plan(6.0)
+    low, high = near.box.ends
+    assert low <= 6.0 <= high
+
+
+def test_what_is_no_number_is_told_as_ever() -> None:
+    plan: Any = solver.prepare(solver.loads(ANGLES), ["k"], ["x"])
+    plan(5.0)
+    plan(5.001)
+    with pytest.raises(TypeError):
+        plan("5")
+    with pytest.raises(solver.Unsolved):
+        plan(math.inf)
