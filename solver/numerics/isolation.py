@@ -78,8 +78,9 @@ def resolve_clusters(
     """
     found = Found(list(roots))
     clusters = [cluster for cluster in merged(at_rounding, unsplit) if _is_asked(function, cluster)]
+    clusters.sort(key=lambda cluster: cluster.rough)
     for number, cluster in enumerate(clusters):
-        if number < LOOKED_INTO:
+        if number < LOOKED_INTO and not (cluster.rough and len(found.roots) > MANY):
             _resolve(function, cluster, found)
         else:
             found.unresolved.append((cluster.low, cluster.high))
@@ -260,8 +261,15 @@ class IsolationLimits(NamedTuple):
 
 PRESPLIT = 5
 """Levels that are split blindly."""
+BOXES_ASKED = 5
+"""Evaluations for a box of a level: f over it, at three points, and its slope."""
+CALMEST, LAST_LOOK = 50, 1.25
+"""Boxes of a level that are still split when the limits are reached, those in which f rises or falls least;
+and the work that may go on so, as a multiple of the limit."""
 LOOKED_INTO = 24
 """Clusters left over that are looked into."""
+MANY = 50
+"""Roots beyond which no others are looked for where boxes had to be left open."""
 REMOTE_LEVELS = 6
 """Levels after which boxes beyond 1e±100 are given up."""
 STANDARD_LIMITS = IsolationLimits()
@@ -332,15 +340,16 @@ def _branch_and_prune(
     Remote boxes are given up."""
     settled: Intervals = []
     at_rounding: Intervals = []
+    unsplit: Intervals = []
     front = _presplit(function.low, function.high, PRESPLIT)
     level = 0
     for level in range(limits.levels):
         expect_time()
-        if not front or len(front) > limits.alive or function.evaluations > limits.boxes:
+        if not front or function.evaluations > LAST_LOOK * limits.boxes:
             break
         ranges = zip(front, function.ranges(front), strict=True)
         kept = [(box, f[1] - f[0]) for box, f in ranges if f is not None and f[0] <= 0.0 <= f[1]]
-        front = []
+        opened: list[Section] = []
         for section, (box, width) in zip(sections(function, [b for b, _ in kept]), kept, strict=True):
             match judge(section, width):
                 case Verdict.SINGLE:
@@ -350,10 +359,21 @@ def _branch_and_prune(
                 case Verdict.ROUNDING:
                     at_rounding.append(box)
                 case Verdict.OPEN:
-                    front += [(section.low, section.middle), (section.middle, section.high)]
+                    opened.append(section)
         if level >= REMOTE_LEVELS:
-            front = [box for box in front if not function.is_remote(*box)]
-    return settled, at_rounding, front, level + 1
+            opened = [section for section in opened if not function.is_remote(section.low, section.high)]
+        work = function.evaluations + 2 * BOXES_ASKED * len(opened)
+        if unsplit or 2 * len(opened) > limits.alive or work > limits.boxes:
+            opened.sort(key=_rise)
+            unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
+            del opened[CALMEST:]
+        front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
+    return settled, at_rounding, unsplit + front, level + 1
+
+
+def _rise(section: Section) -> float:
+    """How much f may rise or fall in a box."""
+    return max(map(abs, section.slope)) * (section.high - section.low) if section.smooth else inf
 
 
 def _presplit(low: float, high: float, levels: int) -> Intervals:

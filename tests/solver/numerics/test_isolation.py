@@ -269,6 +269,25 @@ def test_infinitely_many_roots_end_at_the_budget() -> None:
     assert all(abs(math.sin(1 / x)) * x < 1e-11 for x in found.roots)
 
 
+@pytest.mark.parametrize("x", [64.0, 75.0, 100.0, 110.0, 120.0, 256.0])
+def test_endlessly_many_roots_near_zero_do_not_hide_the_largest(x: float) -> None:
+    """The width of a cam that gives an acceleration: sin(c/x)/x^2 turns ever faster towards 0, and has its
+    largest roots where it is calm, on both sides of its last top."""
+    target = math.sin(250.0 / x) / x**2
+
+    def slope(box: Any) -> Any:
+        return (0.0 - 250.0 * cos(250.0 / box) / box - 2.0 * sin(250.0 / box)) / (box * box * box)
+
+    found = search(
+        lambda box: sin(250.0 / box) / (box * box) - target,
+        slope,
+        lambda at: math.sin(250.0 / at) / at**2 - target,
+        limits=IsolationLimits(12_000, 2_000),
+    )
+    assert not found.complete
+    assert any(abs(root - x) <= 1e-9 * x for root in found.roots)
+
+
 def test_a_jump_is_no_root() -> None:
     def box(lo: Any, hi: Any) -> tuple[Any, Any]:
         return numpy.where(hi < 0.7, 1.0, -1.0), numpy.where(lo < 0.7, 1.0, -1.0)
