@@ -156,13 +156,26 @@ class Refusal(Recording):
         return less
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
-        """Of each candidate that a check of it fails which failed at the sample."""
+        """Of each candidate that the first check fails clearly which failed at the sample."""
         for one, _ in self._candidates(state, step):
-            failing = [c for c in one.checks[len(state.checks) :] if self._numbers(c) is False]
-            if not failing:
-                raise NotCompilable
-            yield self.flow.add("not", failing[0])
-        self._on(state)
+            self._on(state)
+            checks = one.checks[len(state.checks) :]
+            place = next((k for k, c in enumerate(checks) if self._numbers(c) is False), len(checks))
+            for check in checks[:place]:
+                self.flow.require(check)
+            yield self._failing(*checks[place : place + 1])
+
+    def _failing(self, *checks: int) -> int:
+        """That a number is negative, not only too small to be told from 0."""
+        flow = self.flow
+        for kind, *parts in (flow.nodes[check] for check in checks):
+            if kind == "le" and flow.value_of(int(parts[0])) == 0.0:
+                return flow.add("not", checks[0])
+            if kind == "lt":
+                less = flow.add("lt", int(parts[1]), flow.add("neg", int(parts[0])))
+                if self._numbers(less) is True:
+                    return less
+        raise NotCompilable
 
 
 MAX_RECORDS = 24

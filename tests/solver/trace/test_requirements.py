@@ -60,3 +60,15 @@ def test_a_refusal_that_is_recorded_explains_itself_when_asked() -> None:
         assert "infeasible" in str(refused.value)
     assert said[0] == said[1] and said[0]
     assert plan.records.refusals
+
+
+def test_a_row_just_beyond_the_end_of_a_stroke_refuses_none_inside() -> None:
+    end = math.sqrt(21.0)
+    model = rulesheets.load("offset_slider_crank")
+    plan = solver.prepare(model, ["xB"], ["thetaAO"], {"thetaAO": None})
+    plan(7.0)
+    for beyond in (1e-3, 1e-6, 1e-7, 1e-8):
+        with pytest.raises(solver.Unsolved):
+            plan(end - beyond)
+    for inside in (1e-6, 3e-5, 1e-4, 1e-3):
+        assert len(plan.all(end + inside)) == 2
