@@ -113,22 +113,31 @@ def together(parts: Sequence[tuple[Array, Answers]], count: int) -> Answers:
 
 
 def kept(
-    inputs: Sequence[Array], answers: Answers, turns: Points, line: int, at: int = 0, fixed: int = 0
+    inputs: Sequence[Array],
+    answers: Answers,
+    turns: Points,
+    line: int,
+    at: int = 0,
+    known: Sequence[int] = (),
 ) -> Array:
     """Of each row (n,) the number of the answer that comes first, 0 where it is the one that the rule says.
 
     ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends where ``line`` rows are full; the
-    first row is row ``at`` of the sweep. The first answers of so many first rows are ``fixed``.
+    first row is row ``at`` of the sweep. Those of the first rows are ``known``.
     """
     counts = answers.counts
     asked = counts > 1
-    asked[: max(fixed, 1)] = False
+    asked[: max(len(known), 1)] = False
     for start, end in answers.runs:
         asked[start + 2 : end] = False
     rows = np.flatnonzero(asked)
-    if not len(rows) or not len(turns):
+    if not (len(rows) or any(known)) or not len(turns):
         return np.broadcast_to(np.intp(0), counts.shape)
     chosen = np.zeros(len(counts), dtype=np.intp)
+    chosen[: len(known)] = known
+    ends = {start + 1: end for start, end in answers.runs}
+    for row, place in enumerate(known):
+        chosen[row + 1 : ends.get(row, 0)] = place
     rows = rows[_along(inputs, counts, rows, line, at)]
     onward = np.zeros((len(answers.planes), len(rows)), dtype=np.intp)
     steady = _along(inputs, counts, rows - 1, line, at)
@@ -143,14 +152,24 @@ def kept(
             heading = source + wound(step, turns[:, None, None])
         nearest, clear = continued(heading, answers.points(rows[here], now), turns)
         onward[:before, here] = np.where(clear, nearest, 0)
-    if not onward[0].any():
+    if not (onward[0].any() or any(known)):
         return chosen
-    ends = {start + 1: end for start, end in answers.runs}
     for row, places_onward in zip(rows.tolist(), onward.T.tolist(), strict=True):
         chosen[row] = place = places_onward[chosen[row - 1]]
         if place and row in ends:
             chosen[row + 1 : ends[row]] = place
     return chosen
+
+
+def found_again(answers: Answers, before: Points, turns: Points) -> list[int]:
+    """Which answers of the first rows (k,) the numbers (v, k) are."""
+    again = []
+    for row, numbers in enumerate(before.T):
+        planes = answers.planes[: int(answers.counts[row])]
+        points = np.array([[column[row] for column in plane] for plane in planes] or [numbers])
+        apart = abs(wound(points - numbers, turns))
+        again.append(int((apart / np.maximum(apart.max(axis=0), 5e-324)).sum(axis=1).argmin()))
+    return again
 
 
 def _alike(sizes: Array) -> Iterator[Array]:
@@ -208,15 +227,15 @@ class Spans:
     ``steady_runs``. Rows are taken in turn, as soon as they are there and while they are in the cache.
     """
 
-    def __init__(self, columns: Sequence[Array]) -> None:
-        self.columns = columns
-        self.starts = np.arange(0, len(columns[0]) - SPAN + 1, SPAN)
+    def __init__(self, columns: Sequence[Array], span: int = SPAN) -> None:
+        self.columns, self.span = columns, span
+        self.starts = np.arange(0, len(columns[0]) - span + 1, span)
         self._ends: Points = np.empty((len(columns), 2, len(self.starts)))
 
     def take(self, start: int, end: int) -> None:
         """Some rows; they begin with a span."""
-        at = start // SPAN
-        here = self.starts[at : -(-end // SPAN)] - start
+        at = start // self.span
+        here = self.starts[at : -(-end // self.span)] - start
         for column, ends in zip(self.columns if len(self.starts) else (), self._ends, strict=False):
             for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
                 if len(here):
@@ -250,39 +269,42 @@ def steady_runs(
     far = np.logical_and.reduceat(whole, starts)
     first, last = np.maximum(starts - 2, 0), np.append(starts[1:], len(rows)) - 1
     far &= rows[last] - rows[first] == last - first  # without gaps
-    with np.errstate(all="ignore"):
-        moving = np.zeros(len(starts), dtype=bool)
-        for column in inputs:
-            steps = np.empty_like(column)
-            np.subtract(column[1:], column[:-1], out=steps[1:])
-            steps[0] = steps[1]
-            spans = Spans([steps])
-            spans.take_all()
-            low, high = spans.ends()[0]
-            even = ((low > 0.0) & (high <= STEADY * low)) | ((high < 0.0) & (low >= STEADY * high))
-            moving |= even
-            far &= even | ((low == 0.0) & (high == 0.0))
-        far &= moving
-        if far.any():
-            far &= _far_apart(ends, turns)
+    far &= moving(inputs)
+    if far.any():
+        far &= far_apart(ends, turns)
     edges = np.append(starts, len(rows))[np.flatnonzero(np.diff(far, prepend=False, append=False))]
     return [(max(start - 2, 0), end) for start, end in edges.reshape(-1, 2).tolist()]
 
 
-def _far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
+@np.errstate(all="ignore")
+def moving(inputs: Sequence[Array], span: int = SPAN) -> NDArray[np.bool_]:
+    """Whether in each span the inputs (n,) move steadily."""
+    some, every = False, True
+    for column in inputs:
+        steps = np.empty_like(column)
+        np.subtract(column[1:], column[:-1], out=steps[1:])
+        steps[0] = steps[1]
+        spans = Spans([steps], span)
+        spans.take_all()
+        low, high = spans.ends()[0]
+        even = ((low > 0.0) & (high <= STEADY * low)) | ((high < 0.0) & (low >= STEADY * high))
+        some |= even
+        every &= even | ((low == 0.0) & (high == 0.0))
+    return np.asarray(some & every)
+
+
+@np.errstate(all="ignore")
+def far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
     """Whether in each span every answer goes on nearest to itself, clearly, whatever its steps are."""
-    count, _, _, spans = ends.shape
-    own: Points = np.zeros((count, 1, spans))
-    other: Points = np.zeros((count, count, spans))
-    for place, turn in enumerate(turns):
-        low, high = ends[:, place, 0], ends[:, place, 1]
-        middle, width = (high + low) / 2.0, (high - low)[:, None]
-        apart = abs(wound(middle[:, None] - middle[None], turn))
-        reach = (3.0 * width + width.swapaxes(0, 1)) / 2.0  # of an answer and where another was heading
-        least = np.maximum(apart - reach, 0.0)
-        most, around = (apart + reach).max(axis=(0, 1)), least.max(axis=(0, 1))
-        own += np.where(most > 0.0, np.minimum(2.0 * width / around, 1.0), 0.0)
-        other += np.where(most > 0.0, least / most, 0.0)
+    count = len(ends)
+    low, high = ends[:, :, 0], ends[:, :, 1]
+    middle, width = (high + low) / 2.0, (high - low)[:, None]
+    apart = abs(wound(middle[:, None] - middle[None], turns[:, None]))
+    reach = (3.0 * width + width.swapaxes(0, 1)) / 2.0  # of an answer and where another was heading
+    least = np.maximum(apart - reach, 0.0)
+    most, around = (apart + reach).max(axis=(0, 1)), least.max(axis=(0, 1))
+    own = np.where(most > 0.0, np.minimum(2.0 * width / around, 1.0), 0.0).sum(axis=2)
+    other = np.where(most > 0.0, least / most, 0.0).sum(axis=2)
     clear: NDArray[np.bool_] = own <= CLEAR * other
     clear[np.arange(count), np.arange(count)] = True
     return np.asarray(clear.all(axis=(0, 1)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -20,7 +21,7 @@ from solver.files.tables import column_of, free_name
 from solver.interruption import WATCH, Interrupted
 from solver.leaves import Asked, Exploration
 from solver.path.planner import planner
-from solver.ranking.branches import Answers, kept
+from solver.ranking.branches import Answers, found_again, kept
 from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict
@@ -29,7 +30,7 @@ from solver.table import CODES, Column, Table
 from solver.trace.guards import Pattern
 from solver.trace.python import with_resort
 from solver.trace.records import Records
-from solver.trace.rows import AnswerSweeper, listed
+from solver.trace.rows import AnswerSweeper, Steady, listed
 
 
 def arguments(
@@ -340,10 +341,47 @@ def sweep_answers(
 def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
     """The primary answer of every row: the one that continues a branch, else the one that the rule says."""
     arrays = _columns(plan.inputs, columns)
-    status, answers = sweep_answers(plan, arrays, jit, steady=True)
     inputs = dict(zip(plan.inputs, arrays, strict=True))
+    if _is_long(plan, arrays):
+        return _in_pieces(plan, inputs, jit)
+    status, answers = sweep_answers(plan, arrays, jit, steady=True)
     first = kept(arrays, answers, plan.turns, len(status))
     return one_answer(inputs, plan.want, status, answers, first, own=True)
+
+
+PIECE, HEAD = 2**17, 2**10
+"""Rows whose answers are all in memory at a time, and the first of them."""
+
+
+def _is_long(plan: Plan, columns: Sequence[Array]) -> bool:
+    """Whether memory for all answers is more than that for one, and too much."""
+    records, numbers = plan.records, set(plan.want) <= quantities(plan.model)
+    several = any(len(records.programs[place].endings) > 1 for place in records.order[:1])
+    return numbers and several and all(c.dtype == float and len(c) > PIECE for c in columns)
+
+
+def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table:
+    """A piece begins with the last two rows before it, whose answers are known."""
+    columns, turns, steady = list(inputs.values()), plan.turns, Steady(plan.sweeper(jit), PIECE + 2)
+    count = len(columns[0])
+    status, counts = np.zeros(count, dtype=np.int8), list[Array]()
+    values = [np.empty(count) for _ in plan.want]
+    for start, end in pairwise((*range(0, HEAD + 1, HEAD), *range(HEAD + PIECE, count, PIECE), count)):
+        rows = slice(max(start - 2, 0), end)
+        here, targets = ([column[rows] for column in found] for found in (columns, values))
+        before = np.array([column[: start - rows.start] for column in targets])
+        counts.append(np.broadcast_to(np.int64(steady(here, before, targets)), end - start))
+        if not counts[-1][0]:
+            status[rows], answers = sweep_answers(plan, here, jit, steady=True)
+            first = kept(here, answers, turns, count, rows.start, found_again(answers, before, turns))
+            counts[-1] = answers.counts[start - rows.start :]
+            shown = answers.chosen(first, own=True) or [np.array(np.nan) for _ in values]
+            for target, column in zip(targets, shown, strict=True):
+                target[:] = column
+    one = counts[0][0]
+    alike = all(few.strides == (0,) and few[0] == one for few in counts)
+    whole = np.broadcast_to(one, count) if alike else np.concatenate(counts)
+    return _table(inputs, plan.want, status, values, whole)
 
 
 def one_answer(
@@ -356,10 +394,16 @@ def one_answer(
 ) -> Table:
     """A row for each row of inputs, with the answers ``first`` (n,) of each, whose planes it may ``own``."""
     values = answers.chosen(first, own) or [np.full(len(status), np.nan) for _ in want]
+    return _table(inputs, want, status, values, answers.counts)
+
+
+def _table(
+    inputs: Mapping[str, Array], want: Sequence[str], status: Array, values: Sequence[Array], counts: Array
+) -> Table:
     columns = {**dict(zip(want, values, strict=True)), **inputs}
     columns = {name: columns[name] for name in (*inputs, *want)}
-    columns[free_name("answers", columns)] = answers.counts
-    return Table(columns, status, answers=answers.counts)
+    columns[free_name("answers", columns)] = counts
+    return Table(columns, status, answers=counts)
 
 
 def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:

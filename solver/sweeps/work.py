@@ -316,7 +316,9 @@ class Branches:
         if piece.several:
             rows = piece.rows if self._before is None else _together(self._before, piece.rows)
             extra = len(rows.codes) - len(piece.rows.codes)
-            first = kept(rows.inputs, rows.answers, self.turns, self.work.line, self._done - extra, extra)
+            first = kept(
+                rows.inputs, rows.answers, self.turns, self.work.line, self._done - extra, [0] * extra
+            )
             if first.any():
                 piece = replace(self.work.solved(piece.rows, first[extra:]), several=piece.several)
             last = rows.last()._replace(answers=_in_front(rows.last().answers, first[-2:]))

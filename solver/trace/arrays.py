@@ -58,6 +58,7 @@ class ArrayKernel:
         exec(compile(self.source, "<compiled path>", "exec"), namespace)
         self._block: Callable[..., None] = namespace["block"]
         self.buffers, self.masks = writer.buffers, writer.masks
+        self._room: list[tuple[list[Array], list[Array], SineAndCosine]] = []
 
     def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
         """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs; ``take``
@@ -65,9 +66,8 @@ class ArrayKernel:
         """
         count = len(results[0])
         size = min(BLOCK, count)
-        buffers = [np.empty(size) for _ in range(self.buffers)]
-        masks = [np.empty(size, dtype=bool) for _ in range(self.masks)]
-        scratch = SineAndCosine(size)
+        room = self._room.pop() if self._room and size == BLOCK else self._new(size)
+        buffers, masks, scratch = room
         with np.errstate(all="ignore"):
             for start in range(0, count, size):
                 rows = slice(start, min(start + size, count))
@@ -79,6 +79,13 @@ class ArrayKernel:
                 self._block([c[rows] for c in columns], [r[rows] for r in results], buffers, masks, scratch)
                 if take is not None:
                     take(rows.start, rows.stop)
+        if size == BLOCK:
+            self._room = [room]
+
+    def _new(self, size: int) -> tuple[list[Array], list[Array], SineAndCosine]:
+        """Registers for so many rows."""
+        masks = [np.empty(size, dtype=bool) for _ in range(self.masks)]
+        return [np.empty(size) for _ in range(self.buffers)], masks, SineAndCosine(size)
 
 
 class _Writer:

@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 from rulesheets.model import Value
 from solver.facts import Status
 from solver.interruption import Interrupted
-from solver.ranking.branches import SPAN, Answers, Spans, continued, steady_runs, together
+from solver.ranking.branches import (
+    SPAN,
+    Answers,
+    Spans,
+    continued,
+    far_apart,
+    found_again,
+    moving,
+    steady_runs,
+    together,
+)
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, copied
@@ -32,6 +42,8 @@ MANY = 512
 """So many rows that its quick form does not settle pay for the patient form of a record."""
 LARGE = 800
 """Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
+WIDE = 4096
+"""Rows of a steady sweep that are decided at once."""
 TOGETHER = 2**17
 """Rows up to which the columns of a piece share a block of memory, which the next piece takes again."""
 
@@ -122,6 +134,11 @@ class AnswerKernel:
         nodes = [node for place in found.places for node in place.results]
         kernel = kernel_of(self.program.flow, (*nodes, *found.there, found.holds), self.jit, quick)
         return found.symbols, _Columns(kernel, len(nodes), len(found.there))
+
+    @property
+    def quick(self) -> Callable[..., None]:
+        """What computes the numbers of all answers, which of them are there, and where they hold."""
+        return self._known.kernel
 
     @cached_property
     def _patient(self) -> _Columns:
@@ -283,6 +300,58 @@ class _Columns(NamedTuple):
                 column[..., rows] = values
 
 
+class Steady:
+    """Pieces of a sweep in which all answers of a record go on steadily: only the one that is kept leaves
+    the cache, and memory for the others serves every piece.
+    """
+
+    def __init__(self, sweeper: AnswerSweeper, size: int) -> None:
+        self.sweeper, self.size = sweeper, size
+        self._room = self._logical = np.empty((0, 0))
+        self._place = self._vain = self._waiting = 0
+
+    def __call__(self, columns: Sequence[Array], before: Array, targets: Sequence[Array]) -> int:
+        """Fill ``targets``, columns (n,), with the answer that goes on from ``before`` (v, 2), its numbers in
+        the first two rows. Returns how many answers each row has; 0 where that is not plain, and for some
+        pieces after such a one.
+        """
+        if before.shape[1] < 2 or self._waiting:
+            self._waiting = max(self._waiting - 1, 0)
+            return 0
+        found = self._filled(columns, before, targets)
+        self._vain = self._waiting = 0 if found else 2 * self._vain + 1
+        return found
+
+    def _filled(self, columns: Sequence[Array], before: Array, targets: Sequence[Array]) -> int:
+        sweeper, count, each = self.sweeper, len(columns[0]), len(targets)
+        program = sweeper.records.programs[sweeper.records.order[0]]
+        places, turns, (low, high) = len(program.endings), sweeper.turns, program.reach
+        kernel = sweeper.kernel(program)
+        if kernel is None or any(kernel.symbols) or count < WIDE or not np.isfinite(before).all():
+            return 0
+        if not moving(columns, WIDE).all() or not low < columns[0].min() <= columns[0].max() < high:
+            return 0
+        if len(self._room) != places * each:
+            self._room = np.empty((places * each, self.size))
+            self._logical = np.empty((places + 1, self.size), dtype=bool)
+        planes = [list(self._room[at : at + each, :count]) for at in range(0, places * each, each)]
+        logical = self._logical[:, :count]
+        guess, self._place = self._place % places, 0
+        planes[guess] = list(targets)
+        numbers = [column for plane in planes for column in plane]
+        spans = Spans(numbers, WIDE)
+        kernel.quick(columns, (*numbers, *logical), spans.take)
+        if not logical.all() or not far_apart(spans.ends().reshape(places, each, 2, -1), turns).all():
+            return 0
+        place, second = found_again(Answers(np.full(2, places), planes), before, turns)
+        if place != second:
+            return 0
+        for target, column in zip(targets, planes[place] if place != guess else (), strict=False):
+            target[:] = column
+        self._place = place
+        return places
+
+
 class AnswerSweeper:
     """The rows of sweeps of one pattern, with every answer of each."""
 
@@ -338,7 +407,7 @@ class AnswerSweeper:
         steady: bool,
     ) -> Array:
         """The rows that are still left after a record had its turn."""
-        kernel = self._kernel(program)
+        kernel = self.kernel(program)
         everywhere, (low, high) = left, program.reach
         if low > -np.inf or high < np.inf:
             column = columns[0][left]
@@ -355,7 +424,8 @@ class AnswerSweeper:
             return np.setdiff1d(everywhere, left[holds], assume_unique=True)
         return left[:0] if holds.all() else left[~holds]
 
-    def _kernel(self, program: Program) -> AnswerKernel | None:
+    def kernel(self, program: Program) -> AnswerKernel | None:
+        """A record on arrays, where it can be."""
         known = self._kernels.get(id(program.flow))
         if known is None:
             try:

@@ -62,3 +62,25 @@ def test_lines_of_a_grid_begin_anew() -> None:
     for place, factor in enumerate(k.tolist()):
         line = solver.sweep(model, {"s": s}, ["x"], given={"k": factor})
         assert table["x"][26 * place : 26 * place + 26] == pytest.approx(line["x"], rel=1e-12)
+
+
+@pytest.mark.parametrize("jit", [False, True])
+def test_a_long_sweep_shows_what_it_shows_in_one_piece(jit: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pieces in which the answers go on steadily are not ordered anew, and others are."""
+    if jit:
+        pytest.importorskip("llvmlite")
+    model = rulesheets.load("offset_slider_crank")
+    out, back = np.linspace(4.5, 10.9, 60_000), np.linspace(10.3, 4.5, 30_000)
+    column = np.concatenate([out, [np.nan, 20.0], back, np.random.default_rng(6).uniform(5.0, 10.0, 9_000)])
+    tables = []
+    for piece in (2**20, 2**13, 5000):
+        monkeypatch.setattr("solver.sweeps.plan.PIECE", piece)
+        plan = solver.prepare(model, ["xB"], ["thetaAO", "vB", "alphaAB"], {"thetaAO": None})
+        plan(7.0)
+        tables.append(plan.sweep(column, jit=jit))
+    for table in tables[1:]:
+        assert (table.status == tables[0].status).all()
+        assert (table.answers == tables[0].answers).all()
+        for name in plan.want:
+            assert table[name] == pytest.approx(tables[0][name], rel=1e-9, abs=1e-9, nan_ok=True)
+    assert set(tables[0].answers.tolist()) == {0, 2}
