@@ -247,8 +247,8 @@ class Ranked(NamedTuple):
     given: tuple[int | None, ...]
 
 
-def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float]) -> Order:
-    """What sorts answers, of which the sample is in order already.
+def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehand: bool) -> Order:
+    """What sorts answers, of which the sample is in order already; ``beforehand``: and where this is known.
 
     ``numbers`` tells what a node is at the sample. Raises NotCompilable where the rule does not tell the
     answers of the sample apart.
@@ -276,6 +276,8 @@ def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float]) -> Order:
         same = [flow.add("eq", a, b) for a, b in zip(one, other, strict=True)]
         told.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
     needed = tuple(node for node in told if node != flow.true)
+    if not beforehand:
+        return Order(tuple(keys), needed)
     asked = partial(_usual, flow, ranked, zero, numbers)
     usual = asked(pairwise)
     first = usual if len(keys) == 2 else asked(lambda some: product(some[:1], some[1:]))

@@ -89,15 +89,16 @@ class Recording(ClosedForms):
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
         ranked = self._ranked(ranking, states)
-        order = order_of(self.flow, ranked, self._number) if ranked else Order()
         for leaf in dead[:MAX_DEAD]:
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
         alone = tuple(_joined(ending, self._guards) for ending in self.endings)
         endings = (alone[0], *self.endings[1:])
+        iterated = len(self._iterates(endings[:1])) < len(self._iterates(endings))
+        order = order_of(self.flow, ranked, self._number, not iterated) if ranked else Order()
         program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
-        if len(self._iterates(endings[:1])) < len(self._iterates(endings)):
+        if iterated:
             return lean(program)._replace(ranked=ranked, alone=alone)
         brief = self._brief(program)
         return lean(program)._replace(brief=brief and lean(brief))
@@ -341,23 +342,18 @@ class Recording(ClosedForms):
                 state.values[name] = self._wrapped(node, turn)
 
     def _turned(self, state: State, name: str, variable: Variable) -> None:
-        """Require an angle to be within one turn: a full solve moves it there. A case may say otherwise."""
+        """Require an angle to stay within the turn in which the answer has it. A case may say otherwise."""
         flow, turn, node = self.flow, self.graph.single_turn(name), state.values.get(name)
         bounded = variable.low > -math.inf or variable.high < math.inf
         if node is None or turn is None or bounded or not variable.posted or name in self.given:
             return
         kind = flow.nodes[node]
-        if (
-            node in self.wrapped
-            or flow.value_of(node) is not None
-            or str(kind[kind[0] == "call"]) in _DIRECTIONS
-        ):
+        told = node in self.wrapped or flow.value_of(node) is not None
+        if told or str(kind[kind[0] == "call"]) in _DIRECTIONS:
             return
-        if kind[0] in ("direction", "directiond"):
-            return
-        half = flow.constant(turn / 2)
-        flow.require(flow.add("lt", flow.add("neg", half), node))
-        flow.require(flow.add("le", node, half))
+        middle = turn * math.ceil(self._number(node) / turn - 0.5)
+        flow.require(flow.add("lt", flow.constant(middle - turn / 2), node))
+        flow.require(flow.add("le", node, flow.constant(middle + turn / 2)))
 
     def _ending(self, state: State) -> Ending:
         flow = self.flow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from pathlib import Path
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -186,3 +187,14 @@ def test_answers_next_to_a_fold_are_not_lost_to_a_record_beyond_it() -> None:
     plan = solver.prepare(model, ["aB"], ["offset"], {"offset": None})
     assert [len(plan.all(aB)) for aB in (-709.1, -707.0, -714.02616824541, -700.0)] == [3, 1, 3, 1]
     assert plan.records.programs[0].reach[1] == -707.0
+
+
+def test_angles_beyond_half_a_turn_stay_in_the_turn_that_the_answer_has_them_in() -> None:
+    rules = "variables\nb = 7\nc = 9\nC = 80\nrules\na^2 = b^2 + c^2 - 2*b*c*cosd(A)\n"
+    model: Any = solver.loads(rules + "b/sind(B) = a/sind(A)\nA + B + C = 180\n")
+    plan: Any = solver.prepare(model, ["b", "c", "C"], ["A"])
+    for number in (80.0, 80.1, 79.7):
+        found = plan.all(7.0, 9.0, number)
+        wanted = solver.solve(model, {"C": number}).solutions
+        assert [row[0] for row in found] == pytest.approx([answer["A"] for answer in wanted])
+    assert len(plan.records.programs) == 1
