@@ -12,17 +12,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.alike import Evaluated, evaluated
+from solver.accuracy.alike import evaluated
 from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
-from solver.numerics.linear_algebra import Factor, as_matrix, factorise, sparse_matrix
+from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
 from solver.path.steps import Evaluate, Select, SolveBlock, Step
 
@@ -32,8 +34,9 @@ DENSE = 400
 MANY = 30
 """Unknowns beyond which the rules of a block are evaluated at once."""
 
-Errors = list[float]
-"""One error a choice of signs."""
+Errors: TypeAlias = NDArray[np.float64]
+"""One error (16,) a choice of signs."""
+UNKNOWN, NONE = np.full(SAMPLES, math.inf), np.zeros(SAMPLES)
 
 
 class BlockCondition(NamedTuple):
@@ -85,7 +88,7 @@ def input_errors(
     propagation = _Propagation(model, values, active, ())
     propagation.rounds = False
     for place, (name, error) in enumerate(inputs.items()):
-        propagation.errors[name] = [error * sign for sign in _signs(-2 - place)]
+        propagation.errors[name] = error * _signs(-2 - place)
     return propagation.run(steps).error
 
 
@@ -112,16 +115,17 @@ class _Propagation:
         self.blocks: dict[tuple[str, ...], BlockCondition] = {}
 
     def run(self, steps: Sequence[Step]) -> ForwardErrors:
-        for step in dict.fromkeys(steps):
-            match step:
-                case Evaluate(equation=equation, unknown=unknown):
-                    self._direct(self.model.equations[equation], unknown)
-                case Select(equations=equations, unknown=unknown):
-                    chosen = [e for i in equations if self.active(e := self.model.equations[i])]
-                    if chosen:
-                        self._direct(chosen[0], unknown)
-                case SolveBlock(equations=equations, unknowns=unknowns):
-                    self._block([self.model.equations[i] for i in equations], unknowns)
+        with np.errstate(all="ignore"):  # what is no number counts as infinite
+            for step in dict.fromkeys(steps):
+                match step:
+                    case Evaluate(equation=equation, unknown=unknown):
+                        self._direct(self.model.equations[equation], unknown)
+                    case Select(equations=equations, unknown=unknown):
+                        chosen = [e for i in equations if self.active(e := self.model.equations[i])]
+                        if chosen:
+                            self._direct(chosen[0], unknown)
+                    case SolveBlock(equations=equations, unknowns=unknowns):
+                        self._block([self.model.equations[i] for i in equations], unknowns)
         return ForwardErrors(dict(self._largest()), self.blocks, self.cancelled)
 
     def _largest(self) -> Iterator[tuple[str, float]]:
@@ -133,7 +137,7 @@ class _Propagation:
             if errors is None:
                 yield name, 0.0
             else:
-                worst = max(map(abs, errors))
+                worst = float(np.abs(errors).max())
                 yield name, worst + UNIT_ROUNDOFF * abs(number) if worst and self.rounds else worst
 
     def _direct(self, equation: Equation, unknown: str) -> None:
@@ -146,12 +150,10 @@ class _Propagation:
         slope = 0.0 if row is None else row.slopes.get(unknown, 0.0)
         if row is not None and slope and self._cancels(row, unknown):
             self.cancelled = True
-        if row is None or not any(row.off):
-            self.errors[unknown] = [0.0 if row else math.inf] * SAMPLES
-        elif slope == 0.0 or math.isnan(slope):
-            self.errors[unknown] = [math.inf] * SAMPLES
+        if row is None or not row.off.any():
+            self.errors[unknown] = NONE if row else UNKNOWN
         else:
-            self.errors[unknown] = [_finite(-off / slope) for off in row.off]
+            self.errors[unknown] = _finite(-row.off / slope) if slope else UNKNOWN
 
     def _cancels(self, row: _Row, unknown: str) -> bool:
         """Whether an unknown that is not 0 is next to nothing beside what its rule adds up."""
@@ -173,55 +175,61 @@ class _Propagation:
             if self.rounds
             else blur(subtract(equation.left, equation.right), self.values, {})
         )
-        off = [size * sign for sign in _signs(equation.index)] if size else [0.0] * SAMPLES
+        off = size * _signs(equation.index) if size else NONE
         for name, slope in slopes.items():
             known = self.errors.get(name)
-            if known is not None and name not in unknowns and any(known):
-                off = [a + slope * b for a, b in zip(off, known, strict=True)]
-        return _Row(slopes, [_finite(number) for number in off])
+            if known is not None and name not in unknowns and known.any():
+                off = off + slope * known
+        return _Row(slopes, _finite(off))
 
     def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
         if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:
             self._spread(double, unknowns)
             return
-        present = [name for name in unknowns if name in self.values]
-        if len(unknowns) > MANY and len(present) == len(unknowns) and self.rounds:
-            self._large_block(equations, unknowns)
-            return
-        rows = (
-            [self._row(equation, unknowns) for equation in equations] if len(present) == len(unknowns) else []
-        )
-        solved = self._solved([row for row in rows if row], unknowns) if rows and all(rows) else None
+        errors = None
+        if all(name in self.values for name in unknowns):
+            large = len(unknowns) > MANY and self.rounds
+            system = (self._many_rows if large else self._rows)(equations, unknowns)
+            errors = None if system is None else self._solved(*system, unknowns)
         for place, name in enumerate(unknowns):
-            self.errors[name] = [math.inf] * SAMPLES if solved is None else [s[place] for s in solved]
+            self.errors[name] = UNKNOWN if errors is None else errors[place]
 
-    def _large_block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
-        """The same on arrays."""
+    def _rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
+        """The Jacobian (n, n) of a block, and by how much its rules may be off (n, samples)."""
+        rows = [self._row(equation, unknowns) for equation in equations]
+        found = [row for row in rows if row and all(map(math.isfinite, row.slopes.values()))]
+        if len(found) < len(rows):
+            return None
+        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in found]
+        return as_matrix(matrix, len(unknowns)), np.array([row.off for row in found])
+
+    def _many_rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
+        """The same of rules that are evaluated at once."""
         found = evaluated(self.model, equations, self.values)
-        solved = self._solved_at_once(found, [e.index for e in equations], unknowns)
-        errors = [[math.inf] * SAMPLES] * len(unknowns) if solved is None else solved.tolist()
-        self.errors.update(zip(unknowns, errors, strict=True))
-
-    def _solved_at_once(self, found: Evaluated, indices: Sequence[int], unknowns: Sequence[str]) -> Any:
-        """The errors (n, samples) of the unknowns; None where they are not determined."""
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
-        off = (found.noise + np.abs(found.miss))[:, None] * _many_signs(indices)
+        off = np.stack([_signs(e.index) for e in equations]) * (found.noise + np.abs(found.miss))[:, None]
         columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
         inside = columns >= 0
         for share, row, column in zip(
             found.slopes[~inside].tolist(), found.rows[~inside], found.columns[~inside], strict=True
         ):
             known = self.errors.get(found.names[column])
-            if known is not None and any(known):
-                off[row] += share * np.array(known)
-        if not (np.isfinite(off).all() and np.isfinite(found.slopes).all()):
+            if known is not None and known.any():
+                off[row] += share * known
+        if not np.isfinite(found.slopes).all():
             return None
         matrix = sparse_matrix(found.slopes[inside], found.rows[inside], columns[inside], (n, n))
-        factor = self._factored(matrix if n > DENSE else matrix.toarray(), unknowns)
-        if factor is None:
+        return (matrix if n > DENSE else matrix.toarray()), off
+
+    def _solved(self, matrix: Any, off: Errors, unknowns: Sequence[str]) -> Errors | None:
+        """The errors (n, samples) of the unknowns; None where they are not determined."""
+        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
+        factor, key = factorise(matrix, weights), tuple(unknowns)
+        regular = factor.rank == len(key)
+        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
+        if not regular or not np.isfinite(off).all():
             return None
-        errors = np.column_stack([factor.solution(-column) for column in off.T])
-        return np.where(np.isnan(errors), np.inf, errors)
+        return _finite(np.column_stack([factor.solution(-column) for column in off.T]))
 
     # --- at a double root ---
 
@@ -231,27 +239,7 @@ class _Propagation:
         along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
         reach = HALF * max([1.0, *along])
         for name in unknowns:
-            far = reach * double.direction.get(name, 0.0)
-            self.errors[name] = [far * sign for sign in _signs(double.equations[0])]
-
-    def _solved(self, rows: Sequence[_Row], unknowns: Sequence[str]) -> list[list[float]] | None:
-        """The errors of the unknowns for every choice of signs; None where they are not determined."""
-        if not all(math.isfinite(slope) for row in rows for slope in row.slopes.values()):
-            return None
-        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in rows]
-        factor = self._factored(as_matrix(matrix, len(unknowns)), unknowns)
-        if factor is None or not all(math.isfinite(off) for row in rows for off in row.off):
-            return None
-        columns = ([-row.off[k] for row in rows] for k in range(SAMPLES))
-        return [[_finite(e) for e in factor.solve(column)] for column in columns]
-
-    def _factored(self, matrix: Any, unknowns: Sequence[str]) -> Factor | None:
-        """The Jacobian of a block in units of its unknowns; None where it is deficient."""
-        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
-        factor, key = factorise(matrix, weights), tuple(unknowns)
-        regular = factor.rank == len(key)
-        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
-        return factor if regular else None
+            self.errors[name] = reach * double.direction.get(name, 0.0) * _signs(double.equations[0])
 
 
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
@@ -262,22 +250,13 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
     return found
 
 
-def _signs(index: int) -> Iterator[float]:
+@lru_cache(maxsize=4096)
+def _signs(index: int) -> Errors:
     """Sixteen signs that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
-    bits = _hashed(index)
-    return (1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES))
-
-
-def _many_signs(indices: Sequence[int]) -> Any:
-    """The same (n, samples) of many numbers."""
-    bits = np.array([_hashed(index) % 2**SAMPLES for index in indices])
-    return np.where(bits[:, None] >> np.arange(SAMPLES) & 1, 1.0, -1.0)
-
-
-def _hashed(index: int) -> int:
     bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
-    return ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
+    bits = ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
+    return np.array([1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES)])
 
 
-def _finite(number: float) -> float:
-    return number if not math.isnan(number) else math.inf
+def _finite(errors: Errors) -> Errors:
+    return np.where(np.isnan(errors), np.inf, errors)
