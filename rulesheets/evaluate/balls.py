@@ -6,7 +6,7 @@ A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE T
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import Any, TypeAlias
@@ -17,7 +17,8 @@ from rulesheets.evaluate.number import Arithmetic, Undefined
 from rulesheets.functions.row import Forms, Function
 from rulesheets.functions.slopes import ROUNDED
 from rulesheets.functions.table import TABLE
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, children, names
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, names
+from rulesheets.syntax.program import walk
 
 Ball: TypeAlias = Any
 """An ``arb`` of python-flint (which has no types of its own)."""
@@ -155,7 +156,9 @@ def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
 
 def jumps(expressions: Iterable[Expression], unknowns: Collection[str]) -> tuple[Call, ...]:
     """The calls in expressions of functions that jump, with an unknown in their arguments."""
-    return tuple(dict.fromkeys(call for one in expressions for call in _calls(one, frozenset(unknowns))))
+    calls = (part for one in expressions for part in walk(one) if isinstance(part, Call))
+    found = (c for c in calls if TABLE[c.function].steady and not set(unknowns).isdisjoint(names(c)))
+    return tuple(dict.fromkeys(found))
 
 
 def continuous(calls: Iterable[Call], balls: Mapping[str, Ball]) -> bool:
@@ -168,14 +171,3 @@ def continuous(calls: Iterable[Call], balls: Mapping[str, Ball]) -> bool:
         for call in calls
         if (steady := TABLE[call.function].steady) is not None
     )
-
-
-def _calls(expression: Expression, unknowns: frozenset[str]) -> Iterator[Call]:
-    stack = [expression]
-    while stack:
-        match stack.pop():
-            case Call(function) as call if TABLE[function].steady and not unknowns.isdisjoint(names(call)):
-                yield call
-                stack.extend(call.arguments)
-            case other:
-                stack.extend(children(other))

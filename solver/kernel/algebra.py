@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from fractions import Fraction
 from math import inf, isfinite
 from typing import NamedTuple, TypeAlias
@@ -21,7 +21,7 @@ from solver.facts import Conflict, NoValue
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
-from solver.numerics.linear import solve_linear
+from solver.numerics.linear import echelon, solve_linear
 from solver.numerics.tolerances import BACKWARD, CLEAR, UNCANCELLED
 from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
@@ -278,30 +278,6 @@ def _cleared(row: Row) -> Row:
     return {monomial: c for monomial, c in found.items() if c}
 
 
-def reduced(rows: Sequence[Row], last: Callable[[Monomial], bool]) -> list[Mapping[Monomial, Fraction]]:
-    """Rows that follow from these, in reduced echelon form; monomials that are to be left come ``last``."""
-    columns = sorted({m for row in rows for m in row if m}, key=last)
-    left = [dict(row) for row in rows]
-    done: list[Row] = []
-    for column in columns:
-        pivot = next((row for row in left if row.get(column)), None)
-        if pivot is None:
-            continue
-        left.remove(pivot)
-        pivot = {m: c / pivot[column] for m, c in pivot.items()}
-        left = [_without(column, row, pivot) for row in left]
-        done = [*(_without(column, row, pivot) for row in done), pivot]
-    return [*done, *left]
-
-
-def _without(column: Monomial, row: Row, pivot: Row) -> Row:
-    factor = row.get(column)
-    if not factor:
-        return row
-    both = {m: row.get(m, Fraction(0)) - factor * pivot.get(m, Fraction(0)) for m in {**row, **pivot}}
-    return {m: c for m, c in both.items() if c}
-
-
 def unattained(question: Question, given: Collection[str]) -> NoValue | None:
     """The rule of a block that a function would have to leave the inside of its image for, if there is one.
 
@@ -323,11 +299,13 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
         rows = [_cleared(monomials(form, number)) for form in question.kernel.forms]
     except ZeroDivisionError:
         return None
-    for row in reduced(rows, lambda monomial: _call(monomial) is not None):
-        asked = [monomial for monomial in row if monomial]
-        call = _call(asked[0]) if len(asked) == 1 else None
-        if call is not None and _outside(call.function, -row.get(ONE, Fraction(0)) / row[asked[0]]):
-            return _no_value(question, call, -row.get(ONE, Fraction(0)) / row[asked[0]])
+    columns = sorted({m for row in rows for m in row if m}, key=lambda monomial: _call(monomial) is not None)
+    matrix = [[row.get(monomial, Fraction(0)) for monomial in columns] for row in rows]
+    for *entries, constant in echelon(matrix, [-row.get(ONE, Fraction(0)) for row in rows]):
+        asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
+        call = _call(asked[0][0]) if len(asked) == 1 else None
+        if call is not None and _outside(call.function, target := Fraction(constant, asked[0][1])):
+            return _no_value(question, call, target)
     return None
 
 

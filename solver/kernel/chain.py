@@ -19,6 +19,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, add, substitute, subtract
+from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Stage
@@ -186,13 +187,4 @@ def jumps(expression: Expression) -> bool:
 
 def directions(expression: Expression) -> Iterator[Call]:
     """The directions of points (x, y) in an expression: they jump where y changes sign and x is negative."""
-    return (call for call in _calls(expression) if TABLE[call.function].direction)
-
-
-def _calls(expression: Expression) -> Iterator[Call]:
-    stack: list[Any] = [expression]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Call):
-            yield node
-        stack.extend(nodes.children(node))
+    return (part for part in walk(expression) if isinstance(part, Call) and TABLE[part.function].direction)

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.functions import TABLE
+from rulesheets.evaluate.exactly import Inexact, Rationals
 from rulesheets.functions.intervals.arrays import Array
 from rulesheets.functions.intervals.arrays import Interval as Intervals
 from rulesheets.syntax import nodes
@@ -55,11 +55,12 @@ def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
     tear = chain.tears[0]
     assigned = {item.name for item in chain.assignments}
     residual = chain.assignments[-1].expression
-    for number, quotient in enumerate(dict.fromkeys(_quotients(residual))):
+    quotients = (part for part in walk(residual) if isinstance(part, Quotient))
+    for number, quotient in enumerate(dict.fromkeys(quotients)):
         used = {*nodes.names(quotient)}
         if tear not in used or used & assigned:
             continue
-        if _at_zero(quotient.left, tear) != 0 or _at_zero(quotient.right, tear) != 0:
+        if not all(_vanishes_at_zero(side, tear) for side in (quotient.left, quotient.right)):
             continue
         try:
             slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
@@ -72,53 +73,21 @@ def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
         yield emitter.of(exchange(residual, quotient, Name(bounded)))
 
 
-def _quotients(expression: Expression) -> Iterator[Quotient]:
-    stack = [expression]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Quotient):
-            yield node
-        stack.extend(nodes.children(node))
+class _AtZero(Rationals):
+    """Exact values where the tear is 0, whatever the other numbers are."""
+
+    def _is_number(self, expression: Expression) -> bool:
+        return True
+
+    def power(self, node: Power) -> Fraction:
+        return Fraction(1) if self.of(node.base) == 1 else super().power(node)
 
 
-def _at_zero(expression: Expression, tear: str) -> Fraction | None:
-    """The exact value where the tear is 0, whatever the other numbers are; None where it depends on them."""
-    match expression:
-        case Number(value):
-            return Fraction(value)
-        case Name(name):
-            return Fraction(0) if name == tear else None
-        case Negative(operand):
-            inside = _at_zero(operand, tear)
-            return None if inside is None else -inside
-        case Sum(terms):
-            values = [v for term in terms if (v := _at_zero(term, tear)) is not None]
-            return sum(values, Fraction(0)) if len(values) == len(terms) else None
-        case Product(left, right):
-            one, other = _at_zero(left, tear), _at_zero(right, tear)
-            if one == 0 or other == 0:
-                return Fraction(0)
-            return None if one is None or other is None else one * other
-        case Power(base, exponent):
-            raised = _at_zero(base, tear)
-            power = _at_zero(exponent, tear)
-            if raised == 1 or power == 0:
-                return Fraction(1)
-            return Fraction(0) if raised == 0 and power is not None and power > 0 else None
-        case Call(function, (argument,)) if _at_zero(argument, tear) == 0:
-            return _value_at_zero(function)
-        case _:
-            return None
-
-
-def _value_at_zero(function: str) -> Fraction | None:
-    """The exact value of a function at 0, where that is 0 or 1; None of those registered from Python."""
-    row = TABLE[function]
+def _vanishes_at_zero(expression: Expression, tear: str) -> bool:
     try:
-        value = row.value(0.0)
-    except (ArithmeticError, ValueError):
-        return None
-    return Fraction(value) if row.source is None and row.smooth and value in (0.0, 1.0) else None
+        return _AtZero({tear: Fraction(0)}, {}).of(expression) == 0
+    except Inexact:
+        return False
 
 
 # --- the residual with its denominators multiplied away ---

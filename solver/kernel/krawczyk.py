@@ -38,7 +38,8 @@ from rulesheets.evaluate.balls import (
     solved,
 )
 from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.syntax.nodes import Expression, Name, Number, add, children, is_number, multiply, subtract
+from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, subtract
+from rulesheets.syntax.program import walk
 from solver.kernel.emitter import ROUNDED
 from solver.numerics.linear_algebra import eliminate, null_direction
 
@@ -235,10 +236,7 @@ def _singular(square: Square, numbers: Mapping[str, Fraction], radian: Fraction)
 
 
 def _numbers(form: Expression) -> Iterator[float]:
-    if isinstance(form, Number):
-        yield form.value
-    for part in children(form):
-        yield from _numbers(part)
+    return (part.value for part in walk(form) if isinstance(part, Number))
 
 
 MU, PLACE = "#mu", "#t"

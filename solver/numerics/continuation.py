@@ -103,10 +103,10 @@ def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> Cu
     return CurvePoint(z, tangent, arc, int(sign))
 
 
-def start(problem: Problem, z: Vector, way: int = 1) -> CurvePoint | None:
-    """The point of the curve at ``z``, directed so that the parameter grows (``way`` 1) or falls (-1)."""
+def start(problem: Problem, z: Vector) -> CurvePoint | None:
+    """The point of the curve at ``z``, directed so that the parameter grows."""
     along = np.zeros(len(z))
-    along[-1] = way
+    along[-1] = 1.0
     point = point_at(problem, z, along)
     turning = point is not None and abs(point.tangent[-1]) <= TURNING
     return point if point is None or not turning else point._replace(fold=True)

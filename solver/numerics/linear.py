@@ -10,7 +10,7 @@ unless the condition number nears 1/eps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import inf, lcm
 from typing import Any, NamedTuple
@@ -53,17 +53,22 @@ EXACT_LIMIT = 30
 def solve_linear(
     matrix: Sequence[Sequence[float | Fraction]],
     rhs: Sequence[float | Fraction],
-    columns: int | None = None,
 ) -> LinearOutcome:
-    """Solve A x = b for m × n rows of finite floats or fractions. ``columns`` is n where there are no rows.
+    """Solve A x = b for m × n rows of finite floats or fractions.
 
     Up to 30 rows and columns by fractions; beyond by LU with iterative refinement, where a matrix that
     is singular to rounding gives ``SINGULAR_JACOBIAN`` with its numerical rank.
     """
-    n = columns if columns is not None else len(matrix[0]) if matrix else 0
+    n = len(matrix[0]) if matrix else 0
     if max(n, len(matrix)) <= EXACT_LIMIT:
         return _Elimination(matrix, rhs, n).outcome()
     return solve_large(matrix, rhs)
+
+
+def echelon(matrix: Sequence[Sequence[Fraction]], rhs: Sequence[Fraction]) -> Iterator[list[int]]:
+    """Rows (n + 1,) that follow from those of A x = b, exact multiples: in reduced echelon form."""
+    found = _Elimination(matrix, rhs, len(matrix[0]))
+    return (row[: found.n + 1] for row in found.rows)
 
 
 class _Elimination:

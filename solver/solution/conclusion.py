@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, derivatives, extended
@@ -328,13 +328,8 @@ def _near_zero_by_zero(model: Model, verdict: Verdict) -> Iterator[bool]:
 
 
 def _has_zero_by_zero(side: Expression, values: Mapping[str, Value]) -> bool:
-    stack: list[Any] = [side]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Quotient) and all(_small(part, values) for part in (node.left, node.right)):
-            return True
-        stack.extend(children(node))
-    return False
+    quotients = (part for part in walk(side) if isinstance(part, Quotient))
+    return any(_small(node.left, values) and _small(node.right, values) for node in quotients)
 
 
 def _small(part: Expression, values: Mapping[str, Value]) -> bool:

@@ -20,7 +20,8 @@ from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
 from rulesheets.model import Equation, Model, Value, Variable
-from rulesheets.syntax.nodes import Comparison, Name, Number, Quotient, children, exchange, names
+from rulesheets.syntax.nodes import Comparison, Name, Number, Quotient, exchange, names
+from rulesheets.syntax.program import walk
 from solver.accuracy.forward_error import slopes
 from solver.accuracy.rule_check import check_rule
 from solver.facts import Conflict, Filled
@@ -277,13 +278,7 @@ def answers_between(asked: Asked) -> tuple[Leaf, ...]:
 
 
 def _has_quotient(equation: Equation) -> bool:
-    stack: list[Any] = [equation.left, equation.right]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, Quotient):
-            return True
-        stack.extend(children(node))
-    return False
+    return any(isinstance(part, Quotient) for side in (equation.left, equation.right) for part in walk(side))
 
 
 def _movable(model: Model, inputs: Mapping[str, Value]) -> list[str]:

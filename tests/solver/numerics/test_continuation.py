@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.continuation import End, Problem, Trace, crossing, follow, start
+from solver.numerics.continuation import End, Problem, Trace, crossing, follow, point_at, start
 
 
 def problem(
@@ -39,8 +39,11 @@ def _arity(function: Callable[..., object]) -> int:
 
 
 def followed(curve: Problem, z: Sequence[float], way: int = 1) -> Trace:
-    first = start(curve, np.array(z), way)
+    first = start(curve, np.array(z))
     assert first is not None
+    if way < 0:
+        first = point_at(curve, first.z, -first.tangent)
+        assert first is not None
     return follow(curve, first)
 
 

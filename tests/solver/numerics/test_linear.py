@@ -99,10 +99,6 @@ def test_redundant_rows_leave_what_they_leave_free() -> None:
     assert outcome.free == (0, 1)
 
 
-def test_no_rows_at_all() -> None:
-    assert solve_linear([], [], columns=2).solution == (None, None)
-
-
 @pytest.mark.parametrize("filled", [1.0, 0.03])
 def test_large_system_is_refined_to_working_precision(filled: float) -> None:
     random = numpy.random.default_rng(7)
