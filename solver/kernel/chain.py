@@ -8,17 +8,37 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
+from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.gradient import signed_root
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, add, substitute, subtract
+from rulesheets.syntax.nodes import (
+    ONE,
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    add,
+    divide,
+    exchange,
+    is_number,
+    multiply,
+    negative,
+    substitute,
+    subtract,
+)
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
 from solver.path.graph import ModelGraph
@@ -188,3 +208,193 @@ def jumps(expression: Expression) -> bool:
 def directions(expression: Expression) -> Iterator[Call]:
     """The directions of points (x, y) in an expression: they jump where y changes sign and x is negative."""
     return (part for part in walk(expression) if isinstance(part, Call) and TABLE[part.function].direction)
+
+
+# --- slopes by the tear ---
+
+
+def slope_chain(chain: Chain) -> Chain | None:
+    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
+    slopes = slopes_of(chain)
+    if slopes is None:
+        return None
+    added = (Assignment(name, expression) for name, expression in slopes)
+    return Chain(chain.tears, (*chain.assignments, *added), (slope_name(chain.residuals[0]),))
+
+
+def slope_name(name: str) -> str:
+    return f"d {name}"
+
+
+def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
+    """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
+    moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
+    found: list[tuple[str, Expression]] = []
+    try:
+        for item in chain.assignments:
+            used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
+            if not used:
+                continue
+            if jumps(item.expression):
+                return None
+            terms = tuple(multiply(differentiate(item.expression, name), moving[name]) for name in used)
+            slope = slope_name(item.name)
+            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(terms)))
+            moving[item.name] = Name(slope)
+    except NotDifferentiable:
+        return None
+    if chain.residuals[0] not in moving:
+        return None
+    return tuple(found)
+
+
+# --- the residual with its denominators multiplied away ---
+
+LONGEST = 300
+"""Parts of an expression beyond which it is not brought to a common denominator."""
+
+
+def cleared(chain: Chain) -> Chain | None:
+    """The chain with the numerator of its residual in place of that, and with quotients of quotients as plain
+    ones; None where it divides by nothing that moves, or is too long.
+
+    Wherever the residual is 0 the numerator is, and at a pole it mostly is not. The divisor of a relational
+    quotient has a name of its own, so that nothing cancels with it: where it is 0, there may be an answer.
+    """
+    moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
+    items: list[Assignment] = []
+    for item in chain.assignments:
+        if moving.isdisjoint(nodes.names(item.expression)):
+            items.append(item)
+            continue
+        moving.add(item.name)
+        above, below = _fraction(item.expression, moving, parts, item.relational)
+        if sum(1 for side in (above, below) for _ in walk(side)) > LONGEST:
+            return None
+        if item.relational and not moving.isdisjoint(nodes.names(below)):
+            divisor = Assignment(f"{item.name} divisor", below)
+            moving.add(divisor.name)
+            items.append(divisor)
+            below = Name(divisor.name)
+        if not is_number(below, 1.0):
+            parts[item.name] = above, below
+        items.append(Assignment(item.name, divide(above, below)))
+    *first, residual = items
+    if residual.name not in parts:
+        return None
+    last = Assignment(residual.name, parts[residual.name][0])
+    return Chain(chain.tears, (*first, last), chain.residuals)
+
+
+def _fraction(
+    node: Expression,
+    moving: set[str],
+    known: Mapping[str, tuple[Expression, Expression]],
+    relational: bool = False,
+) -> tuple[Expression, Expression]:
+    """An expression as a numerator over what moves in its denominators.
+
+    Of a ``relational`` quotient nothing is cancelled: where a common factor is 0 it may be anything.
+    """
+    if moving.isdisjoint(nodes.names(node)):
+        return node, ONE
+    match node:
+        case Name(name) if name in known:
+            return known[name]
+        case Negative(operand):
+            above, below = _fraction(operand, moving, known)
+            return negative(above), below
+        case Sum(terms):
+            found = [_fraction(term, moving, known) for term in terms]
+            divisors = [below for _, below in found if not is_number(below, 1.0)]
+            common = tuple(dict.fromkeys(divisors))
+            total = [_times(above, *(d for d in common if d != below)) for above, below in found]
+            return add(*total), _times(*common)
+        case Product(left, right):
+            (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
+            return _reduced((above, over), (below, under))
+        case Quotient(left, right):
+            (above, below), (under, over) = (_fraction(part, moving, known) for part in (left, right))
+            if moving.isdisjoint(nodes.names(under)):
+                return divide(multiply(above, over), under), below
+            if relational:
+                return _times(above, over), _times(below, under)
+            return _reduced((above, over), (below, under))
+        case Power(base, Number(exponent)) if exponent == exponent // 1 and exponent:
+            above, below = _fraction(base, moving, known)
+            if exponent < 0:
+                above, below = below, above
+            return _raised(above, abs(exponent)), _raised(below, abs(exponent))
+        case Call("tand" | "tan" as function, arguments):
+            sine, cosine = ("sind", "cosd") if function == "tand" else ("sin", "cos")
+            return Call(sine, arguments), Call(cosine, arguments)
+        case _:
+            return node, ONE
+
+
+def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[Expression, Expression]:
+    """Two products without the factors that they have in common."""
+    over = [factor for part in above for factor in _factors(part)]
+    under = [factor for part in below for factor in _factors(part)]
+    for factor in tuple(under):
+        if factor in over:
+            over.remove(factor)
+            under.remove(factor)
+    return _times(*over), _times(*under)
+
+
+def _factors(node: Expression) -> list[Expression]:
+    match node:
+        case Product(left, right):
+            return _factors(left) + _factors(right)
+        case Negative(operand):
+            return [Number(-1.0), *_factors(operand)]
+        case Power(base, Number(2.0)):
+            return 2 * _factors(base)
+        case _:
+            return [node]
+
+
+def _times(*factors: Expression) -> Expression:
+    product: Expression = ONE
+    for factor in factors:
+        product = multiply(product, factor)
+    return product
+
+
+def _raised(base: Expression, exponent: float) -> Expression:
+    return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
+
+
+MOST_DIRECTIONS = 2
+"""Directions of a chain, of which every combination of sides is a chain of its own."""
+
+
+def sides(chain: Chain) -> tuple[Chain, ...]:
+    """One chain for every combination of sides; none where there is no direction, or too many.
+
+    The residual is at every point that of one of the chains, if it has a value there.
+    """
+    calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
+    if not 0 < len(calls) <= MOST_DIRECTIONS:
+        return ()
+    return tuple(
+        _beside(chain, dict(zip(calls, upper, strict=True)))
+        for upper in itertools.product((True, False), repeat=len(calls))
+    )
+
+
+def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
+    """The chain with directions on the upper side of their cut, or on the lower one."""
+    assignments: list[Assignment] = []
+    for item in chain.assignments:
+        expression = item.expression
+        for number, call in enumerate(upper):
+            if call in directions(expression):
+                y, x = call.arguments
+                name = f"#side {number}"
+                assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
+                turned = Call(call.function, (Name(name), x))
+                expression = exchange(expression, call, turned if upper[call] else negative(turned))
+        assignments.append(item._replace(expression=expression))
+    return Chain(chain.tears, tuple(assignments), chain.residuals)

@@ -1,7 +1,7 @@
 """Expressions compiled to Python source: straight-line code, common parts computed once.
 
 For floats, numpy arrays and intervals. Code for intervals works on one box of floats and on arrays of boxes:
-what differs are the functions that it calls (``interval_forms``).
+what differs are the functions that it calls (``enclosure.py``).
 """
 
 from __future__ import annotations

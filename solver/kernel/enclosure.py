@@ -1,56 +1,139 @@
 """The residual of a chain with one tear, and its slope, over boxes of the tear.
 
-They are compiled when they are first asked for: to floats for a few boxes, to arrays for many. Quotients
-whose dividend and divisor vanish together are bounded where they do: ``rate/(1 - (1 + rate)^(-term))`` is 0/0
-at 0, and next to that interval arithmetic knows nothing of it. But if N and D both vanish at 0, then
-N(x)/D(x) = N'(t)/D'(t) for some t between 0 and x (Cauchy's mean value theorem), so that the slopes over the
-hull of 0 and the box bound the quotient over the box.
+They are compiled when they are first asked for: to floats for a few boxes, to arrays for many. Callers of
+operations on arrays silence numpy's warnings once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
-from math import inf, isnan, nan
+from math import inf, isfinite, isnan, nan
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.exactly import Inexact, Rationals
-from rulesheets.functions.intervals.arrays import Array
+from rulesheets.evaluate.number import FLOAT_INTERVALS
+from rulesheets.functions import intervals
+from rulesheets.functions.intervals import EMPTY, Interval, arrays, divide, greatest
+from rulesheets.functions.intervals import least as smaller
+from rulesheets.functions.intervals.arrays import INTERVALS, Array, Mask, box_by_box
 from rulesheets.functions.intervals.arrays import Interval as Intervals
+from rulesheets.functions.intervals.forms import cut
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import (
-    ONE,
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    add,
-    divide,
-    exchange,
-    is_number,
-    multiply,
-    negative,
-    substitute,
-)
+from rulesheets.syntax.nodes import Expression, Name, Number, Power, Quotient, exchange, substitute
 from rulesheets.syntax.program import walk
-from solver.kernel.chain import Assignment, Chain, directions, jumps
+from solver.kernel.chain import Assignment, Chain, cleared, directions, sides, slope_name, slopes_of
 from solver.kernel.emitter import IntervalEmitter, Operations, Pair
-from solver.kernel.interval_forms import ARRAYS, FLOATS
+
+# --- interval operations that compiled code calls, on one box of floats and on arrays of boxes ---
+
+ARITHMETIC = ("add", "divide", "multiply", "power", "square", "scaled")
+
+
+def bounded(
+    low: float, high: float, least: float, most: float, empty: bool, doubtful: bool
+) -> tuple[float, float, bool, bool]:
+    """What lies between ``least`` and ``most``."""
+    outside = high < least or low > most
+    doubtful = doubtful or low < least or high > most
+    low, high = greatest(low, least), smaller(high, most)
+    if empty or outside or isnan(low) or isnan(high):
+        return *EMPTY, True, doubtful
+    return low, high, False, doubtful
+
+
+def quotient(
+    a_low: float, a_high: float, b_low: float, b_high: float, not_negative: int, relational: int
+) -> Interval:
+    """A product x*c = t says nothing about x where both c and t may be 0."""
+    if not_negative:
+        least, most = b_low, b_high
+        if a_low > 0.0 and least < 0.0:
+            b_low = smaller(0.0, most)
+        if a_high < 0.0 and most > 0.0:
+            b_high = greatest(0.0, least)
+    if relational and a_low <= 0.0 <= a_high and b_low <= 0.0 <= b_high:
+        return -inf, inf
+    return divide(a_low, a_high, b_low, b_high)
+
+
+def from_zero(low: float, high: float) -> Interval:
+    """The hull of 0 and a box."""
+    return smaller(low, 0.0), greatest(high, 0.0)
+
+
+def by_slopes(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
+    """The quotient of two slopes where both are bounded: where they are not, they may not be defined."""
+    known = isfinite(a_low) and isfinite(a_high) and isfinite(b_low) and isfinite(b_high)
+    return divide(a_low, a_high, b_low, b_high) if known else EMPTY
+
+
+def cuts(y_low: Array, y_high: Array, x_low: Array, _: Array) -> Mask:
+    """Where the direction of (x, y) may jump from one half turn to the other, or is undefined."""
+    return ~((y_low > 0.0) | (y_high < 0.0) | (x_low > 0.0))
+
+
+def all_bounded(
+    low: Array, high: Array, least: float, most: float, empty: Mask, doubtful: Mask
+) -> tuple[Array, Array, Mask, Mask]:
+    """What lies between ``least`` and ``most``."""
+    outside = (high < least) | (low > most)
+    doubtful = doubtful | (low < least) | (high > most)
+    low, high = np.maximum(low, least), np.minimum(high, most)
+    empty = empty | outside | np.isnan(low) | np.isnan(high)
+    return np.where(empty, np.nan, low), np.where(empty, np.nan, high), empty, doubtful
+
+
+def all_within(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> tuple[Array, Array]:
+    """What two enclosures of one quantity have in common."""
+    return np.fmax(a_low, b_low), np.fmin(a_high, b_high)
+
+
+FLOATS = Operations(
+    float,
+    FLOAT_INTERVALS,
+    {
+        **{name: getattr(intervals, name) for name in ARITHMETIC},
+        "isnan": isnan,
+        "cut": cut,
+        "bounded": bounded,
+        "quotient": quotient,
+        "within": intervals.within,
+        "from_zero": from_zero,
+        "by_slopes": by_slopes,
+    },
+)
+
+ARRAYS = Operations(
+    np.float64,
+    INTERVALS,
+    {
+        **{name: getattr(arrays, name) for name in ARITHMETIC},
+        "isnan": np.isnan,
+        "cut": cuts,
+        "bounded": all_bounded,
+        "quotient": box_by_box(quotient),
+        "within": all_within,
+        "from_zero": box_by_box(from_zero),
+        "by_slopes": box_by_box(by_slopes),
+    },
+)
+
+
+# --- quotients whose dividend and divisor vanish together ---
+#
+# ``rate/(1 - (1 + rate)^(-term))`` is 0/0 at 0, and next to that interval arithmetic knows nothing of it. But
+# if N and D both vanish at 0, then N(x)/D(x) = N'(t)/D'(t) for some t between 0 and x (Cauchy's mean value
+# theorem), so that the slopes over the hull of 0 and the box bound the quotient over the box.
 
 _FROM_ZERO = "#from zero"
 
 
-def by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
+def _by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
     """Other bounds of the residual, with one such quotient bounded by slopes; nan where they have none."""
     tear = chain.tears[0]
     assigned = {item.name for item in chain.assignments}
@@ -90,159 +173,8 @@ def _vanishes_at_zero(expression: Expression, tear: str) -> bool:
         return False
 
 
-# --- the residual with its denominators multiplied away ---
+# --- a chain over boxes ---
 
-LONGEST = 300
-"""Parts of an expression beyond which it is not brought to a common denominator."""
-
-
-def cleared(chain: Chain) -> Chain | None:
-    """The chain with the numerator of its residual in place of that, and with quotients of quotients as plain
-    ones; None where it divides by nothing that moves, or is too long.
-
-    Wherever the residual is 0 the numerator is, and at a pole it mostly is not. The divisor of a relational
-    quotient has a name of its own, so that nothing cancels with it: where it is 0, there may be an answer.
-    """
-    moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
-    items: list[Assignment] = []
-    for item in chain.assignments:
-        if moving.isdisjoint(nodes.names(item.expression)):
-            items.append(item)
-            continue
-        moving.add(item.name)
-        above, below = _fraction(item.expression, moving, parts, item.relational)
-        if sum(1 for side in (above, below) for _ in walk(side)) > LONGEST:
-            return None
-        if item.relational and not moving.isdisjoint(nodes.names(below)):
-            divisor = Assignment(f"{item.name} divisor", below)
-            moving.add(divisor.name)
-            items.append(divisor)
-            below = Name(divisor.name)
-        if not is_number(below, 1.0):
-            parts[item.name] = above, below
-        items.append(Assignment(item.name, divide(above, below)))
-    *first, residual = items
-    if residual.name not in parts:
-        return None
-    last = Assignment(residual.name, parts[residual.name][0])
-    return Chain(chain.tears, (*first, last), chain.residuals)
-
-
-def _fraction(
-    node: Expression,
-    moving: set[str],
-    known: Mapping[str, tuple[Expression, Expression]],
-    relational: bool = False,
-) -> tuple[Expression, Expression]:
-    """An expression as a numerator over what moves in its denominators.
-
-    Of a ``relational`` quotient nothing is cancelled: where a common factor is 0 it may be anything.
-    """
-    if moving.isdisjoint(nodes.names(node)):
-        return node, ONE
-    match node:
-        case Name(name) if name in known:
-            return known[name]
-        case Negative(operand):
-            above, below = _fraction(operand, moving, known)
-            return negative(above), below
-        case Sum(terms):
-            found = [_fraction(term, moving, known) for term in terms]
-            divisors = [below for _, below in found if not is_number(below, 1.0)]
-            common = tuple(dict.fromkeys(divisors))
-            total = [_times(above, *(d for d in common if d != below)) for above, below in found]
-            return add(*total), _times(*common)
-        case Product(left, right):
-            (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
-            return _reduced((above, over), (below, under))
-        case Quotient(left, right):
-            (above, below), (under, over) = (_fraction(part, moving, known) for part in (left, right))
-            if moving.isdisjoint(nodes.names(under)):
-                return divide(multiply(above, over), under), below
-            if relational:
-                return _times(above, over), _times(below, under)
-            return _reduced((above, over), (below, under))
-        case Power(base, Number(exponent)) if exponent == exponent // 1 and exponent:
-            above, below = _fraction(base, moving, known)
-            if exponent < 0:
-                above, below = below, above
-            return _raised(above, abs(exponent)), _raised(below, abs(exponent))
-        case Call("tand" | "tan" as function, arguments):
-            sine, cosine = ("sind", "cosd") if function == "tand" else ("sin", "cos")
-            return Call(sine, arguments), Call(cosine, arguments)
-        case _:
-            return node, ONE
-
-
-def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[Expression, Expression]:
-    """Two products without the factors that they have in common."""
-    over = [factor for part in above for factor in _factors(part)]
-    under = [factor for part in below for factor in _factors(part)]
-    for factor in tuple(under):
-        if factor in over:
-            over.remove(factor)
-            under.remove(factor)
-    return _times(*over), _times(*under)
-
-
-def _factors(node: Expression) -> list[Expression]:
-    match node:
-        case Product(left, right):
-            return _factors(left) + _factors(right)
-        case Negative(operand):
-            return [Number(-1.0), *_factors(operand)]
-        case Power(base, Number(2.0)):
-            return 2 * _factors(base)
-        case _:
-            return [node]
-
-
-def _times(*factors: Expression) -> Expression:
-    product: Expression = ONE
-    for factor in factors:
-        product = multiply(product, factor)
-    return product
-
-
-def _raised(base: Expression, exponent: float) -> Expression:
-    return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
-
-
-MOST = 2
-"""Directions of a chain, of which every combination of sides is a chain of its own."""
-
-
-def sides(chain: Chain) -> tuple[Chain, ...]:
-    """One chain for every combination of sides; none where there is no direction, or too many.
-
-    The residual is at every point that of one of the chains, if it has a value there.
-    """
-    calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
-    if not 0 < len(calls) <= MOST:
-        return ()
-    return tuple(
-        _beside(chain, dict(zip(calls, upper, strict=True)))
-        for upper in product((True, False), repeat=len(calls))
-    )
-
-
-def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
-    """The chain with directions on the upper side of their cut, or on the lower one."""
-    assignments: list[Assignment] = []
-    for item in chain.assignments:
-        expression = item.expression
-        for number, call in enumerate(upper):
-            if call in directions(expression):
-                y, x = call.arguments
-                name = f"#side {number}"
-                assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
-                turned = Call(call.function, (Name(name), x))
-                expression = exchange(expression, call, turned if upper[call] else negative(turned))
-        assignments.append(item._replace(expression=expression))
-    return Chain(chain.tears, tuple(assignments), chain.residuals)
-
-
-Interval: TypeAlias = tuple[float, float]
 Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
 
 FEW = 64
@@ -336,7 +268,7 @@ class Enclosure:
         """Functions of the ends of the boxes and of the known numbers, for the range and for the slope."""
         emitter = _followed(self._chain, self._known, operations)
         residual = emitter.of(Name(self._chain.residuals[0]))
-        for pair in by_slopes(emitter, self._chain):
+        for pair in _by_slopes(emitter, self._chain):
             residual = emitter.apply("within", residual, pair)
         if self.cleared is not None:
             *items, numerator = self.cleared.assignments
@@ -353,7 +285,7 @@ class Enclosure:
         emitter = _followed(self._chain, self._known, operations)
         for name, expression in self.slopes:
             emitter.assign(name, emitter.of(expression))
-        slope = emitter.of(Name(_slope_name(self._chain.residuals[0])))
+        slope = emitter.of(Name(slope_name(self._chain.residuals[0])))
         return ranges, emitter.function(f"{slope[0]}, {slope[1]}, doubtful")
 
 
@@ -370,15 +302,6 @@ def _in_arrays(
     return list(
         zip(np.broadcast_to(below, shape).tolist(), np.broadcast_to(above, shape).tolist(), strict=True)
     )
-
-
-def slope_chain(chain: Chain) -> Chain | None:
-    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
-    slopes = slopes_of(chain)
-    if slopes is None:
-        return None
-    added = (Assignment(name, expression) for name, expression in slopes)
-    return Chain(chain.tears, (*chain.assignments, *added), (_slope_name(chain.residuals[0]),))
 
 
 def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:
@@ -412,29 +335,3 @@ def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
 
 def _literal(emitter: IntervalEmitter, end: float) -> str:
     return emitter.of(Number(end))[0]
-
-
-def _slope_name(name: str) -> str:
-    return f"d {name}"
-
-
-def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
-    """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
-    moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
-    found: list[tuple[str, Expression]] = []
-    try:
-        for item in chain.assignments:
-            used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
-            if not used:
-                continue
-            if jumps(item.expression):
-                return None
-            terms = tuple(multiply(differentiate(item.expression, name), moving[name]) for name in used)
-            slope = _slope_name(item.name)
-            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(terms)))
-            moving[item.name] = Name(slope)
-    except NotDifferentiable:
-        return None
-    if chain.residuals[0] not in moving:
-        return None
-    return tuple(found)

@@ -20,7 +20,7 @@ from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
-from solver.kernel.interval_forms import ARRAYS
+from solver.kernel.enclosure import ARRAYS
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.multistart import GAUSS_NEWTON, Array, arrivals, spread, starting_points
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root

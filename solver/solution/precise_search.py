@@ -32,8 +32,8 @@ from solver.accuracy.rule_check import gross, half_unit
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
-from solver.kernel.chain import Chain
-from solver.kernel.enclosure import Enclosure, slope_chain
+from solver.kernel.chain import Chain, slope_chain
+from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
 from solver.kernel.step import PreciseStep, StepOutcome, exact_turn

@@ -16,7 +16,7 @@ from rulesheets.functions import intervals as arithmetic
 from rulesheets.functions.intervals.arrays import scaled, square
 from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum, call
 from solver.kernel.emitter import IntervalEmitter
-from solver.kernel.interval_forms import ARRAYS, FLOATS
+from solver.kernel.enclosure import ARRAYS, FLOATS
 
 X, Y, K = Name("x"), Name("y"), Name("k")
 LEAVES = st.sampled_from([X, Y, K, Number(2.0), Number(-0.5), Number(0.0)])

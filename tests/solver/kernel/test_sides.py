@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.syntax.nodes import Name, Number, Product, Sum, call, subtract
-from solver.kernel.chain import RESIDUAL, Assignment, Chain, compile_chain
-from solver.kernel.enclosure import Enclosure, sides
+from solver.kernel.chain import RESIDUAL, Assignment, Chain, compile_chain, sides
+from solver.kernel.enclosure import Enclosure
 
 T, TARGET = Name("t"), Name("target")
 SIZES = st.floats(-3.0, 3.0).map(lambda a: round(a, 2))
