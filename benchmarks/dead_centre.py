@@ -129,7 +129,7 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
     from solver.facts import FALSE, Mark
-    from solver.pictures.chart import stability_picture
+    from solver.pictures.plot import stability_picture
 
     marks = []
     for name, row in found.items():

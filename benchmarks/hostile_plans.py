@@ -37,9 +37,8 @@ from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
 from solver.path.cases import activity
-from solver.result import Solution
+from solver.result import CODES, Solution
 from solver.sweeps.plan import Plan
-from solver.table import CODES
 from solver.trace.llvm import available
 
 ROUGH = (0.0, 1.0, -1.0, 1e300, -1e300, 1e-300, math.nan)

@@ -76,7 +76,7 @@ def closed_form(theta: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def rows(count: int):
-    from solver.sweeps.grid import Grid, Stretch
+    from solver.sweeps.stream import Grid, Stretch
 
     return Grid((Stretch(Fraction(0), Fraction(360, count), count),))
 
@@ -84,7 +84,7 @@ def rows(count: int):
 def work(count: int, jit: bool):
     import rulesheets
     import solver
-    from solver.sweeps.grid import grid_lessons
+    from solver.sweeps.stream import grid_lessons
     from solver.sweeps.sweep import work_of
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
@@ -95,7 +95,7 @@ def by_hand(count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
     from solver.facts import Status
     from solver.files.tables import Columns
-    from solver.sweeps.grid import grid_chunks
+    from solver.sweeps.stream import grid_chunks
     from solver.sweeps.work import Solved
 
     words = tuple(map(str, Status))
@@ -131,7 +131,7 @@ def in_memory(count: int, way: str) -> Took:
     """A sweep of ``count`` rows that stays in memory, in pieces as large as those of a file."""
     import rulesheets
     import solver
-    from solver.sweeps.grid import LARGEST
+    from solver.sweeps.stream import LARGEST
 
     theta = np.arange(count) * (360.0 / count)
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
@@ -151,8 +151,7 @@ def in_memory(count: int, way: str) -> Took:
 
 
 def to_file(path: str, count: int, way: str) -> dict[str, float]:
-    from solver.sweeps.grid import grid_chunks
-    from solver.sweeps.stream import FileSink, run
+    from solver.sweeps.stream import FileSink, grid_chunks, run
     from solver.sweeps.workers import solved_pieces
 
     todo = work(count, way == "jit")

@@ -14,31 +14,30 @@ if TYPE_CHECKING:
     from rulesheets.loading import loads as loads
     from solver.facts import Status as Status
     from solver.facts import Unsolved as Unsolved
-    from solver.page.interaction import interact as interact
+    from solver.page.serving import interact as interact
     from solver.pictures.drawing import draw as draw
     from solver.report.derivation import Derivation as Derivation
     from solver.report.derivation import why as why
     from solver.result import Result as Result
+    from solver.result import Samples as Samples
     from solver.result import Solution as Solution
+    from solver.result import Table as Table
     from solver.solving import solve as solve
     from solver.sweeps.plan import Plan as Plan
     from solver.sweeps.plan import prepare as prepare
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
-    from solver.table import Samples as Samples
-    from solver.table import Table as Table
 
 _NAMES = {
     "rulesheets.loading": "load loads",
     "solver.report.derivation": "Derivation why",
     "solver.facts": "Status Unsolved",
-    "solver.page.interaction": "interact",
+    "solver.page.serving": "interact",
     "solver.pictures.drawing": "draw",
     "solver.sweeps.plan": "Plan prepare",
-    "solver.result": "Result Solution",
+    "solver.result": "Result Samples Solution Table",
     "solver.solving": "solve",
     "solver.sweeps.sweep": "monte_carlo sweep",
-    "solver.table": "Samples Table",
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 

@@ -25,7 +25,6 @@ GUARDS = {
     "solver.commands.draw": "require_matplotlib",
     "solver.commands.sweep": "require_matplotlib",
     "solver.page.serving": "missing_extra",
-    "solver.page.interaction": "missing_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
 tried, and ImportError is caught."""

@@ -20,9 +20,9 @@ from benchmarks.speed.rules_as_equations import System, system_of
 from rulesheets.model import Model, Value
 from solver.facts import Status
 from solver.leaves import Asked
+from solver.result import CODES
 from solver.solution.refinement import explore_refined
 from solver.sweeps.plan import Plan
-from solver.table import CODES
 from solver.trace.llvm import available
 
 ROOT = Path(__file__).parents[2] / "models"

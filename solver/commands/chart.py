@@ -330,8 +330,8 @@ def _line(arguments: Namespace, request: Request) -> tuple[str | None, dict[floa
 def _drawn(
     request: Request, marks: Sequence[Mark], name: str | None, places: dict[float, float], kind: str
 ) -> bytes:
-    from solver.pictures.chart import speed_picture, stability_picture
     from solver.pictures.page import encode
+    from solver.pictures.plot import speed_picture, stability_picture
 
     if name is None:
         return encode(speed_picture(marks, request.model.name), kind[1:], DPI)

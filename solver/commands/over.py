@@ -17,10 +17,9 @@ from rulesheets.inputs import parse_input, parse_value, quantities, variable_nam
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units.quantity import converted, parted, scaling
 from solver.commands.inputs import Option, Request
-from solver.files.tables import Array, heading, pieces
-from solver.sweeps.grid import (
+from solver.files.tables import Array, Chunk, heading, pieces
+from solver.sweeps.stream import (
     Axis,
-    Chunk,
     Grid,
     Stretch,
     file_chunks,

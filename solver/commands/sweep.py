@@ -11,7 +11,7 @@ from itertools import chain
 from time import monotonic
 from typing import TextIO
 
-from rulesheets.deadline import expired
+from rulesheets.deadline import WATCH, expired
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import symbolic
 from rulesheets.model import Model, Variable
@@ -21,12 +21,10 @@ from solver.commands.inputs import Option, Request, add_display_options, add_inp
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
 from solver.files.replacing import write_file
-from solver.files.tables import Columns, csv_head, csv_rows, joined, write_table
-from solver.interruption import WATCH
+from solver.files.tables import Chunk, Columns, csv_head, csv_rows, joined, write_table
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
 from solver.sweeps.curves import follow_sweep
-from solver.sweeps.grid import Chunk
 from solver.sweeps.plan import prepare
 from solver.sweeps.stream import (
     FileSink,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import cache
 from io import StringIO
@@ -28,6 +28,10 @@ from solver.files.replacing import (
 )
 
 Array: TypeAlias = NDArray[Any]
+
+
+Chunk: TypeAlias = tuple[Array, ...]
+"""The inputs of some rows, a column each."""
 
 
 @dataclass(frozen=True)
@@ -292,6 +296,13 @@ def _plain(value: Any, name: str) -> float | str | None:
         return float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{value!r} is no value for {name}: neither a number nor a symbol") from None
+
+
+def one_length(names: Sequence[str], axes: Sequence[Sized]) -> None:
+    """Raises ValueError for columns of different lengths."""
+    if len(set(map(len, axes))) > 1:
+        lengths = ", ".join(f"{name}: {len(axis)}" for name, axis in zip(names, axes, strict=True))
+        raise ValueError(f"the columns of a sweep must have one length ({lengths}); or use grid=True")
 
 
 PIECE = 8192

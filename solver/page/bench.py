@@ -30,8 +30,7 @@ from rulesheets.units.check import check_units
 from rulesheets.units.quantity import converted, displays, parted
 from solver.facts import Status
 from solver.page.description import answered, complaint, derived, described, finite, typeset
-from solver.page.figures import geometry, handles, needed
-from solver.page.rail import Rail, apart, extents, rail, turn
+from solver.page.figures import Rail, apart, extents, geometry, handles, needed, rail, turn
 from solver.report.derivation import why
 from solver.report.why import why_text
 from solver.result import Result

@@ -22,8 +22,7 @@ from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows
 from solver.report.table import table
 from solver.report.why import ESCAPED, Line, Page, why_latex
-from solver.result import Result
-from solver.table import Samples, Table
+from solver.result import Result, Samples, Table
 
 NONE = "none"
 """What stands for a derivative that does not exist, or cannot be told."""

@@ -21,6 +21,7 @@ from solver.path.graph import ModelGraph
 from solver.path.isolate import is_linear
 from solver.path.planner import given_by, planner, read_by
 from solver.path.steps import Assume, Evaluate, Select, Step, equations_of
+from solver.result import CODES
 from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,
@@ -33,7 +34,6 @@ from solver.sweeps.tracing import (
     curve_rows,
     traced,
 )
-from solver.table import CODES
 
 
 class Core(NamedTuple):

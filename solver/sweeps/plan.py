@@ -11,22 +11,20 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import TimeIsUp, time_limit
+from rulesheets.deadline import WATCH, Interrupted, TimeIsUp, time_limit
 from rulesheets.diagnosis import Diagnosis, meant, plural
 from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import is_symbol, override, quantities, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
-from solver.files.tables import column_of, free_name
-from solver.interruption import WATCH, Interrupted
+from solver.files.tables import column_of, free_name, one_length
 from solver.leaves import Asked, Exploration
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept
+from solver.result import CODES, Column, Table
 from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict
-from solver.sweeps.grid import one_length
-from solver.table import CODES, Column, Table
 from solver.trace.guards import Pattern
 from solver.trace.python import with_resort
 from solver.trace.records import Records

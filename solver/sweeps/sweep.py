@@ -11,22 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import time_limit
+from rulesheets.deadline import Interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units.quantity import scaling
 from solver.derivatives.sensitivities import tolerances_of
 from solver.files.replacing import missing_extra
-from solver.files.tables import joined
-from solver.interruption import Interrupted
+from solver.files.tables import Chunk, joined, one_length
 from solver.path.planner import planner
-from solver.result import Result
-from solver.sweeps.grid import Chunk, Grid, grid_chunks, grid_lessons, listed, one_length
+from solver.result import SPREADS, Column, Result, Samples, Table
 from solver.sweeps.plan import Plan, prepare
+from solver.sweeps.stream import Grid, grid_chunks, grid_lessons, listed
 from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
 from solver.sweeps.workers import solved_pieces
-from solver.table import SPREADS, Column, Samples, Table
 
 
 def sweep(

@@ -33,9 +33,9 @@ from solver.numerics.continuation import (
 from solver.numerics.linear_algebra import independent_rows
 from solver.path.graph import ModelGraph
 from solver.path.steps import SolveBlock
+from solver.result import Table
 from solver.solution.explore import explore
 from solver.solution.verdict import judge
-from solver.table import Table
 
 
 class CoreSystem:

@@ -12,15 +12,14 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import time_limit
+from rulesheets.deadline import Interrupted, time_limit
 from rulesheets.model import Model, Value, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.tables import Array, Columns, free_name, stacked
-from solver.interruption import Interrupted
 from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
+from solver.result import CODES, Table
 from solver.sweeps.plan import Plan, one_answer, sweep_answers
-from solver.table import CODES, Table
 from solver.trace.rows import listed
 
 

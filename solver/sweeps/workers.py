@@ -23,11 +23,11 @@ from threading import Lock
 from time import thread_time
 from typing import Any
 
+from rulesheets.deadline import Interrupted, Interrupts
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.registered import in_memory
 from solver.files.replacing import missing_extra
-from solver.interruption import Interrupted, Interrupts
-from solver.sweeps.grid import Chunk
+from solver.files.tables import Chunk
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 
 PATIENCE = 5.0

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.deadline import Interrupted
 from rulesheets.model import Value
 from solver.facts import Status
-from solver.interruption import Interrupted
 from solver.ranking.branches import (
     SPAN,
     Answers,

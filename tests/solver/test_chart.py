@@ -19,7 +19,7 @@ from solver.commands.chart import COLUMNS, chart_csv, measure, mode_at, plain_ne
 from solver.facts import Mark
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.newton import METHODS, scipy_root
-from solver.pictures.chart import speed_picture, stability_picture
+from solver.pictures.plot import speed_picture, stability_picture
 from tests.oracles.slider_crank import Crank, forward
 
 pytest.importorskip("flint")

@@ -20,7 +20,7 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
-from solver.sweeps.grid import Grid, grid_chunks, listed
+from solver.sweeps.stream import Grid, grid_chunks, listed
 from solver.sweeps.sweep import work_of
 from solver.sweeps.workers import solved_pieces
 

@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
+from rulesheets.deadline import Interrupted
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import symbolic
 from solver.__main__ import INTERRUPTED, main
@@ -38,12 +39,10 @@ from solver.files.tables import (
     stacked,
     write_table,
 )
-from solver.interruption import Interrupted
 from solver.sweeps import sweep as sweeping
 from solver.sweeps import workers
-from solver.sweeps.grid import Grid, grid_chunks, grid_lessons, listed
 from solver.sweeps.plan import Plan
-from solver.sweeps.stream import Outcome, run
+from solver.sweeps.stream import Grid, Outcome, grid_chunks, grid_lessons, listed, run
 from solver.sweeps.sweep import work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces

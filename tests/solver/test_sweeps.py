@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from solver.files.tables import Columns, csv_head
-from solver.sweeps.grid import LARGEST, Grid, Stretch, file_chunks, grid_chunks, listed, size
+from solver.sweeps.stream import LARGEST, Grid, Stretch, file_chunks, grid_chunks, listed, size
 from solver.sweeps.work import Follower
 from tests.solver.conftest import Run
 

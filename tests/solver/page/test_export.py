@@ -12,7 +12,7 @@ import pytest
 import rulesheets
 import solver
 from solver.__main__ import main
-from solver.page.export import STATES, export
+from solver.page.description import STATES, export
 
 
 def document(page: str) -> dict[str, Any]:

@@ -21,8 +21,7 @@ import rulesheets
 import solver
 from rulesheets.loading import shipped_model
 from solver.__main__ import main
-from solver.page.server import application
-from solver.page.shelf import LARGEST
+from solver.page.server import LARGEST, application
 
 TOKEN = "token-of-the-test"
 TALK = "ws://127.0.0.1:8000/talk"

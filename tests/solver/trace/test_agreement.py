@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.model import Model
+from solver.result import CODES
 from solver.sweeps.plan import Plan
-from solver.table import CODES
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
