@@ -34,12 +34,10 @@ from solver.commands.running import Command
 from solver.files.replacing import write_file
 from solver.path.planner import planner
 from solver.path.tree import path_tree
-from solver.report.derivation import Derivation, why
 from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json
 from solver.report.table import shown_on
 from solver.report.text import result_text
-from solver.report.why import why_latex, why_markdown, why_text
 from solver.result import Result
 from solver.solving import posted, solve
 
@@ -352,28 +350,18 @@ def _why_arguments(parser: ArgumentParser) -> None:
 
 def _why(arguments: Namespace) -> int:
     """Solve, trace, print; the exit code is 0 where the variable has a value."""
+    from solver.report.derivation import why  # a plain solve does without
+    from solver.report.why import why_latex, why_markdown, why_text
+
     request = read_request(arguments)
     variable_named(arguments.name, request.model)
-    result = solve(request.model, request.inputs, guesses=request.guesses)
-    derivation = why(result, arguments.name)
-    print(_written(derivation, arguments))
-    if derivation.value is not None:
-        return 0
-    _explain(derivation)
-    return 1
-
-
-def _written(derivation: Derivation, arguments: Namespace) -> str:
-    if arguments.latex and derivation.value is not None:
-        return why_latex(derivation)
-    return why_markdown(derivation) if arguments.markdown else why_text(derivation)
-
-
-def _explain(derivation: Derivation) -> None:
-    """Why there is no value."""
-    for diagnosis in derivation.diagnoses:
-        print()
-        print(render(diagnosis))
+    derivation = why(solve(request.model, request.inputs, guesses=request.guesses), arguments.name)
+    known = derivation.value is not None
+    write = why_latex if arguments.latex and known else why_markdown if arguments.markdown else why_text
+    print(write(derivation))
+    for diagnosis in () if known else derivation.diagnoses:
+        print(f"\n{render(diagnosis)}")
+    return 0 if known else 1
 
 
 COMMANDS = {

@@ -8,6 +8,7 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
+from math import inf
 from time import monotonic
 from typing import TextIO
 
@@ -20,18 +21,15 @@ from rulesheets.units.quantity import shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
-from solver.files.replacing import write_file
-from solver.files.tables import Chunk, Columns, csv_head, csv_rows, joined, write_table
+from solver.files.replacing import Printed, write_file
+from solver.files.tables import Chunk, Columns, CsvFile, csv_head, csv_rows, joined, table_file, write_table
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.plan import prepare
 from solver.sweeps.stream import (
-    FileSink,
     Outcome,
-    ShownSink,
     Sink,
-    StreamSink,
     earlier,
     expect_plain,
     heads,
@@ -50,15 +48,15 @@ PAUSE = 0.2
 
 
 class Progress:
-    """Called with the number of rows done; ``within`` hears of rows of the piece at hand.
+    """How far a sweep is, on a terminal. Called with the number of rows done.
 
-    ``end`` leaves the line as if nothing had been.
+    ``within`` hears of rows of the piece at hand; ``end`` leaves the line as if nothing had been.
     """
 
     def __init__(self, stream: TextIO, total: int | None) -> None:
         self._stream, self._total = stream, total
         self._began = monotonic()
-        self._due = self._began + PATIENCE
+        self._due = self._began + PATIENCE if stream.isatty() else inf
         self._done = self._width = 0
 
     def __call__(self, done: int) -> None:
@@ -82,24 +80,6 @@ class Progress:
         self._stream.write("\r" + line.ljust(self._width))
         self._stream.flush()
         self._width = len(line)
-
-
-class Quietly:
-    """A sink that writes where the line stands, which makes way for its rows."""
-
-    def __init__(self, sink: Sink, progress: Progress) -> None:
-        self._sink, self._progress = sink, progress
-
-    def add(self, piece: Solved) -> None:
-        self._progress.end()
-        self._sink.add(piece)
-
-    def close(self) -> None:
-        self._progress.end()
-        self._sink.close()
-
-    def discard(self) -> None:
-        self._sink.discard()
 
 
 def progress_line(done: int, total: int | None, seconds: float) -> str:
@@ -147,10 +127,11 @@ class PlotSink:
         self._pieces: list[Columns] = []
         self._rows = 0
 
-    def add(self, piece: Solved) -> None:
-        self._rows += sum(piece.counts)
+    def add(self, table: Columns) -> None:
+        new = len(table) if self._answer is None else int((table.values[self._answer] < 2).sum())
+        self._rows += new
         if self._rows <= ROWS_DRAWN:
-            self._pieces.append(piece.table)
+            self._pieces.append(table)
         else:
             self._pieces = []
 
@@ -161,23 +142,17 @@ class PlotSink:
             raise RuleSheetError(too_many())
         if not self._pieces:
             return
-        table = self._drawn(joined(self._pieces))
+        whole = joined(self._pieces)
+        drawn = (*self._model.variables, self._answer)
+        table = replace(whole, values={n: column for n, column in whole.values.items() if n in drawn})
         lattice = plot.Lattice(self._inputs, self._shape or (self._rows,), self._answer)
-        drawn = plot.arranged(table, lattice)
-        picture = plot.plotted(
-            drawn, self._model, {name: self._turn(name) for name in table.values}, self._form[1:]
-        )
+        turns = {name: self._turn(name) for name in table.values}
+        picture = plot.plotted(plot.arranged(table, lattice), self._model, turns, self._form[1:])
         write_file(self._path, picture)
 
     def _turn(self, name: str) -> float | None:
         turn = planner(self._model).graph.turn(name)
         return turn and shown(turn, self._model.variables[name], difference=True)
-
-    def _drawn(self, table: Columns) -> Columns:
-        """The columns of variables, and the numbers of answers where every one is drawn."""
-        drawn = (*self._model.variables, self._answer)
-        kept = replace(table, values={n: column for n, column in table.values.items() if n in drawn})
-        return shown_columns(kept, self._model)
 
     def discard(self) -> None:
         self._pieces = []
@@ -232,14 +207,15 @@ def _run(arguments: Namespace) -> int:
     swept = read_swept(arguments, request.model)
     work = _work(arguments, request, swept)
     before, chunks = _before(arguments, work, swept)
-    sinks = _sinks(arguments, work, swept)
+    progress = Progress(sys.stderr, swept.total)
+    sinks = _sinks(arguments, work, swept, progress)
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
-    outcome = _streamed(
-        chain(before, followed(work, pieces)),
-        sinks,
-        swept.total,
-        printing=not (arguments.output or arguments.plot),
-    )
+    watching = WATCH.set(progress.within)
+    try:
+        outcome = streamed(chain(before, followed(work, pieces)), sinks, progress, work.model)
+    finally:
+        WATCH.reset(watching)
+        progress.end()
     if expired():
         print("the time was up: rows that were not solved by then are failed", file=sys.stderr)
     print(_summary(outcome, arguments.output or arguments.plot, swept.total), file=sys.stderr)
@@ -263,19 +239,14 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     )
 
 
-def _sinks(arguments: Namespace, work: Work, swept: Swept) -> list[Sink]:
-    """The table goes to a file and to a picture, or to standard output."""
-    names = heads(work.names, work.model)
-    table: Sink | None = None
+def _sinks(arguments: Namespace, work: Work, swept: Swept, progress: Progress) -> list[Sink]:
+    """The table goes to a file and to a picture, or to standard output, for which the line makes way."""
+    names, sinks = heads(work.names, work.model), list[Sink]()
     if arguments.output:
-        table = FileSink(arguments.output, names, symbolic(work.model))
-    elif not arguments.plot:
-        table = StreamSink(sys.stdout, names)
-    if table is not None and names != work.names:
-        table = ShownSink(table, work.model)
-    # the table first: it is in its place before the picture is drawn
-    pictures = [_plot(arguments.plot, work, swept)] if arguments.plot else []
-    return [*([] if table is None else [table]), *pictures]
+        sinks.append(table_file(arguments.output, names, symbolic(work.model)))
+    if arguments.plot:  # after the table, which is in its place before the picture is drawn
+        sinks.append(_plot(arguments.plot, work, swept))
+    return sinks or [CsvFile(Printed(sys.stdout, progress.end), names)]
 
 
 def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved], Iterator[Chunk]]:
@@ -301,19 +272,6 @@ def _plot(path: str, work: Work, swept: Swept) -> Sink:
         raise RuleSheetError(too_many())
     answer = work.names[len(work.inputs)] if work.every else None
     return PlotSink(path, work.model, work.inputs, swept.shape, answer)
-
-
-def _streamed(pieces: Iterator[Solved], sinks: list[Sink], total: int | None, *, printing: bool) -> Outcome:
-    """Run the sweep; a terminal shows how far it is."""
-    if not sys.stderr.isatty():
-        return streamed(pieces, sinks)
-    progress = Progress(sys.stderr, total)
-    watching = WATCH.set(progress.within)
-    try:
-        return streamed(pieces, [Quietly(sink, progress) for sink in sinks] if printing else sinks, progress)
-    finally:
-        WATCH.reset(watching)
-        progress.end()
 
 
 def _summary(outcome: Outcome, output: str | None, total: int | None) -> str:

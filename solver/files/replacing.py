@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import unwritable
@@ -200,6 +200,23 @@ class Replacement:
                 file.close()
                 raise
         return file
+
+
+class Printed:
+    """An open stream in the place of a file: what is printed is printed. ``clear`` makes way for it."""
+
+    def __init__(self, stream: TextIO, clear: Callable[[], None] = lambda: None) -> None:
+        self._stream, self._clear = stream, clear
+
+    def write(self, data: bytes) -> None:
+        self._clear()
+        self._stream.write(data.decode())
+
+    def keep(self) -> None:
+        self._stream.flush()
+
+    def discard(self) -> None:
+        """Nothing can be taken back."""
 
 
 def remove_unfinished(folder: str) -> None:

@@ -19,6 +19,7 @@ from rulesheets.format import exact
 from rulesheets.input_messages import expect_regular, unwritable
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
 from solver.files.replacing import (
+    Printed,
     Replacement,
     missing_extra,
     uneven_row,
@@ -148,13 +149,15 @@ class ParquetFile:
         except RuleSheetError:
             self._file.discard()
             raise
-        self._path, self._symbols, self._status = path, frozenset(symbols), free_name("status", names)
+        self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
+        self._status = free_name("status", names)
         kinds = {name: self._arrow.string() if name in symbols else self._arrow.float64() for name in names}
         self._waiting = [self._arrow.schema({**kinds, self._status: self._arrow.string()}).empty_table()]
         self._writer: Any = None
 
     def add(self, table: Columns) -> None:
-        columns = {name: self._column(name, column) for name, column in table.values.items()}
+        kinds = zip(self._names, table.values.values(), strict=True)
+        columns = {name: self._column(name, column) for name, column in kinds}
         words = self._arrow.array(table.words).take(self._arrow.array(table.status))
         new = self._arrow.table({**columns, self._status: words})
         self._waiting = [*(one for one in self._waiting if len(one)), new]
@@ -409,20 +412,19 @@ CSV, PARQUET = (".csv", ".txt", ""), (".parquet", ".pq")
 
 
 class CsvFile:
-    """Lines of CSV."""
+    """Lines of CSV to a file or an open stream. The heading comes with the first rows, or at the end."""
 
-    def __init__(self, path: str, names: Sequence[str]) -> None:
-        self._file = Replacement(path)
-        self._file.write(csv_head(names))
+    def __init__(self, file: Replacement | Printed, names: Sequence[str]) -> None:
+        self._file, self._head = file, csv_head(names)
+        self.discard = file.discard
 
     def add(self, table: Columns) -> None:
-        self._file.write(csv_rows(table))
+        self._file.write(self._head + csv_rows(table))
+        self._head = b""
 
     def close(self) -> None:
+        self._file.write(self._head)
         self._file.keep()
-
-    def discard(self) -> None:
-        self._file.discard()
 
 
 def is_csv(path: str) -> bool:
@@ -438,7 +440,7 @@ def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> Csv
 
     Raises RuleSheetError: E442 for other endings, E416, E441.
     """
-    return CsvFile(path, names) if is_csv(path) else ParquetFile(path, names, symbols)
+    return CsvFile(Replacement(path), names) if is_csv(path) else ParquetFile(path, names, symbols)
 
 
 def write_table(path: str, table: Columns) -> None:

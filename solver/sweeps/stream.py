@@ -7,11 +7,11 @@ several, and on a cluster."""
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm, prod
-from typing import Any, NamedTuple, Protocol, TextIO
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -26,13 +26,10 @@ from solver.files.tables import (
     Chunk,
     Columns,
     column_of,
-    csv_head,
-    csv_rows,
     free_name,
     heading,
     pieces,
     stacked,
-    table_file,
 )
 from solver.sweeps.work import Solved
 
@@ -177,46 +174,11 @@ def _joined(pieces: list[Chunk]) -> Chunk:
 
 
 class Sink(Protocol):
-    """Takes the pieces in order; then it is closed, whole, or discarded."""
+    """Takes the pieces of a table in order; then it is closed, whole, or discarded."""
 
-    def add(self, piece: Solved) -> None: ...
+    def add(self, table: Columns) -> None: ...
     def close(self) -> None: ...
     def discard(self) -> None: ...
-
-
-class FileSink:
-    """A table file by its ending."""
-
-    def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._file = table_file(path, names, symbols)
-        self.close, self.discard = self._file.close, self._file.discard
-
-    def add(self, piece: Solved) -> None:
-        self._file.add(piece.table)
-
-
-class StreamSink:
-    """Lines of CSV to an open stream, as they come."""
-
-    def __init__(self, stream: TextIO, names: Sequence[str]) -> None:
-        self._stream = stream
-        self._head = csv_head(names).decode()
-
-    def add(self, piece: Solved) -> None:
-        self._begin()
-        self._stream.write(csv_rows(piece.table).decode())
-
-    def close(self) -> None:
-        self._begin()
-        self._stream.flush()
-
-    def _begin(self) -> None:
-        """The heading comes with the first rows: a sweep that never starts prints nothing."""
-        self._stream.write(self._head)
-        self._head = ""
-
-    def discard(self) -> None:
-        """What is printed is printed."""
 
 
 def heads(names: Iterable[str], model: Model) -> tuple[str, ...]:
@@ -233,19 +195,6 @@ def shown_columns(table: Columns, model: Model) -> Columns:
     for name, (factor, shift) in displays(model, values).items():
         values[name] = values[name].astype(float) * factor + shift
     return replace(table, values=values)
-
-
-class ShownSink:
-    """Hands the pieces on to another sink in display units."""
-
-    def __init__(self, sink: Sink, model: Model) -> None:
-        self._sink, self._model = sink, model
-        self.close, self.discard = sink.close, sink.discard
-
-    def add(self, piece: Solved) -> None:
-        table = shown_columns(piece.table, self._model)
-        named = dict(zip(heads(table.values, self._model), table.values.values(), strict=True))
-        self._sink.add(replace(piece, table=replace(table, values=named)))
 
 
 def expect_plain(model: Model, names: Iterable[str]) -> None:
@@ -358,19 +307,23 @@ class Outcome(NamedTuple):
 
 
 def run(
-    pieces: Iterator[Solved], sinks: Sequence[Sink], progress: Callable[[int], None] | None = None
+    pieces: Iterator[Solved],
+    sinks: Sequence[Sink],
+    progress: Callable[[int], None] | None = None,
+    model: Model | None = None,
 ) -> Outcome:
-    """Hand every piece to every sink. ``progress`` hears the number of rows done.
+    """Hand the table of every piece to every sink, in the display units of a ``model``.
 
-    An interrupt ends the sweep and keeps what is done; anything else that ends it early discards the
-    sinks and is raised. A second interrupt, while the files are finished, discards them too.
+    ``progress`` hears the number of rows done. An interrupt ends the sweep and keeps what is done. Anything
+    else that ends it early discards the sinks and is raised, as is a second interrupt.
     """
     counts, several = [0] * len(_STATUSES), 0
     with Interrupts() as interrupts:
         try:
             for piece in _each(pieces, interrupts):
+                table = piece.table if model is None else shown_columns(piece.table, model)
                 for sink in sinks:
-                    sink.add(piece)
+                    sink.add(table)
                 counts = [done + more for done, more in zip(counts, piece.counts, strict=True)]
                 several += piece.several
                 if progress is not None:

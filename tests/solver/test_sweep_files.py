@@ -269,7 +269,7 @@ def test_a_failure_discards_the_file_and_ends_the_sweep(tmp_path: Path) -> None:
     kept: list[str] = []
 
     class Broken:
-        def add(self, piece: Solved) -> None:
+        def add(self, table: Columns) -> None:
             raise RuntimeError("broken")
 
         def close(self) -> None:
@@ -435,6 +435,7 @@ def test_progress_moves_within_a_piece_and_leaves_nothing(monkeypatch: pytest.Mo
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(progress, "PAUSE", 0.0)
     stream = io.StringIO()
+    monkeypatch.setattr(stream, "isatty", lambda: True)
     shown = progress.Progress(stream, 100)
     for done, within, text in ((0, 0, "0 of 100 rows"), (0, 3, "3 of 100"), (30, 0, "30 of 100")):
         shown(done)
