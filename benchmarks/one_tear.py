@@ -34,7 +34,7 @@ from rulesheets.format import format_expression
 from rulesheets.inputs import override
 from rulesheets.syntax.nodes import names
 from solver.leaves import Asked
-from solver.path.steps import SolveBlock
+from solver.path import SolveBlock
 from solver.solution.explore import explore
 
 SHARES = (1e-2, 4e-3, -3e-3, -7e-3)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rulesheets.diagnosis import Label as Label
     from rulesheets.diagnosis import RuleSheetError as RuleSheetError
     from rulesheets.diagnosis import Severity as Severity
+    from rulesheets.inputs import in_unit as in_unit
     from rulesheets.loading import load as load
     from rulesheets.loading import loads as loads
     from rulesheets.loading import shipped_models as shipped_models
@@ -28,18 +29,17 @@ if TYPE_CHECKING:
     from rulesheets.model import Value as Value
     from rulesheets.model import Variable as Variable
     from rulesheets.registered import function as function
-    from rulesheets.syntax.source import Source as Source
-    from rulesheets.syntax.source import Span as Span
-    from rulesheets.units.display import in_unit as in_unit
+    from rulesheets.syntax import Source as Source
+    from rulesheets.syntax import Span as Span
 
 _NAMES = {
     "algebra": "sympy_equations",
+    "inputs": "in_unit",
     "diagnosis": "Diagnosis Label RuleSheetError Severity",
     "registered": "function",
     "loading": "load loads shipped_models",
     "model": "Equation Model Premise Value Variable",
-    "syntax.source": "Source Span",
-    "units.display": "in_unit",
+    "syntax": "Source Span",
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 

@@ -14,6 +14,7 @@ from rulesheets.expand import Expansion, expand
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Model, Variable
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
     CallRule,
@@ -28,8 +29,7 @@ from rulesheets.syntax.nodes import (
     numbers,
 )
 from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
-from rulesheets.syntax.source import Span
-from rulesheets.units.quantity import differences, library_of, unit_named
+from rulesheets.units import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"[\d.]\[")
 _PI = re.compile("Pi|PI")

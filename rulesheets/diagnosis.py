@@ -9,7 +9,7 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple
 
-from rulesheets.syntax.source import Span, escaped
+from rulesheets.syntax import Span, escaped
 
 _WIDTH = 100
 """Characters of a source line that an excerpt shows at most."""

@@ -21,6 +21,7 @@ from typing import NamedTuple
 from rulesheets.evaluate.exactly import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.parse.ranges import ends
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -42,7 +43,6 @@ from rulesheets.syntax.nodes import (
     rebuilt,
 )
 from rulesheets.syntax.program import Program, components, names_of, rules_of
-from rulesheets.syntax.source import Source, Span
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 

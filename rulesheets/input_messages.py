@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, meant, said, suggestion
 from rulesheets.model import Model, Variable
-from rulesheets.syntax.source import Span
+from rulesheets.syntax import Span
 
 
 def names_variable(name: str, place: Span | None) -> Diagnosis:

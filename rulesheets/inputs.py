@@ -29,7 +29,7 @@ from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.parse import parse
 from rulesheets.parse.ranges import empty_range
-from rulesheets.syntax import nodes
+from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Comparison,
     Condition,
@@ -45,8 +45,15 @@ from rulesheets.syntax.nodes import (
     units_of,
 )
 from rulesheets.syntax.program import rules_of
-from rulesheets.syntax.source import Source, Span
-from rulesheets.units.quantity import cannot_show, converted, part_with_unit, parted, unit_named
+from rulesheets.units import (
+    cannot_show,
+    converted,
+    displaying,
+    part_with_unit,
+    parted,
+    unit_named,
+    with_display_unit,
+)
 
 
 def constant(expression: Expression) -> Value:
@@ -399,6 +406,15 @@ def variable_named(name: str, model: Model, place: Span | None = None) -> Variab
 def variables_named(names: Iterable[str], model: Model) -> tuple[str, ...]:
     """Full names of variables; a text alone is one name. Raises RuleSheetError (E407)."""
     return tuple(variable_named(name, model).name for name in ((names,) if isinstance(names, str) else names))
+
+
+def in_unit(model: Model, name: str, values: Any, unit: str) -> Any:
+    """Numbers or arrays of a variable, which are in its own unit, in another.
+
+    Raises RuleSheetError (E407, E460, E461).
+    """
+    factor, shift = displaying(with_display_unit(variable_named(name, model), unit))
+    return values * factor + shift
 
 
 def is_symbol(text: str) -> bool:

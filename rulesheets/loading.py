@@ -15,9 +15,9 @@ from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
 from rulesheets.parse import parse, parse_file
 from rulesheets.registered import run_python
+from rulesheets.syntax import Source, Span, escaped
 from rulesheets.syntax.nodes import Function, RuleSheet, UnitRow, Use
 from rulesheets.syntax.program import Program, rules_of
-from rulesheets.syntax.source import Source, Span, escaped
 
 ENDING = ".tk"
 """What the name of a rule sheet ends in."""

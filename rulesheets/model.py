@@ -10,9 +10,8 @@ from typing import NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
-from rulesheets.syntax import nodes
+from rulesheets.syntax import Span, nodes
 from rulesheets.syntax.forms import Like
-from rulesheets.syntax.source import Span
 
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
@@ -177,7 +176,7 @@ class Model:
 
     def _repr_html_(self) -> str:
         # by name: what shows a model stands above it
-        html: str = import_module("rulesheets.algebra.printing").model_html(self)
+        html: str = import_module("rulesheets.algebra").model_html(self)
         return html
 
     def _repr_latex_(self) -> str:

@@ -14,8 +14,8 @@ from math import inf
 from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.row import Function, Inverse
-from rulesheets.functions.table import PLANNED, TABLE
 from rulesheets.syntax.nodes import Call, Expression, call
 from rulesheets.syntax.program import walk
 

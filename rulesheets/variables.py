@@ -34,7 +34,7 @@ from rulesheets.input_messages import (
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_input, unguarded, variable_named
 from rulesheets.loading import read_source
 from rulesheets.model import Model, Tolerance, Value
-from rulesheets.syntax.source import Source, Span
+from rulesheets.syntax import Source, Span
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 _STATUSES = {"", "I", "O", "G", "C", "L"}

@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from typing import Any, TypeAlias
 
     from solver.facts import Attempt
+    from solver.path import SolveBlock, Step
     from solver.path.cases import Pair
-    from solver.path.steps import SolveBlock, Step
 
 
 def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:

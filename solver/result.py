@@ -15,16 +15,16 @@ from rulesheets.model import Value
 from solver.facts import Status, UnknownName
 from solver.files.replacing import expect_no_input
 from solver.files.tables import Columns, free_name, write_table
-from solver.path.steps import Shown
+from solver.path import Shown
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
     from rulesheets.model import Model, Tolerance
     from solver.accuracy.forward_error import ForwardErrors
-    from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
+    from solver.derivatives import Sensitivities, ToleranceBands
     from solver.derivatives.total_derivatives import Near
     from solver.facts import Attempt, Proof
-    from solver.path.steps import Path, SolveBlock, Step
+    from solver.path import Path, SolveBlock, Step
 
 
 SHOWN = 6
@@ -140,8 +140,8 @@ class Result(Shown):
         where there is none, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model
         does not have, and for an input that was not given as a number; IndexError for an answer too many.
         """
-        from solver.derivatives.sensitivities import chosen_inputs, chosen_outputs, sensitivities
-        from solver.path.steps import equations_of
+        from solver.derivatives import chosen_inputs, chosen_outputs, sensitivities
+        from solver.path import equations_of
 
         values = self._answer(answer)
         shown = chosen_outputs(self.model, outputs, self.wanted, self.inputs, values)
@@ -160,7 +160,7 @@ class Result(Shown):
         ``tolerances`` override those of the sheet, in the units of the inputs. Raises RuleSheetError for
         names that the model does not have.
         """
-        from solver.derivatives.sensitivities import ToleranceBands, tolerances_of
+        from solver.derivatives import ToleranceBands, tolerances_of
 
         sizes = tolerances_of(self.model, self.inputs, tolerances)
         found = self.sensitivity(outputs, sizes, answer)

@@ -14,8 +14,8 @@ from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Value
 from solver.facts import OutOfTime, Status, Unmet
 from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
+from solver.path import Path
 from solver.path.planner import planner
-from solver.path.steps import Path
 from solver.ranking.ranking import unlikely
 from solver.result import Result, Solution
 from solver.solution.conclusion import conclude

@@ -13,7 +13,7 @@ from rulesheets.evaluate import NotDifferentiable, differentiate, holds
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.kernel.emitter import compile_expressions
-from solver.path.steps import Evaluate, Select, SolveBlock, equations_of
+from solver.path import Evaluate, Select, SolveBlock, equations_of
 from solver.solution.verdict import Verdict
 from solver.sweeps.plan import Plan
 

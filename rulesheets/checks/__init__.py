@@ -20,6 +20,7 @@ from rulesheets.diagnosis import (
     suggestion,
 )
 from rulesheets.functions import PLANNED, TABLE
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
     CallRule,
@@ -35,7 +36,6 @@ from rulesheets.syntax.nodes import (
     children,
 )
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
-from rulesheets.syntax.source import Span
 
 
 def check(program: Program) -> None:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from rulesheets.checks import check_builtin, name_in
 from rulesheets.diagnosis import Diagnosis, error, labels, meant, said, suggestion
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
-from rulesheets.syntax.source import Span
 
 
 class Shape(Enum):

@@ -14,9 +14,8 @@ from typing import Any, TypeAlias
 from flint import arb, arb_mat, ctx
 
 from rulesheets.evaluate.number import Arithmetic, Undefined
-from rulesheets.functions.row import Forms, Function
-from rulesheets.functions.slopes import ROUNDED
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
+from rulesheets.functions.row import ROUNDED, Forms, Function
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, names
 from rulesheets.syntax.program import walk
 

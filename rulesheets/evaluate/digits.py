@@ -12,10 +12,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate.gradient import Part, Traced
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
+from rulesheets.functions import TABLE
 from rulesheets.functions.digits import Extended
-from rulesheets.functions.row import Forms, Function
-from rulesheets.functions.slopes import ROUNDED
-from rulesheets.functions.table import TABLE
+from rulesheets.functions.row import ROUNDED, Forms, Function
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, children, names
 from rulesheets.syntax.program import walk
 

@@ -14,8 +14,8 @@ from functools import cache
 from typing import Any, Generic, TypeVar, assert_never
 
 from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values
+from rulesheets.functions import TABLE
 from rulesheets.functions.row import Function
-from rulesheets.functions.table import TABLE
 from rulesheets.syntax.nodes import (
     ONE,
     ZERO,

@@ -8,10 +8,9 @@ from functools import reduce
 from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
-from rulesheets.functions.intervals import Interval, add, divide, multiply, power, square
-from rulesheets.functions.intervals.forms import unknown
+from rulesheets.functions import TABLE
+from rulesheets.functions.intervals import Interval, add, divide, multiply, power, square, unknown
 from rulesheets.functions.row import Forms
-from rulesheets.functions.table import TABLE
 from rulesheets.syntax.nodes import (
     And,
     Call,

@@ -1,11 +1,552 @@
-"""The functions of the language: a row each, with its values, slopes, inverse, ranges and traits.
+"""The table of functions: a row each, with its values, slopes, inverse, ranges and traits.
 
-``TABLE`` and ``PLANNED`` cost little to import. The forms for arrays (``arrays``, ``intervals.arrays``), for
-many digits and for balls (``evaluate.digits``, ``evaluate.balls``) stand in modules of their own, because
-each needs a heavy library.
+A new function of the language is a new row. The table costs little to import: the forms for arrays
+(``arrays``), for many digits and for balls (``evaluate``) stand in modules of their own, because each needs a
+heavy library.
 """
 
-from rulesheets.functions.row import Function, Inverse
-from rulesheets.functions.table import PLANNED, TABLE, named
+from __future__ import annotations
 
-__all__ = ["PLANNED", "TABLE", "Function", "Inverse", "named"]
+import math
+from collections.abc import Callable
+from functools import partial, reduce
+from math import inf, pi, tau
+from typing import Any
+
+from rulesheets.functions import digits, floats, intervals, row
+from rulesheets.functions.intervals import (
+    LINE,
+    POSITIVE,
+    SPECIAL_ULPS,
+    UNIT,
+    Direction,
+    Even,
+    Monotone,
+    Slow,
+    Valley,
+    Wave,
+    each_end,
+    magnitudes,
+)
+from rulesheets.functions.row import Branches, Function, Inverse, flat, of
+from rulesheets.syntax.nodes import ONE, Expression, Number, call
+
+
+def _by(name: str) -> Branches:
+    return lambda t: (call(name, t),)
+
+
+def _both_signs(name: str) -> Branches:
+    return lambda t: (call(name, t), -call(name, t))
+
+
+def _supplement(name: str, half_turn: Expression) -> Branches:
+    return lambda t: (call(name, t), half_turn - call(name, t))
+
+
+def _opposite(name: str, half_turn: Expression) -> Branches:
+    return lambda t: (call(name, t), call(name, t) + half_turn)
+
+
+def _row(name: str, meaning: str, example: str, **facets: Any) -> Function:
+    """A row whose forms in the libraries have its name, unless it says otherwise or has a definition."""
+    named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
+    return Function(name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets)
+
+
+_special = partial(_row, ulps=16.0)
+_jumping = partial(_row, smooth=False, jumps=True)
+
+
+def _extreme(choose: Callable[[tuple[Any, ...]], Any], word: str, example: str) -> Function:
+    """The row of ``min`` or ``max``, which ``choose`` is in Python."""
+    name = choose.__name__
+    return _row(
+        *(name, f"{word} of its arguments", example),
+        arguments="a, b, …",
+        value=lambda *numbers: choose(numbers),
+        array=f"{word}_of",
+        slopes=getattr(row, word),
+        interval=getattr(intervals, f"{word}_of"),
+        digits=lambda mp, *numbers: choose(numbers),
+        ball=lambda arb, *numbers: reduce(lambda a, b: getattr(a, name)(b), numbers),
+        sympy=name.title(),
+        smooth=False,
+        alike=True,
+        keeps_unit=True,
+    )
+
+
+_CONSTANTS = (
+    _row(
+        *("pi", "ratio of a circle's circumference to its diameter", "pi = 3.141592653589793"),
+        arguments="",
+        array=None,
+        value=lambda: math.pi,
+        slopes=flat,
+        interval=intervals.constant(math.pi),
+        digits=lambda mp: +mp.pi,
+        sympy=lambda s: s.pi,
+    ),
+    _row(
+        *("e", "base of natural logarithms; without parentheses e is a variable", "ln(e()) = 1"),
+        arguments="",
+        array=None,
+        value=lambda: math.e,
+        slopes=flat,
+        interval=intervals.constant(math.e),
+        digits=lambda mp: +mp.e,
+        ball="const_e",
+        sympy=lambda s: s.E,
+    ),
+)
+
+_PARTS = (
+    _row(
+        *("abs", "absolute value", "abs(-3) = 3"),
+        value=abs,
+        slopes=of("sgn"),
+        inverse=Inverse(lambda t: (t, -t), low=0.0),
+        interval=magnitudes,
+        digits="fabs",
+        ball=lambda arb, x: abs(x),
+        sympy="Abs",
+        smooth=False,
+        alike=True,
+        keeps_unit=True,
+    ),
+    _jumping(
+        *("sgn", "sign: -1, 0 or 1", "sgn(-0.2) = -1"),
+        value=floats.sgn,
+        array="sign",
+        slopes=flat,
+        interval=each_end(floats.sgn),
+        digits="sign",
+        sympy="sign",
+        steady=lambda x: bool(x.lower().sgn() == x.upper().sgn()),
+        alike=True,
+    ),
+    _jumping(
+        *("int", "integer part, rounded towards 0", "int(-2.7) = -2"),
+        value=floats.int_,
+        array="trunc",
+        slopes=flat,
+        interval=each_end(floats.int_),
+        digits=digits.truncated,
+        ball=digits.ball_truncated,
+        sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x)),
+        steady=digits.same_whole,
+    ),
+    _jumping(
+        *("frac", "fractional part, x - int(x)", "frac(2.25) = 0.25"),
+        value=floats.frac,
+        slopes=lambda x: ONE,
+        interval=intervals.frac,
+        definition=lambda x: x - call("int", x),
+        steady=digits.same_whole,
+    ),
+    _jumping(
+        *("round", "nearest integer, halves away from 0", "round(2.5) = 3"),
+        value=floats.round_,
+        array="round_",
+        slopes=flat,
+        interval=each_end(floats.round_),
+        definition=lambda x: call("sgn", x) * call("int", call("abs", x) + ONE / 2.0),
+        steady=lambda x: digits.same_whole(x + x.sgn() / 2),
+    ),
+    _jumping(
+        *("mod", "remainder of x/y, with the sign of x", "mod(-30, 360) = -30"),
+        arguments="x, y",
+        value=floats.mod,
+        array="fmod",
+        slopes=lambda x, y: (ONE, -call("int", x / y)),
+        interval=intervals.mod,
+        definition=lambda x, y: x - y * call("int", x / y),
+        steady=lambda x, y: digits.same_whole(x / y),
+        alike=True,
+        keeps_unit=True,
+    ),
+    _jumping(
+        *("step", "1 if x >= a, else 0", "step(2, 1) = 1"),
+        arguments="x, a",
+        value=floats.step,
+        slopes=flat,
+        interval=intervals.step,
+        digits=lambda mp, x, a: mp.mpf(x >= a),
+        ball=digits.ball_step,
+        sympy=lambda s, x, a: s.Heaviside(x - a, 1),
+        steady=lambda x, a: bool(x >= a or x < a),
+        alike=True,
+    ),
+    _extreme(min, "least", "min(3, 1, 2) = 1"),
+    _extreme(max, "greatest", "max(3, 1, 2) = 3"),
+)
+
+_EXPONENTIAL = (
+    _row(
+        *("sqrt", "square root", "sqrt(16) = 4"),
+        value=math.sqrt,
+        slopes=lambda x: 0.5 / call("sqrt", x),
+        inverse=Inverse(lambda t: (t**2.0,), low=0.0),
+        interval=Monotone(math.sqrt, POSITIVE, POSITIVE, ulps=1.0),
+        domain=POSITIVE,
+    ),
+    _row(
+        *("exp", "exponential function", "exp(0) = 1"),
+        value=math.exp,
+        slopes=of("exp"),
+        inverse=Inverse(_by("ln"), low=0.0, low_open=True),
+        interval=Monotone(math.exp, image=POSITIVE),
+        digits=digits.exp,
+        nonzero=True,
+    ),
+    _row(
+        *("ln", "natural logarithm", "ln(e()^2) = 2"),
+        value=math.log,
+        array="log",
+        slopes=lambda x: 1.0 / x,
+        inverse=Inverse(_by("exp")),
+        interval=Monotone(math.log, POSITIVE),
+        ball="log",
+        sympy="log",
+        domain=POSITIVE,
+    ),
+    *(
+        _row(
+            *(name, "logarithm to base 10", example),
+            value=math.log10,
+            array="log10",
+            slopes=lambda x: row.LOG10_E / x,
+            inverse=Inverse(lambda t: (Number(10.0) ** t,)),
+            interval=Monotone(math.log10, POSITIVE),
+            digits="log10",
+            definition=lambda x: call("ln", x) / call("ln", Number(10.0)),
+            domain=POSITIVE,
+        )
+        for name, example in (("log", "log(1000) = 3"), ("log10", "log10(0.01) = -2"))
+    ),
+)
+
+
+def _named(name: str) -> dict[str, Any]:
+    """The forms that the libraries have themselves, numpy under its own names."""
+    return {"array": {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(name, name)}
+
+
+def _of_degrees(name: str) -> dict[str, Any]:
+    """The forms of a function of an angle in degrees."""
+    return {
+        "digits": getattr(digits, f"{name}d"),
+        "ball": lambda arb, x: getattr(x / 180, f"{name}_pi")(),
+        "definition": lambda x: call(name, call("pi") * x / 180.0),
+    }
+
+
+def _in_degrees(name: str) -> dict[str, Any]:
+    """What a function whose result is an angle in degrees is."""
+    return {"definition": lambda *x: call(name, *x) / call("pi") * 180.0}
+
+
+def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
+    """The functions of angles in a unit, whose names have this ``end``; ``half`` a turn as it is written."""
+    degrees = end == "d"
+    takes, gives = (_of_degrees, _in_degrees) if degrees else (_named, _named)
+    radian = row.DEGREE if degrees else ONE
+    per_unit = row.RADIAN if degrees else ONE
+    sin, cos, tan, asin, acos, atan = (
+        getattr(floats, name + end) for name in ("sin", "cos", "tan", "asin", "acos", "atan")
+    )
+    direction = (
+        {"digits": digits.atan2d, "ball": digits.ball_direction} if degrees else {"digits": digits.atan2}
+    )
+    return (
+        _row(
+            *(f"sin{end}", f"sine of x {unit}", "sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5"),
+            value=sin,
+            slopes=lambda x: per_unit * call(f"cos{end}", x),
+            inverse=Inverse(_supplement(f"asin{end}", half), -1.0, 1.0, period=turn),
+            interval=Wave(sin, turn, 0.25),
+            turn=turn,
+            **takes("sin"),
+        ),
+        _row(
+            *(f"cos{end}", f"cosine of x {unit}", "cosd(90) = 0" if degrees else "cos(pi/3) = 0.5"),
+            value=cos,
+            slopes=lambda x: per_unit * -call(f"sin{end}", x),
+            inverse=Inverse(_both_signs(f"acos{end}"), -1.0, 1.0, period=turn),
+            interval=Wave(cos, turn, 0.0),
+            turn=turn,
+            **takes("cos"),
+        ),
+        _row(
+            *(f"tan{end}", f"tangent of x {unit}", "tand(45) = 1" if degrees else "tan(pi/4) = 1"),
+            value=tan,
+            slopes=lambda x: per_unit * (1.0 + call(f"tan{end}", x) ** 2.0),
+            inverse=Inverse(_opposite(f"atan{end}", half), period=turn),
+            interval=intervals.tand if degrees else intervals.tan,
+            turn=turn,
+            half_turn=True,
+            **takes("tan"),
+        ),
+        _row(
+            f"asin{end}",
+            f"inverse sine, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+            "asind(0.5) = 30" if degrees else "asin(1) = pi/2",
+            value=asin,
+            slopes=lambda x: radian * row.arc_sine(x),
+            inverse=Inverse(_by(f"sin{end}"), -turn / 4, turn / 4),
+            interval=Monotone(asin, UNIT, (-90.0, 90.0) if degrees else LINE),
+            domain=UNIT,
+            angle=turn,
+            **gives("asin"),
+        ),
+        _row(
+            f"acos{end}",
+            f"inverse cosine, in {unit} from 0 to {'180' if degrees else 'pi'}",
+            "acosd(0.5) = 60" if degrees else "acos(-1) = pi",
+            value=acos,
+            slopes=lambda x: radian * -row.arc_sine(x),
+            inverse=Inverse(_by(f"cos{end}"), 0.0, turn / 2),
+            interval=Monotone(acos, UNIT, (0.0, 180.0) if degrees else POSITIVE, falling=True),
+            domain=UNIT,
+            angle=turn,
+            **gives("acos"),
+        ),
+        _row(
+            f"atan{end}",
+            f"inverse tangent, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+            "atand(1) = 45" if degrees else "atan(1) = pi/4",
+            value=atan,
+            slopes=lambda x: radian * (1.0 / (1.0 + x**2.0)),
+            inverse=Inverse(_by(f"tan{end}"), -turn / 4, turn / 4, True, True),
+            interval=Monotone(atan, image=(-90.0, 90.0) if degrees else LINE),
+            angle=turn,
+            **gives("atan"),
+        ),
+        _row(
+            f"atan2{end}",
+            f"angle of the point (x, y) in {unit}, to {'180' if degrees else 'pi'}",
+            "atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
+            arguments="y, x",
+            value=floats.atan2d if degrees else floats.atan2,
+            slopes=row.direction(radian),
+            interval=Direction(180.0, 180.0 / pi) if degrees else Direction(math.nextafter(pi, inf), 1.0),
+            angle=turn,
+            steady=digits.on_one_side,
+            alike=True,
+            **gives("atan2") | direction,
+        ),
+    )
+
+
+_RADIANS = _angular("", "radians", call("pi"), tau)
+_DEGREES = _angular("d", "degrees", Number(180.0), 360.0)
+
+_HYPERBOLIC = (
+    _row(
+        *("sinh", "hyperbolic sine", "sinh(ln(2)) = 0.75"),
+        value=math.sinh,
+        slopes=of("cosh"),
+        inverse=Inverse(_by("asinh")),
+        interval=Monotone(math.sinh),
+        digits=digits.sinh,
+    ),
+    _row(
+        *("cosh", "hyperbolic cosine", "cosh(ln(2)) = 1.25"),
+        value=math.cosh,
+        slopes=of("sinh"),
+        inverse=Inverse(_both_signs("acosh"), low=1.0),
+        interval=Even(Monotone(math.cosh, POSITIVE, (1.0, inf))),
+        digits=digits.cosh,
+    ),
+    _row(
+        *("tanh", "hyperbolic tangent", "tanh(ln(2)) = 0.6"),
+        value=math.tanh,
+        slopes=lambda x: 1.0 - call("tanh", x) ** 2.0,
+        inverse=Inverse(_by("atanh"), -1.0, 1.0, True, True),
+        interval=Monotone(math.tanh, image=UNIT),
+    ),
+    _row(
+        *("asinh", "inverse hyperbolic sine", "asinh(0.75) = ln(2)"),
+        value=math.asinh,
+        array="arcsinh",
+        slopes=lambda x: 1.0 / call("sqrt", x**2.0 + 1.0),
+        inverse=Inverse(_by("sinh")),
+        interval=Monotone(math.asinh),
+    ),
+    _row(
+        *("acosh", "inverse hyperbolic cosine, 0 or positive", "acosh(1.25) = ln(2)"),
+        value=math.acosh,
+        array="arccosh",
+        slopes=lambda x: 1.0 / call("sqrt", (x - 1.0) * (x + 1.0)),
+        inverse=Inverse(_by("cosh"), 0.0, inf),
+        interval=Monotone(math.acosh, (1.0, inf), POSITIVE),
+        domain=(1.0, inf),
+    ),
+    _row(
+        *("atanh", "inverse hyperbolic tangent", "atanh(0.6) = ln(2)"),
+        value=math.atanh,
+        array="arctanh",
+        slopes=lambda x: 1.0 / ((1.0 - x) * (1.0 + x)),
+        inverse=Inverse(_by("tanh")),
+        interval=Monotone(math.atanh, UNIT),
+        domain=UNIT,
+    ),
+)
+
+_SPECIAL = (
+    _special(
+        *("gamma", "gamma function", "gamma(5) = 24"),
+        value=math.gamma,
+        array="special.gamma",
+        slopes=lambda x: call("gamma", x) * call("digamma", x),
+        interval=Valley(math.gamma, intervals.GAMMA_LEAST),
+        nonzero=True,
+    ),
+    _special(
+        *("lgamma", "logarithm of |gamma(x)|", "lgamma(5) = ln(24)"),
+        value=math.lgamma,
+        array="special.gammaln",
+        slopes=of("digamma"),
+        interval=Valley(math.lgamma, intervals.LGAMMA_LEAST),
+        digits=digits.lgamma,
+        ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
+        definition=lambda x: call("ln", call("abs", call("gamma", x))),
+    ),
+    _special(
+        *("digamma", "derivative of ln(gamma(x))", "digamma(2) - digamma(1) = 1"),
+        value=floats.digamma,
+        array="special.digamma",
+        interval=intervals.digamma,
+    ),
+    _row(
+        *("beta", "gamma(a)*gamma(b)/gamma(a + b)", "beta(2, 3) = 1/12"),
+        arguments="a, b",
+        value=floats.beta,
+        ulps=64.0,
+        array="special.beta",
+        slopes=row.beta,
+        digits="beta",
+        sympy="beta",
+        definition=lambda a, b: call("gamma", a) * call("gamma", b) / call("gamma", a + b),
+        nonzero=True,
+    ),
+    _special(
+        *("erf", "error function", "erf(0.5) = 0.5204998778130465"),
+        value=math.erf,
+        array="special.erf",
+        slopes=lambda x: row.BELL * call("exp", -(x**2.0)),
+        interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
+        image=UNIT,
+    ),
+    _special(
+        *("erfc", "complementary error function, 1 - erf(x)", "erfc(0.5) + erf(0.5) = 1"),
+        value=math.erfc,
+        array="special.erfc",
+        slopes=lambda x: -row.BELL * call("exp", -(x**2.0)),
+        interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
+        nonzero=True,
+        image=(0.0, 2.0),
+    ),
+)
+
+
+_KINDS = {
+    "j": "Bessel function of the first kind",
+    "y": "Bessel function of the second kind",
+    "i": "modified Bessel function of the first kind",
+    "k": "modified Bessel function of the second kind",
+}
+
+
+def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) -> Function:
+    """The row of a Bessel function of fixed order."""
+    return _row(
+        *(name or f"{kind}{order}", f"{_KINDS[kind]}, order {order}", example),
+        value=getattr(floats, f"{kind}{order}"),
+        array=f"special.{kind}{order}",
+        digits=lambda mp, x: getattr(mp, f"bessel{kind}")(order, x),
+        ball=lambda arb, x: getattr(x, f"bessel_{kind}")(order),
+        sympy=lambda s, x: getattr(s, f"bessel{kind}")(order, x),
+        ulps=64.0,
+        **facets,
+    )
+
+
+def _bessel_n(kind: str, example: str) -> Function:
+    return _row(
+        *(f"{kind}n", f"{_KINDS[kind]}, order n", example),
+        arguments="n, x",
+        value=getattr(floats, f"{kind}n"),
+        slopes=row.any_order(f"{kind}n"),
+        digits=digits.of_order(f"bessel{kind}"),
+        ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
+        sympy=f"bessel{kind}",
+        ulps=64.0,
+    )
+
+
+_BESSEL = (
+    _bessel(
+        *("j", 0, "j0(0) = 1"),
+        slopes=lambda x: -call("j1", x),
+        interval=Slow(floats.j0, 0.5819, (-0.4028, 1.0)),
+    ),
+    _bessel(
+        *("j", 1, "j1(1) = 0.4400505857449335"),
+        slopes=row.first_order("j"),
+        interval=Slow(floats.j1, 0.5, (-0.5819, 0.5819)),
+    ),
+    _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
+    _bessel(
+        *("y", 0, "y0(1) = 0.08825696421567696"),
+        slopes=lambda x: -call("y1", x),
+        domain=POSITIVE,
+    ),
+    _bessel(
+        *("y", 1, "y1(1) = -0.7812128213002887"),
+        slopes=row.first_order("y"),
+        domain=POSITIVE,
+    ),
+    _bessel_n("y", "yn(2, 1) = 2*y1(1) - y0(1)"),
+    _bessel(
+        *("i", 0, "i0(0) = 1"),
+        slopes=of("bessel_i1"),
+        interval=Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS)),
+    ),
+    _bessel(
+        *("i", 1, "bessel_i1(1) = 0.565159103992485"),
+        name="bessel_i1",
+        slopes=lambda x: call("i0", x) - call("bessel_i1", x) / x,
+        interval=Monotone(floats.i1, ulps=SPECIAL_ULPS),
+    ),
+    _bessel(
+        *("k", 0, "k0(1) = 0.4210244382407083"),
+        slopes=lambda x: -call("bessel_k1", x),
+        interval=Monotone(floats.k0, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
+        domain=POSITIVE,
+        nonzero=True,
+    ),
+    _bessel(
+        *("k", 1, "bessel_k1(2) = 0.1398658818165224"),
+        name="bessel_k1",
+        slopes=lambda x: -(call("k0", x) + call("bessel_k1", x) / x),
+        interval=Monotone(floats.k1, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
+        domain=POSITIVE,
+        nonzero=True,
+    ),
+)
+"""The modified Bessel functions of order 1 serve as derivatives."""
+
+_ROWS = (*_CONSTANTS, *_PARTS, *_EXPONENTIAL, *_RADIANS, *_DEGREES, *_HYPERBOLIC, *_SPECIAL, *_BESSEL)
+
+TABLE: dict[str, Function] = {row.name: row for row in _ROWS}
+"""Every function by its name in lower case; functions registered from Python come at the end."""
+
+PLANNED: frozenset[str] = frozenset({"sum", "prod", "count"})
+"""Functions over lists, which the language does not have yet."""
+
+
+def named(trait: Callable[[Function], Any]) -> frozenset[str]:
+    """The names of the built-in functions that have a trait."""
+    return frozenset(row.name for row in _ROWS if trait(row))

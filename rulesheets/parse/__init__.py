@@ -15,9 +15,9 @@ from io import BytesIO
 from typing import Any
 
 from rulesheets import store
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
+from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import RuleSheet
-from rulesheets.syntax.source import Source
 
 LONGEST_KEPT = 2**20
 """Characters of a text beyond which it is parsed every time."""

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.parse.layout import Line
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.forms import NUMBER, Form, Like, words
 from rulesheets.syntax.nodes import Call, Equality, Name, Number, Power, Sum, Symbol, children
 from rulesheets.syntax.program import walk
-from rulesheets.syntax.source import Source, Span
 
 LONG = 20_000
 """Characters of a text from which on its rules are compared with one another."""

@@ -13,8 +13,7 @@ from lark import Token
 
 from rulesheets.diagnosis import RuleSheetError, said
 from rulesheets.parse.ranges import Bound, bounded, limit
-from rulesheets.syntax import nodes
-from rulesheets.syntax.source import Source, Span
+from rulesheets.syntax import Source, Span, nodes
 
 Children: TypeAlias = Sequence[Any]
 Expressions: TypeAlias = tuple[nodes.Expression, ...]

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest, said
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.stop import Stop
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import (
     Condition,
     Expression,
@@ -18,7 +19,6 @@ from rulesheets.syntax.nodes import (
     RuleBody,
     children,
 )
-from rulesheets.syntax.source import Source, Span
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
 _INDEX = r"(?:\d+|[ijkn])(?:\s*[-+]\s*\d+)?"

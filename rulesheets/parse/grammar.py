@@ -19,9 +19,9 @@ from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line
 from rulesheets.parse.stop import Stop, Word
+from rulesheets.syntax import Source
 from rulesheets.syntax.forms import Form
 from rulesheets.syntax.nodes import Equality, Inequality
-from rulesheets.syntax.source import Source
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""

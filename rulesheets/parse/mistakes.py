@@ -19,8 +19,8 @@ from rulesheets.parse.stop import (
     open_across_lines,
     two_operands,
 )
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Call, Condition, Equality, Expression, Inequality, Mark, Name, children
-from rulesheets.syntax.source import Span
 
 _KEYWORDS = frozenset({"IF", "_THEN", "_ELSE", "CALL", "_AND", "_OR", "NOT"})
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
 from rulesheets.evaluate import Undefined, value
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Comparison, Expression, Name, Range, measured, names, units_of
-from rulesheets.syntax.source import Span
 
 
 class Bound(NamedTuple):

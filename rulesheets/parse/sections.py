@@ -11,9 +11,8 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse, said
 from rulesheets.parse import foreign, mistakes
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
-from rulesheets.syntax import nodes
+from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import UnitRow
-from rulesheets.syntax.source import Source, Span
 
 _HEAD = re.compile(
     r"""\s*(?:

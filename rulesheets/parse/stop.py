@@ -11,7 +11,7 @@ from lark import Token
 from rulesheets.diagnosis import Diagnosis, closest, said
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import Line
-from rulesheets.syntax.source import Source, Span
+from rulesheets.syntax import Source, Span
 
 OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}
 _LINKS = frozenset({"_AND", "_OR", "NOT"})

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.syntax import nodes
+from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Equality, Expression
-from rulesheets.syntax.source import Source, Span
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WORD = re.compile(rf"\s*([^\W\d]\w*|{NUMBER}|\S)")

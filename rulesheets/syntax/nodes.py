@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
 
-from rulesheets.syntax.source import Span
+from rulesheets.syntax import Span
 
 if TYPE_CHECKING:
     from rulesheets.syntax.forms import Like

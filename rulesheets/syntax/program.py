@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import (
     Call,
     CallRule,
@@ -22,7 +23,6 @@ from rulesheets.syntax.nodes import (
     children,
     names,
 )
-from rulesheets.syntax.source import Source, Span
 
 
 class Program(NamedTuple):

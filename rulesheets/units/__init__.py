@@ -1,5 +1,439 @@
-"""Units: texts, exact conversion, and the check of dimensions. A solve never sees one."""
+"""Values with units, in the units of their variables and in those that they are shown in.
 
-from rulesheets.library import Library, Unit, UnitError, convert, library
+Differences of temperatures are told from points of a scale. A solve never sees a unit."""
 
-__all__ = ["Library", "Unit", "UnitError", "convert", "library"]
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain
+from typing import NamedTuple
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse, said, suggestion
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.functions import TABLE
+from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
+from rulesheets.model import Equation, Model, Variable
+from rulesheets.syntax import Span
+from rulesheets.syntax.nodes import (
+    Call,
+    Condition,
+    Expression,
+    Name,
+    Negative,
+    Product,
+    Quotient,
+    Sum,
+    UnitRow,
+    names,
+)
+from rulesheets.syntax.program import walk
+
+_BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
+_PLAIN = re.compile(
+    r"\s*((?>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?))\s*((?!.*[*/]\s*\d)(?:[^\W\d_]|[°%‰$€£¥'℃℉]).*?)\s*",
+    re.DOTALL,
+)
+
+_BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
+
+
+def parted(text: str) -> tuple[str, str] | None:
+    """``50 [mm]``, ``50mm`` or ``50 mm`` as the value and the unit; None for a value without one."""
+    found = _BRACKETED.fullmatch(text) or _PLAIN.fullmatch(text)
+    return (found[1], found[2].strip()) if found else None
+
+
+def converted(
+    numbers: Sequence[float],
+    unit: str,
+    variable: Variable,
+    place: Span | None = None,
+    difference: bool = False,
+) -> list[float]:
+    """Numbers in ``unit`` as numbers in the unit of the variable; a ``difference`` has no zero point.
+
+    Raises RuleSheetError for an unknown unit, one of another kind, and for a variable without a unit.
+    """
+    if unit == variable.unit:
+        return list(numbers)
+    source, target = _units(unit, variable, place)
+    return [convert(number, source, target, difference or variable.difference) for number in numbers]
+
+
+def scaling(unit: str, variable: Variable) -> tuple[float, float]:
+    """Factor and shift from ``unit`` to that of the variable. Raises RuleSheetError as ``converted`` does."""
+    return affine(*_units(unit, variable, None), variable.difference)
+
+
+def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Unit]:
+    """A unit, and that of a variable, which is of its kind."""
+    if not variable.unit:
+        raise RuleSheetError(_no_unit(variable, unit, place))
+    source, target = (unit_named(text, place, variable.units) for text in (unit, variable.unit))
+    if source.bases != target.bases:
+        raise RuleSheetError(_other_kind(variable, unit, source, target, place))
+    return source, target
+
+
+def unit_named(text: str, place: Span | None, units: Library) -> Unit:
+    """The unit of a text. Raises RuleSheetError (E460) with what may be meant."""
+    try:
+        return units.unit(text)
+    except UnitError as wrong:
+        raise RuleSheetError(_unknown(wrong, text, place, units)) from None
+
+
+def library_of(rows: tuple[UnitRow, ...]) -> Library:
+    """The units of a sheet with such a section. Raises RuleSheetError (E460, E462)."""
+    units = library(tuple(row.definition for row in rows))
+    complaints: list[Diagnosis] = []
+    first: dict[str, UnitRow] = {}
+    for row in rows:
+        if wrong := _reversed(row):
+            complaints.append(wrong)
+            continue
+        for name in row.names:
+            earlier = first.setdefault(name, row)
+            shipped = library().named(name)
+            if earlier is not row:
+                complaints.append(said("E462", f"the unit {name} is defined twice", row.span))
+            elif shipped is not None and shipped.bases == {name: 1} and name not in MONEY:
+                complaints.append(said("E462", f"{name} is a base unit", row.span))
+    for row in () if complaints else rows:
+        try:
+            units.meant(row.meaning)
+        except UnitError as wrong:
+            complaints.append(_unknown(wrong, row.meaning, row.span, units))
+    refuse(complaints)
+    return units
+
+
+def _reversed(row: UnitRow) -> Diagnosis | None:
+    """``ct, EUR = 0.01`` in the order of TK, from, to = factor, which would call both of them 0.01."""
+    known = [name for name in row.names if name in library().names()]
+    if len(row.names) == 1 or not known or not _BARE.fullmatch(row.meaning):
+        return None
+    names = f"{', '.join(row.names[:-1])} and {row.names[-1]}"
+    message = f"this line calls {names} {row.meaning}, a number without a unit"
+    notes = (
+        f"write {row.names[0]} = {row.meaning} {row.names[1]}",
+        f"names before the equals sign are names of one unit, and {known[-1]} is one already",
+    )
+    return said("E462", message, row.span, *notes)
+
+
+def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
+    if wrong.name in units.names():
+        return said("E462", f"{wrong.name} is defined by itself", place)
+    notes = suggestion(wrong.name, units.names()) if wrong.name else ()
+    message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
+    return said("E460", message, place, *notes)
+
+
+def _no_unit(variable: Variable, unit: str, place: Span | None) -> Diagnosis:
+    message = f"{variable.name} has no unit, so a value in {unit} cannot be converted"
+    note = f"leave the unit out, or write {variable.name} [{unit}] in the variables section"
+    return said("E461", message, place, note)
+
+
+def _other_kind(variable: Variable, unit: str, source: Unit, target: Unit, place: Span | None) -> Diagnosis:
+    message = f"{variable.name} is in {variable.unit}, and {unit} measures something else"
+    note = f"give {variable.name} in {variable.unit} or a unit of its kind"
+    if source.dimension == target.dimension:
+        message = f"{unit} and {variable.unit}, the unit of {variable.name}, differ by an angle"
+        note = "write rev/s or rad/s for a rotation, Hz or 1/s for events"
+    return said("E461", message, place, note)
+
+
+def part_with_unit(unit: str, place: Span | None) -> Diagnosis:
+    message = f"{unit} stands inside an expression of numbers"
+    return said("E461", message, place, "write one number with its unit, as in x = 3[in] [mm]")
+
+
+def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
+    own = f"is in {unit}" if unit else "has no unit"
+    note = "show it in a unit of its kind" if unit else f"write {name} [{display}] in its row"
+    return said("E461", f"{name} {own}, and cannot be shown in {display}", place, note)
+
+
+def shown(number: float, variable: Variable, difference: bool = False) -> float:
+    """A number of a variable in its display unit, where it has one."""
+    units = _shown_in(variable)
+    return convert(number, *units, difference or variable.difference) if units else number
+
+
+def displaying(variable: Variable) -> tuple[float, float]:
+    """Factor and shift from the unit of a variable to its display unit, where it has one."""
+    units = _shown_in(variable)
+    return affine(*units, variable.difference) if units else (1.0, 0.0)
+
+
+def _shown_in(variable: Variable) -> tuple[Unit, Unit] | None:
+    """The unit of a variable and its display unit."""
+    if not (variable.unit and variable.display_unit):
+        return None
+    return variable.units.unit(variable.unit), variable.units.unit(variable.display_unit)
+
+
+def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """Factor and shift to the display unit, for the variables that have one."""
+    variables = (model.variables[name] for name in names if name in model.variables)
+    return {v.name: displaying(v) for v in variables if v.unit and v.display_unit}
+
+
+_DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")
+"""How the names of differences begin: they decide where rules leave it open."""
+PLACES, TRIES = 3, 8
+NOISE = 1e-9
+"""Share of the slopes that may be left of their sum by rounding."""
+
+
+class Rule(NamedTuple):
+    """A rule with its slopes by temperatures, each by a kelvin, at some places."""
+
+    equation: Equation
+    slopes: tuple[dict[str, float], ...]
+
+    def holds(self, differences: set[str]) -> bool:
+        """Whether it holds on as all points move together."""
+        moved = (sum(s for name, s in row.items() if name not in differences) for row in self.slopes)
+        sizes = (sum(map(abs, row.values())) for row in self.slopes)
+        return all(abs(total) <= NOISE * size for total, size in zip(moved, sizes, strict=True))
+
+    def points(self, differences: set[str]) -> list[str]:
+        varied = {name for row in self.slopes for name, slope in row.items() if slope}
+        return [name for name in self.slopes[0] if name in varied - differences]
+
+
+class Weights:
+    """``differences`` are the temperatures of a model that are differences of points of a scale.
+
+    A law of nature does not depend on where a scale begins: if all points of a rule move by one kelvin and
+    the differences stay, it still holds. ``dT = T1 - T2`` and ``Q = m*c*(T1 - T2)`` do so if dT is a
+    difference; ``p*v = R*T`` does not, and needs an absolute temperature. The slopes of a rule by its
+    temperatures at a few places tell.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        measures = ((name, variable.measure) for name, variable in model.variables.items())
+        self.units = {name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}}
+        self.rules = [rule for equation in model.equations if (rule := self._rule(equation)) is not None]
+        named = (name for name, unit in self.units.items() if _named_so(name, model.variables[name].unit))
+        self.differences = set(named)
+        self.differences -= {name for rule in self.rules for name in self._denied(rule)}
+        for settle in (self._only_one, self._alone_on_a_side, self._of_differences, self._only_one):
+            while sum(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
+                pass
+
+    def _rule(self, equation: Equation) -> Rule | None:
+        """The slopes of a rule, None where it has no temperature or they are not to be had."""
+        here = [name for name in equation.names if name in self.units]
+        rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
+        if not here or any(row is None or row.source for row in rows):  # a file's own Python is not run
+            return None
+        found: list[dict[str, float]] = []
+        for attempt in range(TRIES):
+            spread = (0.618 * (attempt + 1) * (place + 1) % 1 for place in range(len(equation.names)))
+            values = {name: 1 + share for name, share in zip(equation.names, spread, strict=True)}
+            try:
+                left, right = (derivatives(side, values)[1] for side in (equation.left, equation.right))
+            except (Undefined, KeyError, ValueError, OverflowError):
+                continue
+            row = {n: (left.get(n, 0.0) - right.get(n, 0.0)) / float(self.units[n].factor) for n in here}
+            if all(slope == slope for slope in row.values()):
+                found.append(row)
+            if len(found) == PLACES:
+                break
+        return Rule(equation, tuple(found)) if len(found) > 1 else None
+
+    # --- what must be a difference ---
+
+    def _denied(self, rule: Rule) -> list[str]:
+        """Differences by their names that a rule calls points: ``dTm = (T1 + T2)/2``."""
+        if rule.holds(self.differences):
+            return []
+        named = self.differences & rule.slopes[0].keys()
+        return [name for name in named if rule.holds(self.differences - {name})]
+
+    def _candidates(self, rule: Rule) -> list[str]:
+        """The points one of which is a difference, if the others are points indeed."""
+        points = rule.points(self.differences)
+        return [name for name in points if len(points) > 2 and rule.holds(self.differences | {name})]
+
+    def _only_one(self, rule: Rule) -> bool:
+        found = self._candidates(rule)
+        self.differences.update(found if len(found) == 1 else ())
+        return len(found) == 1
+
+    def _alone_on_a_side(self, rule: Rule) -> bool:
+        """``dT = T1 - T2`` is said of dT, though T2 might be the difference."""
+        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
+        found = [name for name in self._candidates(rule) if name in sides]
+        self.differences.update(found[:1])
+        return bool(found)
+
+    def _of_differences(self, rule: Rule) -> bool:
+        """``LMTD = (a - b)/ln(a/b)``: what is computed from differences alone is one."""
+        for side, other in (
+            (rule.equation.left, rule.equation.right),
+            (rule.equation.right, rule.equation.left),
+        ):
+            rest = set(names(other)) & self.units.keys()
+            plain = isinstance(side, Name) and rule.points(self.differences) == [side.name]
+            if plain and rest and rest <= self.differences and not isinstance(other, Sum):
+                self.differences.add(side.name)  # type: ignore[union-attr]
+                return True
+        return False
+
+    # --- what is wrong ---
+
+    def warnings(self, sure: bool) -> Iterator[tuple[Equation, Diagnosis]]:
+        """Points of °C and °F where only absolute temperatures or differences fit, and zeros that differ."""
+        for rule in self.rules:
+            points = rule.points(self.differences)
+            scaled = [name for name in points if self.units[name].offset]
+            if not scaled or self._open(rule.equation):
+                continue
+            if rule.holds(self.differences):
+                other = next((n for n in points if self._apart(n, scaled[0])), None)
+                if other is not None:
+                    yield rule.equation, self._zeros(rule.equation, scaled[0], other)
+            elif not (self._candidates(rule) or self._balanced(rule) or (sure and self._of_energy(rule))):
+                yield rule.equation, self._absolute(rule.equation, scaled[0])
+
+    def _apart(self, one: str, other: str) -> bool:
+        return self.units[one].offset != self.units[other].offset
+
+    def _open(self, equation: Equation) -> bool:
+        """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be absolute."""
+        sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
+        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
+            sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
+        return any(
+            any(self._degree(term) == 1 for term in terms) and any(self._degree(term) == 0 for term in terms)
+            for terms in sums
+        )
+
+    def _balanced(self, rule: Rule) -> bool:
+        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``."""
+        signs = {slope > 0.0 for slope in rule.slopes[0].values() if slope}
+        return self._linear(rule) and len(signs) == 2
+
+    def _linear(self, rule: Rule) -> bool:
+        return max(self._degree(rule.equation.left), self._degree(rule.equation.right)) == 1
+
+    def _degree(self, node: Expression) -> int:
+        """The degree of an expression in temperatures, 9 where it is no polynomial of them."""
+        match node:
+            case Name(name):
+                return int(name in self.units)
+            case Negative(inner):
+                return self._degree(inner)
+            case Sum(terms):
+                return max(map(self._degree, terms))
+            case Product(left, right):
+                return min(self._degree(left) + self._degree(right), 9)
+            case Quotient(left, right) if self._degree(right) == 0:
+                return self._degree(left)
+            case _:
+                return 0 if self.units.keys().isdisjoint(names(node)) else 9
+
+    def _of_energy(self, rule: Rule) -> bool:
+        """``h = c*T`` counts an energy from the zero of the scale, and may mean to."""
+        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
+        units = (self.model.variables[name].measure for name in sides)
+        return self._linear(rule) and any(unit is None or unit.bases.get("m") == 2 for unit in units)
+
+    def _absolute(self, equation: Equation, name: str) -> Diagnosis:
+        unit = self.model.variables[name].unit
+        zero = float(
+            self.units[name].offset / self.units[name].factor
+        )  # below that of the scale, in its degrees
+        message = f"{name} is in {unit}, and this rule needs an absolute temperature or a difference"
+        note = f"write {name} + {zero:.6g}, or give it in K; a difference of temperatures is in K, too"
+        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
+
+    def _zeros(self, equation: Equation, name: str, other: str) -> Diagnosis:
+        one, two = (self.model.variables[n].unit for n in (name, other))
+        apart = abs(float(self.units[name].offset - self.units[other].offset))
+        message = f"{name} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
+        note = "give both in one unit, or write the number between them"
+        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
+
+
+def differences(model: Model) -> frozenset[str]:
+    """The variables of a model that are differences of temperatures."""
+    if not any(v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()):
+        return frozenset()
+    return frozenset(Weights(model).differences)
+
+
+def _named_so(name: str, unit: str | None) -> bool:
+    return bool(_DIFFERENCE.match(name.rpartition(".")[2])) or "delta" in (unit or "") or "Δ" in (unit or "")
+
+
+def _parts(equation: Equation) -> Iterator[Condition | Expression]:
+    return chain(walk(equation.left), walk(equation.right))
+
+
+SYSTEMS = {
+    "si": "mm cm m km mm^2 cm^2 m^2 mm^3 cm^3 L m^3 g kg t N kN MN Pa kPa MPa GPa degC K m/s km/h "
+    "J kJ MJ GJ kWh N-m kN-m W kW MW kg/m^3 kg/s m^3/s L/s m/s^2 kJ/kg kJ/kg-K W/m-K W/m^2-K Pa-s "
+    "N/m N/mm",
+    "us": "in ft mi in^2 ft^2 in^3 gal ft^3 oz lb lbf kip psi ksi degF degR ft/s mph Btu lbf-ft hp "
+    "lb/ft^3 lb/s ft^3/s gpm ft/s^2 Btu/lb Btu/lb-R Btu/h-ft-R Btu/h-ft^2-R lbf-s/ft^2 lbf/ft lbf/in",
+}
+"""Units to choose from, by system; of several of one kind, the one nearest in size is taken."""
+
+_COMPOUND = re.compile(r"[^\W\d_][\W\d]+[^\W\d_]")
+
+
+def with_display_unit(variable: Variable, unit: str, place: Span | None = None) -> Variable:
+    """The variable shown in ``unit``. Raises RuleSheetError (E460, E461) if that does not fit."""
+    target = unit_named(unit, place, variable.units)
+    own = variable.measure
+    if own is None or own.bases != target.bases:
+        raise RuleSheetError(cannot_show(variable.name, variable.unit, unit, place))
+    return replace(variable, display_unit=None if unit == variable.unit else unit)
+
+
+def with_display_units(model: Model, system: str | None, chosen: Mapping[str, str]) -> Model:
+    """The model shown in the units of a system, and some variables in those that are chosen for them."""
+    if system is None and not chosen:
+        return model
+    variables = {
+        name: with_display_unit(variable, chosen[name])
+        if name in chosen
+        else _in_system(variable, system or "")
+        for name, variable in model.variables.items()
+    }
+    return replace(model, variables=variables)
+
+
+def _in_system(variable: Variable, system: str) -> Variable:
+    """The variable in a unit of the system; as it is where the system has none of its kind."""
+    own = variable.measure
+    if own is None or not variable.unit or system not in SYSTEMS:
+        return variable
+    names = SYSTEMS[system].split()
+    if variable.unit in names:
+        return replace(variable, display_unit=None)
+    units = {name: library().unit(name) for name in names}
+    alike = [name for name, unit in units.items() if unit.bases == own.bases]
+    if not alike:
+        return variable
+    compound = bool(_COMPOUND.search(variable.unit))
+
+    def distance(name: str) -> tuple[bool, bool, float]:
+        unit = units[name]
+        return (
+            bool(_COMPOUND.search(name)) != compound,
+            bool(unit.offset) != bool(own.offset),
+            abs(math.log(unit.scale / own.scale)),
+        )
+
+    return with_display_unit(variable, min(alike, key=distance))

@@ -14,9 +14,10 @@ from fractions import Fraction
 
 from rulesheets.checks.marks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
 from rulesheets.library import library
 from rulesheets.model import Model
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
     Comparison,
@@ -30,7 +31,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
 )
 from rulesheets.syntax.program import walk
-from rulesheets.syntax.source import Span
+from rulesheets.units import SYSTEMS, Weights
 from rulesheets.units.dimensions import (
     RELATIVE,
     SIZE,
@@ -42,8 +43,6 @@ from rulesheets.units.dimensions import (
     exponents,
     in_other_unit,
 )
-from rulesheets.units.display import SYSTEMS
-from rulesheets.units.quantity import Weights
 
 NUMBER = "1 (a number)"
 DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")

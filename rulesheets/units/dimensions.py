@@ -19,8 +19,9 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE, Library, Unit
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -36,7 +37,6 @@ from rulesheets.syntax.nodes import (
     numbers,
 )
 from rulesheets.syntax.program import walk
-from rulesheets.syntax.source import Span
 
 Exponents = dict[str, Any]
 """Integers or fractions by the names of base units, and a float for SIZE."""

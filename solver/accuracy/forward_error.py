@@ -26,7 +26,7 @@ from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
-from solver.path.steps import Evaluate, Select, SolveBlock, Step
+from solver.path import Evaluate, Select, SolveBlock, Step
 
 SAMPLES = 16
 DENSE = 400

@@ -20,7 +20,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate.digits import context
 from rulesheets.model import Model, Value
-from rulesheets.syntax.source import escaped
+from rulesheets.syntax import escaped
 from solver.accuracy.digits import ManyDigits, Work
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
@@ -31,8 +31,8 @@ from solver.files.replacing import write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
 from solver.numerics.tolerances import scaled_norm
+from solver.path import SolveBlock
 from solver.path.planner import planner
-from solver.path.steps import SolveBlock
 from solver.pictures.drawing import picture_kind
 from solver.report.table import table
 from solver.report.text import result_text

@@ -14,8 +14,8 @@ from rulesheets.diagnosis import RuleSheetError, error, render
 from rulesheets.format import readable
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value
-from rulesheets.syntax.source import escaped
-from rulesheets.units.quantity import shown
+from rulesheets.syntax import escaped
+from rulesheets.units import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
 from solver.commands.running import Command

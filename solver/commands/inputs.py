@@ -12,8 +12,8 @@ from rulesheets.input_messages import guess_with_tolerance, symbol_for_number, u
 from rulesheets.inputs import parse_input, quantities, with_tolerances
 from rulesheets.loading import decoded, find_variable_sheet, load, loads
 from rulesheets.model import Model, Tolerance, Value
-from rulesheets.syntax.source import Source, Span
-from rulesheets.units.display import with_display_unit, with_display_units
+from rulesheets.syntax import Source, Span
+from rulesheets.units import with_display_unit, with_display_units
 from rulesheets.variables import read_variable_sheet
 from solver.files.replacing import expect_no_input
 

@@ -15,7 +15,7 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, refuse
 from rulesheets.input_messages import not_finite, symbol_for_number
 from rulesheets.inputs import parse_input, parse_value, quantities, variable_named
 from rulesheets.model import Model, Value, Variable
-from rulesheets.units.quantity import converted, parted, scaling
+from rulesheets.units import converted, parted, scaling
 from solver.commands.inputs import Option, Request
 from solver.files.tables import Array, Chunk, heading, pieces
 from solver.sweeps.stream import (

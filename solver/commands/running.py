@@ -12,7 +12,7 @@ from typing import NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
-from rulesheets.syntax.source import escaped
+from rulesheets.syntax import escaped
 from solver.commands import COMMANDS, UNSOLVED, WRONG
 from solver.report.table import screen_of, shown_on
 

@@ -20,7 +20,7 @@ from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.loading import find_sheet, load, parsed, read_source
 from rulesheets.model import Model
-from rulesheets.syntax.source import escaped
+from rulesheets.syntax import escaped
 from rulesheets.units.check import check_units, inferred
 from solver.commands.inputs import (
     Option,
@@ -42,7 +42,7 @@ from solver.result import Result
 from solver.solving import posted, solve
 
 if TYPE_CHECKING:
-    from solver.derivatives.sensitivities import Sensitivities, ToleranceBands
+    from solver.derivatives import Sensitivities, ToleranceBands
     from solver.result import Samples
 
 

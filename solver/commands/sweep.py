@@ -16,8 +16,8 @@ from rulesheets.deadline import WATCH, expired
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import symbolic
 from rulesheets.model import Model, Variable
-from rulesheets.syntax.source import escaped
-from rulesheets.units.quantity import shown
+from rulesheets.syntax import escaped
+from rulesheets.units import shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command

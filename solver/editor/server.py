@@ -22,7 +22,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet, readable
 from rulesheets.functions import TABLE
 from rulesheets.loading import parsed, read_source
-from rulesheets.syntax.source import Source
+from rulesheets.syntax import Source
 from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
 from solver.lane import Lane, Workers
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from rulesheets.checks.marks import KINDS, Shape
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
 from rulesheets.parse.layout import logical_lines
 from rulesheets.parse.sections import head_word
 

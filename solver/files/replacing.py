@@ -11,7 +11,7 @@ from typing import BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
 from rulesheets.input_messages import unwritable
-from rulesheets.syntax.source import Source, Span
+from rulesheets.syntax import Source, Span
 
 with suppress(ImportError):  # a system without refuses to remove open files by itself
     import fcntl

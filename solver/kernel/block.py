@@ -38,11 +38,11 @@ from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.multistart import Array
+from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike
 from solver.path.isolate import Isolation, is_linear, isolate
 from solver.path.rational import smooth
-from solver.path.steps import SolveBlock
 from solver.ranking.sizes import Scalings
 
 FEW = 30

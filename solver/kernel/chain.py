@@ -41,9 +41,9 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
+from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
 from solver.path.isolate import TARGET, Isolation, Stage
-from solver.path.steps import SolveBlock
 
 MAX_CHAINS = 256
 SLACK = 1e-9

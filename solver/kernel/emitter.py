@@ -18,8 +18,8 @@ import numpy as np
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions.row import ROUNDED as ROUNDED_SLOPES
 from rulesheets.functions.row import Forms
-from rulesheets.functions.slopes import ROUNDED as ROUNDED_SLOPES
 from rulesheets.syntax.nodes import (
     Call,
     Expression,

@@ -17,12 +17,11 @@ import numpy as np
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.exactly import Inexact, Rationals
 from rulesheets.evaluate.number import FLOAT_INTERVALS
-from rulesheets.functions import intervals
-from rulesheets.functions.intervals import EMPTY, Interval, arrays, divide, greatest
+from rulesheets.functions import arrays, intervals
+from rulesheets.functions.arrays import INTERVALS, Array, Mask, box_by_box
+from rulesheets.functions.arrays import Interval as Intervals
+from rulesheets.functions.intervals import EMPTY, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.functions.intervals.arrays import INTERVALS, Array, Mask, box_by_box
-from rulesheets.functions.intervals.arrays import Interval as Intervals
-from rulesheets.functions.intervals.forms import cut
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, Number, Power, Quotient, exchange, substitute
 from rulesheets.syntax.program import walk

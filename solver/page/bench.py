@@ -26,8 +26,8 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_input
 from rulesheets.loading import loads
 from rulesheets.model import Model, Value
+from rulesheets.units import converted, displays, parted
 from rulesheets.units.check import check_units
-from rulesheets.units.quantity import converted, displays, parted
 from solver.facts import Status
 from solver.page.description import answered, complaint, derived, described, finite, typeset
 from solver.page.figures import Rail, apart, extents, geometry, handles, needed, rail, turn

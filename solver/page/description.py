@@ -18,11 +18,11 @@ from typing import Any, NamedTuple
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, render
 from rulesheets.inputs import override
 from rulesheets.model import Equation, Model, Value, Variable
-from rulesheets.units.quantity import displaying
+from rulesheets.units import displaying
 from solver.facts import Status
 from solver.page.figures import geometry, handles, needed, outline, rectangle, turn
+from solver.path import equations_of
 from solver.path.cases import activity, outcomes
-from solver.path.steps import equations_of
 from solver.report.derivation import Derivation, Together
 from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.report.why import Line, Page

@@ -19,9 +19,9 @@ from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Figure
 from solver.facts import Unsolved
+from solver.path import equations_of
 from solver.path.cases import outcomes
 from solver.path.planner import planner
-from solver.path.steps import equations_of
 from solver.pictures.diagram import Diagram, Place, drawable, variables
 from solver.result import Result
 from solver.sweeps.plan import Plan, prepare

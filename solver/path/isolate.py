@@ -13,7 +13,8 @@ from collections.abc import Collection, Iterator, Sequence
 from math import inf
 from typing import NamedTuple
 
-from rulesheets.functions import TABLE, Function, named
+from rulesheets.functions import TABLE, named
+from rulesheets.functions.row import Function
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ZERO,

@@ -9,10 +9,10 @@ from typing import TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Comparison, Name, Number, Symbol
+from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.cases import activity
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
-from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
 from solver.structure.frontier import Frontier
 from solver.structure.incidence import Block, Incidence

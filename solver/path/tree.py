@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from rulesheets.model import Premise, Value
 from rulesheets.syntax import nodes
+from solver.path import Assume, Check, Decide, Path, SolveBlock, equations_of
 from solver.path.cases import compatible, outcomes
 from solver.path.planner import Planner, given_by
-from solver.path.steps import Assume, Check, Decide, Path, SolveBlock, equations_of
 
 MAX_ENDS = 8
 """Ends of a tree at most: beyond, a list of cases tells nobody anything."""

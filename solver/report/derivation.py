@@ -23,9 +23,9 @@ from rulesheets.syntax.nodes import (
     substitute,
     subtract,
 )
+from solver.path import Evaluate, Select, Shown, SolveBlock, Step
 from solver.path.cases import activity, outcomes
 from solver.path.isolate import TARGET, Isolation, isolate
-from solver.path.steps import Evaluate, Select, Shown, SolveBlock, Step
 from solver.result import Result
 
 CLOSE = math.sqrt(float_info.epsilon)

@@ -7,16 +7,16 @@ from functools import singledispatch
 from html import escape
 from typing import Any, NamedTuple
 
-from rulesheets.algebra.printing import ROWS, html_table, more
+from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
 from rulesheets.format import readable
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import Name
-from rulesheets.units.quantity import shown
-from solver.derivatives.sensitivities import Band, Sensitivities, ToleranceBands
+from rulesheets.units import shown
+from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
+from solver.path import Check, Path, SolveBlock, Step, equations_of
 from solver.path.planner import given_by
-from solver.path.steps import Check, Path, SolveBlock, Step, equations_of
 from solver.report.derivation import Derivation
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from rulesheets.format import DIGITS, format_condition, format_expression, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
+from rulesheets.syntax import Span, escaped
 from rulesheets.syntax.nodes import (
     And,
     Condition,
@@ -25,12 +26,11 @@ from rulesheets.syntax.nodes import (
     rebuilt,
     substitute,
 )
-from rulesheets.syntax.source import Span, escaped
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
+from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.planner import planner
-from solver.path.steps import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.tree import PathTree, question
 from solver.report.table import table
 from solver.result import Result

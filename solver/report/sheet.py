@@ -12,10 +12,10 @@ from rulesheets.diagnosis import Diagnosis
 from rulesheets.format import exact, format_condition
 from rulesheets.inputs import guarded
 from rulesheets.model import Model, Tolerance, Value, Variable
-from rulesheets.syntax.source import Span
-from rulesheets.units.quantity import shown
+from rulesheets.syntax import Span
+from rulesheets.units import shown
 from solver.facts import Proof
-from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
 from solver.report.path import rule_text, told
 from solver.result import Result, Solution
 

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from rulesheets.diagnosis import plural, render
 from rulesheets.format import readable
 from rulesheets.model import Equation, Requirement
-from rulesheets.syntax.source import Span, escaped
+from rulesheets.syntax import Span, escaped
 from solver.facts import Attempt, Proof, ProvedRoots, Status
-from solver.path.steps import Evaluate, Path, Select, SolveBlock
+from solver.path import Evaluate, Path, Select, SolveBlock
 from solver.report.path import Places, path_text, rule_text
 from solver.report.sheet import (
     SheetRow,

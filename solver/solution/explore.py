@@ -35,9 +35,9 @@ from solver.leaves import (
     unmet,
     without_value,
 )
+from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.path.cases import EQUAL, Pair, activity, value_of_equality
 from solver.path.planner import planner
-from solver.path.steps import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 
 if TYPE_CHECKING:
     from typing import TypeAlias

@@ -40,9 +40,9 @@ from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
 from solver.leaves import Asked, Branch, Casework, Exploration, Leaf
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
+from solver.path import Evaluate, SolveBlock, Step, equations_of
 from solver.path.cases import activity
 from solver.path.isolate import Isolation
-from solver.path.steps import Evaluate, SolveBlock, Step, equations_of
 from solver.solution.explore import Explorer
 
 NUDGE = 2.0**-20

@@ -25,8 +25,8 @@ from rulesheets.syntax.nodes import (
 )
 from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.leaves import Leaf
+from solver.path import Evaluate, Select, SolveBlock
 from solver.path.cases import activity, outcome
-from solver.path.steps import Evaluate, Select, SolveBlock
 
 if TYPE_CHECKING:
     from solver.kernel.krawczyk import Square

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
 from solver.leaves import Asked, Leaf, Patience
+from solver.path import equations_of
 from solver.path.planner import planner
-from solver.path.steps import equations_of
 from solver.solution.explore import explore
 
 MAX_CANDIDATES = 200

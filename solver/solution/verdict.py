@@ -29,8 +29,8 @@ from solver.facts import (
 )
 from solver.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 from solver.numerics.tolerances import NEIGHBOURS, SAFETY, SAME_ANSWER
+from solver.path import Evaluate, SolveBlock, equations_of
 from solver.path.planner import planner
-from solver.path.steps import Evaluate, SolveBlock, equations_of
 from solver.ranking.ranking import Ranking
 
 

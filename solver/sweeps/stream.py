@@ -18,7 +18,7 @@ import numpy as np
 from rulesheets.deadline import Interrupted, Interrupts
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
-from rulesheets.units.quantity import displays
+from rulesheets.units import displays
 from solver.facts import Status
 from solver.files.replacing import other_sweep
 from solver.files.tables import (

@@ -15,8 +15,8 @@ from rulesheets.deadline import Interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
-from rulesheets.units.quantity import scaling
-from solver.derivatives.sensitivities import tolerances_of
+from rulesheets.units import scaling
+from solver.derivatives import tolerances_of
 from solver.files.replacing import missing_extra
 from solver.files.tables import Chunk, joined, one_length
 from solver.path.planner import planner

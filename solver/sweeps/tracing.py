@@ -31,8 +31,8 @@ from solver.numerics.continuation import (
     start,
 )
 from solver.numerics.linear_algebra import independent_rows
+from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
-from solver.path.steps import SolveBlock
 from solver.result import Table
 from solver.solution.explore import explore
 from solver.solution.verdict import judge

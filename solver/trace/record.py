@@ -20,9 +20,9 @@ from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, Conflict, Fact, NoValue, Unmet
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf
+from solver.path import Decide, Evaluate, Select, SolveBlock, Step
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
-from solver.path.steps import Decide, Evaluate, Select, SolveBlock, Step
 from solver.ranking.ranking import Ranking
 from solver.trace.graph import NotCompilable, operands
 from solver.trace.guards import Pattern, State

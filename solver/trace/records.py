@@ -20,10 +20,10 @@ from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
+from solver.path import SolveBlock
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Let, Parabola
 from solver.path.planner import Planner
-from solver.path.steps import SolveBlock
 from solver.ranking.ranking import Ranking
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, Pattern, State

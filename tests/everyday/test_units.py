@@ -13,11 +13,10 @@ import pytest
 
 import rulesheets
 import solver
+from rulesheets.library import convert, library
 from rulesheets.model import Variable
-from rulesheets.units import convert, library
+from rulesheets.units import SYSTEMS, shown
 from rulesheets.units.check import check_units
-from rulesheets.units.display import SYSTEMS
-from rulesheets.units.quantity import shown
 
 from .corpus import HERE, Question, Sheet, is_state, sheets
 from .test_everyday import OPEN

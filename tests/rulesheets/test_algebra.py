@@ -8,9 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rulesheets import loads
-from rulesheets.algebra import listing, sympy_equations
-from rulesheets.algebra.convert import AS_MATHEMATICS, MATHEMATICS, PRINTED
-from rulesheets.algebra.printing import latex_name
+from rulesheets.algebra import AS_MATHEMATICS, MATHEMATICS, PRINTED, latex_name, listing, sympy_equations
 from rulesheets.evaluate import Undefined, value
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Name

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.parse import alike, parse
 from rulesheets.parse.grammar import grammar
-from rulesheets.syntax.source import Source, Span
+from rulesheets.syntax import Source, Span
 
 names = st.sampled_from(["a", "b2", "T_1", "Tα", "pi", "If_", "E", "e5", "mod", "in"])
 numbers = st.sampled_from(["0", "1", "2.5", ".5", "3.", "1e3", "2E-4", "0e7", "007"])

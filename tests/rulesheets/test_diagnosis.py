@@ -7,7 +7,7 @@ import re
 import pytest
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, catalogue, error, render
-from rulesheets.syntax.source import Source, Span
+from rulesheets.syntax import Source, Span
 
 
 def at(text: str, marked: str, name: str = "s.tk") -> Span:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from rulesheets.format import format_condition, format_expression, format_number, format_rule, format_sheet
 from rulesheets.loading import read_source
 from rulesheets.parse import parse
+from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, RuleSheet, Sum
-from rulesheets.syntax.source import Source
 from tests.rulesheets.sheets import bodies, conditions, expressions, sheets
 
 MODELS = Path(__file__).parent.parent.parent / "models"

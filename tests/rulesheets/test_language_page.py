@@ -11,7 +11,7 @@ from rulesheets.functions import PLANNED, TABLE
 from rulesheets.parse import parse
 from rulesheets.parse.foreign import DEEPEST
 from rulesheets.parse.layout import LONGEST, NESTING
-from rulesheets.syntax.source import Source
+from rulesheets.syntax import Source
 
 PAGE = (Path(__file__).parent.parent.parent / "docs" / "language.md").read_text(encoding="utf-8")
 SHEETS = re.findall(r"^```tk(?: (?!broken)\S+)?\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)

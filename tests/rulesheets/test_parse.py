@@ -14,6 +14,7 @@ from rulesheets.loading import read_source
 from rulesheets.parse import parse
 from rulesheets.parse.grammar import Grammar, Unparsed
 from rulesheets.parse.layout import logical_lines
+from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -39,7 +40,6 @@ from rulesheets.syntax.nodes import (
     VariableRow,
     children,
 )
-from rulesheets.syntax.source import Source
 from tests.oracles.operations import operations
 
 a, b, c, x, y = map(Name, "abcxy")

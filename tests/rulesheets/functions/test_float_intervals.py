@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from rulesheets.evaluate.digits import functions
 from rulesheets.evaluate.number import FLOAT_INTERVALS
 from rulesheets.functions import TABLE
+from rulesheets.functions import arrays as on_arrays
 from rulesheets.functions import intervals as arithmetic
-from rulesheets.functions.intervals import arrays as on_arrays
-from rulesheets.functions.intervals.arrays import INTERVALS
+from rulesheets.functions.arrays import INTERVALS
 from tests.rulesheets.functions.test_intervals import assert_contains, quiet, real_power
 
 __all__ = ["quiet"]

@@ -11,7 +11,7 @@ import pytest
 from rulesheets.evaluate.digits import context, functions
 from rulesheets.evaluate.number import FLOAT_INTERVALS
 from rulesheets.functions import TABLE
-from rulesheets.functions.intervals.arrays import INTERVALS, add, divide, multiply, power
+from rulesheets.functions.arrays import INTERVALS, add, divide, multiply, power
 
 MP = context(40)
 EXACT = functions(40)

@@ -18,7 +18,7 @@ from rulesheets.format import format_sheet
 from rulesheets.functions import TABLE
 from rulesheets.parse import parse
 from rulesheets.registered import slope_by_differences
-from rulesheets.syntax.source import Source
+from rulesheets.syntax import Source
 
 ANTOINE = """
 import rulesheets

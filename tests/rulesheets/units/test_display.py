@@ -10,8 +10,8 @@ import pytest
 
 import rulesheets
 from rulesheets import RuleSheetError
-from rulesheets.units import convert, library
-from rulesheets.units.display import SYSTEMS, with_display_unit, with_display_units
+from rulesheets.library import convert, library
+from rulesheets.units import SYSTEMS, with_display_unit, with_display_units
 from solver.__main__ import main
 
 SHEET = "variables\n v = 10 [m/s]\n T = 20 [degC]\n M = 5 [N-m]\n E = 3 [kJ]\n n = 2\nrules\n x = v*n\n"

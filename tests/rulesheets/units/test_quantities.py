@@ -14,7 +14,7 @@ from rulesheets import RuleSheetError
 from rulesheets.format import format_sheet
 from rulesheets.inputs import parse_input
 from rulesheets.parse import parse
-from rulesheets.syntax.source import Source
+from rulesheets.syntax import Source
 from rulesheets.units import check
 from rulesheets.units.check import check_units, inferred
 from solver.report.sheet import displayed, sheet_rows

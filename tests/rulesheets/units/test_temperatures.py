@@ -6,8 +6,8 @@ import pytest
 
 import rulesheets
 import solver
+from rulesheets.units import differences
 from rulesheets.units.check import check_units
-from rulesheets.units.quantity import differences
 from solver.report.sheet import displayed, sheet_rows
 
 WALL = """variables

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.units import Library, UnitError, convert, library
+from rulesheets.library import Library, UnitError, convert, library
 
 names = import_module("rulesheets.library")
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
 from solver.editor.words import HEADS, MARKS, RESERVED
 
 ROOT = Path(__file__).parent.parent.parent.parent

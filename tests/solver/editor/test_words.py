@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import solver
-from rulesheets.functions.table import TABLE
+from rulesheets.functions import TABLE
 from rulesheets.parse.sections import head_word
 from solver.editor.words import HEADS, RESERVED, Names, Symbol, words
 from tests.solver.editor.grammar import FILE, written

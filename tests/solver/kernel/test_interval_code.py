@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, enclose, value
 from rulesheets.functions import intervals as arithmetic
-from rulesheets.functions.intervals.arrays import scaled, square
+from rulesheets.functions.arrays import scaled, square
 from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum, call
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.enclosure import ARRAYS, FLOATS

@@ -11,8 +11,8 @@ from rulesheets.evaluate import extended
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
+from solver.path import SolveBlock
 from solver.path.planner import planner
-from solver.path.steps import SolveBlock
 
 
 def kernel(text: str) -> BlockKernel:

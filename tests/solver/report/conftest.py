@@ -8,10 +8,10 @@ import pytest
 
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import Call, Name, Number, Power, Sum
-from rulesheets.syntax.source import Source, Span
 from solver.facts import Status
-from solver.path.steps import Evaluate, Path
+from solver.path import Evaluate, Path
 from solver.result import Result, Solution
 
 SOURCE = Source("sheets/hypotenuse.tk", "c^2 =  a^2 + b^2\nangle = atan2d(b, a)\n")

@@ -8,7 +8,7 @@ import pytest
 
 from rulesheets.model import Model
 from solver.facts import Status
-from solver.path.steps import Check, Evaluate, Path, SolveBlock
+from solver.path import Check, Evaluate, Path, SolveBlock
 from solver.report.path import path_text
 from solver.report.text import result_text, rule_statuses, work_line
 from solver.result import Result, Solution

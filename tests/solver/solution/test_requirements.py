@@ -11,7 +11,7 @@ import rulesheets
 import solver
 from rulesheets.format import format_sheet
 from rulesheets.parse import parse
-from rulesheets.syntax.source import Source
+from rulesheets.syntax import Source
 
 
 def solve(text: str, **inputs: float) -> solver.Result:

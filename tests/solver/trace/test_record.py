@@ -14,8 +14,8 @@ import pytest
 import rulesheets
 import solver
 from solver.kernel.block import kernel_of
+from solver.path import SolveBlock
 from solver.path.planner import planner
-from solver.path.steps import SolveBlock
 from solver.trace.newton import BlockNewton
 
 MODELS = Path(__file__).parents[3] / "models"
