@@ -271,15 +271,13 @@ class Flow(Graph):
             known, number = self._directions.get(angle), self.value_of(other)
             if known is None or known.unit != "d" or not isinstance(number, float):
                 continue
-            if abs(number) > 180.5 and not self.plain:
+            if abs(number) > 180.5:
                 return self.false
             if number in (0.0, 180.0):
                 # Neither to the right nor to the left of the origin: away from the axis, for certain.
                 away = self.add("lt", self._axis(known.x), self.add("abs", known.y))
-                if not self.plain:
-                    self.require(away)
-                    return self.false
-                self.require(self.add("or", away, self.add("eq", known.y, self.constant(0.0))))
+                self.require(away)
+                return self.false
         near = self.add("near", left, right)
         # Whether numbers that differ by a hair are the same is told by more digits than floats have.
         self.require(self.add("or", self.add("not", near), self.add("eq", left, right)))

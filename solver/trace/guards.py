@@ -85,13 +85,11 @@ LARGEST = 1e300
 class Guards:
     """A graph in the making, of one model for one pattern, that decides as ``sample`` does."""
 
-    def __init__(
-        self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value], plain: bool
-    ) -> None:
+    def __init__(self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value]) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.graph = planner.graph
         self.sample = sample
-        self.flow = Flow(plain)
+        self.flow = Flow()
         self.given = frozenset((*pattern.given, *pattern.inputs))
         values = (sample[name] for name in pattern.inputs)
         self._numbers = Numbers(self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)})

@@ -123,8 +123,6 @@ class _Lean:
         kind, *rest = flow.nodes[node]
         read = operands(flow, node)
         new = [self.nodes[part] for part in read]
-        if kind == "xor" and self._opposite(*new):
-            return flow.add("not", flow.node("eq", *flow.nodes[new[0]][1:]))
         if kind in ("and", "or", "not", "xor"):
             return flow.add(str(kind), *new)
         if kind in ("lt", "le", "eq"):
@@ -173,34 +171,12 @@ class _Lean:
 
     def _compared(self, a: int, b: int) -> set[int]:
         """The signs that ``a - b`` can have."""
-        flow = self.flow
-        found = {
+        return {
             sign
             for (low, high), (least, most) in product(self.ranges[a], self.ranges[b])
             for sign, can in ((-1, low < most), (0, low <= most and least <= high), (1, high > least))
             if can
         }
-        for one, other, turn in ((a, b, 1), (b, a, -1)):
-            if (apart := flow.number("sub", one, other)) in self.ranges:
-                found &= {turn * sign for sign in self._signs(int(apart))}
-            kind, *parts = flow.nodes[one]
-            for place, part in enumerate(parts if kind in ("add", "sub") else ()):
-                if part == other and (kind == "add" or place == 0):
-                    signs = self._signs(int(parts[1 - place]))  # what is added may be lost
-                    found &= {0, *(turn * sign * (1 if kind == "add" else -1) for sign in signs)}
-        return found
-
-    def _signs(self, node: int) -> set[int]:
-        return {(low > 0.0) - (high < 0.0) for low, high in self.ranges[node]}
-
-    def _opposite(self, one: int, other: int) -> bool:
-        """Whether two conditions are ``a <= b`` and ``b <= a``, of numbers, as far as they are left."""
-        nodes = [self.flow.nodes[node] for node in (one, other)]
-        return (
-            nodes[0][0] == nodes[1][0] == "le"
-            and nodes[0][1:] == nodes[1][:0:-1]
-            and self.sure.issuperset(nodes[0][1:])
-        )
 
     def _constant(self, node: int) -> bool:
         return self.flow.value_of(node) is not None

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from rulesheets.model import Value
 from solver.ranking.ranking import Key, is_measured
 from solver.trace.implied import lean
-from solver.trace.order import RANGES, Range, Ranked
+from solver.trace.order import RANGES, UNORDERED, Range, Ranked
 from solver.trace.program import Box, Ending, Program
 from solver.trace.python import compile_scalar
 
@@ -35,8 +35,9 @@ class Nearby:
     that settles a row."""
 
     def __init__(self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]) -> None:
-        assert program.ranked is not None
+        assert program.ranked is not None and program.brief is not None
         self.program, self.ranked, self.settles = program, program.ranked, settles
+        self.endings = program.brief.alone
         self.box: Box | None = None
         self.call: Callable[..., Any] | None = None
         """What tells the first answer of rows in the box."""
@@ -45,15 +46,11 @@ class Nearby:
         self._values = compile_scalar(_reading(program, program.ranked), all_answers=True)
         self._lay(sample)
 
-    @property
-    def given_up(self) -> bool:
-        return self._vain >= VAIN
-
     def move(self, numbers: Numbers) -> None:
         """Take note of numbers outside of the box, and lay it around them where enough of them were asked."""
         told = self.box.told if self.box else 0
         self._missed += 1
-        if self.given_up or told + self._missed < self._price:
+        if self._vain >= VAIN or told + self._missed < self._price:
             return
         self._vain = 0 if told >= PRICE else self._vain + 1
         self._price = PRICE if told >= PRICE else 2 * self._price
@@ -66,8 +63,7 @@ class Nearby:
             place, ends = found
             if place not in self._alone:
                 box = Box(ends)
-                endings = (self.program.alone[place],)
-                alone = self.program._replace(endings=endings, order=type(self.program.order)(), box=box)
+                alone = self.program._replace(endings=(self.endings[place],), order=UNORDERED, box=box)
                 self._alone[place] = box, compile_scalar(lean(alone))
             self.box, self.call = self._alone[place]
             self.box.ends, self.box.told = ends, 0
@@ -124,7 +120,7 @@ def _reading(program: Program, ranked: Ranked) -> Program:
         )
         for answer, ending in zip(ranked.answers, program.endings, strict=True)
     )
-    return program._replace(endings=tuple(endings), order=type(program.order)())
+    return program._replace(endings=tuple(endings), order=UNORDERED)
 
 
 def _spread(numbers: Sequence[float]) -> float:

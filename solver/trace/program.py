@@ -40,9 +40,10 @@ class Program(NamedTuple):
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
-    of them does not count, none does. ``brief`` tells the first answer of most rows with less work. Where
-    answers are iterated, ``alone`` are the endings each by itself, with what is asked of all, and ``ranked``
-    is what orders them. A single input lies inside its ``reach``, all of them in the ``box``.
+    of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of the
+    endings that it has ``alone``, each with what is asked of all, only the first one has to count. Where
+    answers are iterated, ``ranked`` is what orders them. A single input lies inside its ``reach``, and each
+    of them within the ``box``.
     """
 
     flow: Flow

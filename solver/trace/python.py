@@ -192,7 +192,7 @@ class _Writer:
     def source(self) -> str:
         arguments = [f"a{i}" for i in range(self.program.inputs)]
         endings = self.program.endings
-        if len(endings) == 1:
+        if len(endings) == 1 and not self.program.order.usual:
             self._conditions(endings[0].holds, endings[0].finite)
             row = self._row(endings[0])
             if self.program.box is not None:
@@ -263,15 +263,19 @@ class _Writer:
         for place, ending in enumerate(endings):
             outer = dict(self.texts)
             self._line(f"if first == {place}:", "    ")
+            if self.program.alone:
+                self._conditions(
+                    self.program.alone[place].holds, self.program.alone[place].finite, "        "
+                )
             self._line(f"return {self._row(ending, '        ')}", "        ")
             self.texts = outer
 
-    def _conditions(self, checks: Iterable[int], finite: Iterable[int]) -> None:
-        self._require(checks, "    ")
-        total = " + ".join(self.text(node, "    ", store=True) for node in finite)
+    def _conditions(self, checks: Iterable[int], finite: Iterable[int], indent: str = "    ") -> None:
+        self._require(checks, indent)
+        total = " + ".join(self.text(node, indent, store=True) for node in finite)
         if total:
-            self._line(f"total = {total}", "    ")
-            self._line("if total - total != 0.0: break", "    ")
+            self._line(f"total = {total}", indent)
+            self._line("if total - total != 0.0: break", indent)
 
     def _require(self, checks: Iterable[int], indent: str) -> None:
         for check in checks:
@@ -398,7 +402,8 @@ def reads(program: Program) -> dict[int, int]:
         count[node] += 1
 
     order = program.order
-    for node in (*program.wanted, *order.told, *(node for key in order.keys for node in key)):
+    alone = program._replace(endings=program.alone).wanted
+    for node in (*program.wanted, *alone, *order.told, *(node for key in order.keys for node in key)):
         read(node)
     for node, _, _ in order.usual:
         read(node)

@@ -10,7 +10,7 @@ where the condition of a block is bad.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import compress
 
@@ -51,17 +51,15 @@ def record(
     pattern: Pattern,
     leaves: Sequence[Leaf],
     dead: Sequence[Leaf],
-    plain: bool,
     ranking: Ranking | None,
     corrects: bool = False,
 ) -> Program:
     """The program of the answers ``leaves``, put in their order by the ``ranking``.
 
-    ``dead`` are branches that contradict a rule at the sample. ``plain``: without what is more exact than
-    the rules are in floats. ``corrects``: unknowns are corrected by rules that they miss. Raises
-    NotCompilable where a step has no record.
+    ``dead`` are branches that contradict a rule at the sample. ``corrects``: unknowns are corrected by rules
+    that they miss. Raises NotCompilable where a step has no record.
     """
-    return Recording(model, planner, pattern, leaves, plain, corrects).run(dead, ranking)
+    return Recording(model, planner, pattern, leaves, corrects).run(dead, ranking)
 
 
 class Recording(ClosedForms):
@@ -73,16 +71,13 @@ class Recording(ClosedForms):
         planner: Planner,
         pattern: Pattern,
         leaves: Sequence[Leaf],
-        plain: bool,
         corrects: bool = False,
     ) -> None:
-        super().__init__(model, planner, pattern, leaves[0].branch.values, plain)
+        super().__init__(model, planner, pattern, leaves[0].branch.values)
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
         self._guards = Ending((), (), ())
         """What is asked of all answers together."""
-        self._checked: list[set[int]] = []
-        """Of each ending what its rules are checked by."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
 
     def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
@@ -98,20 +93,13 @@ class Recording(ClosedForms):
         iterated = len(self._iterates(endings[:1])) < len(self._iterates(endings))
         order = order_of(self.flow, ranked, self._number, not iterated) if ranked else Order()
         program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
+        brief = None
         if iterated:
-            return lean(program)._replace(ranked=ranked, alone=alone)
-        brief = self._brief(program)
-        return lean(program)._replace(brief=brief and lean(brief))
-
-    def _brief(self, program: Program) -> Program | None:
-        """The program of the first answer alone, where it is known to be the first: the others still have to
-        decide as they do, but nobody reads them."""
-        if not program.order.first:
-            return None
-        first, *others = program.endings
-        checked = zip(others, self._checked[1:], strict=True)
-        brief = [Ending((), _less(e.holds, checks), _less(e.finite, checks)) for e, checks in checked]
-        return program._replace(endings=(first, *brief), order=Order(usual=program.order.first))
+            bare = tuple(Ending(ending.results, (), ()) for ending in endings)
+            brief = program._replace(endings=bare, alone=alone)
+        elif order.first:
+            brief = lean(program._replace(endings=alone[:1], order=Order(usual=order.first)))
+        return lean(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
     def _iterates(self, endings: Sequence[Ending]) -> set[int]:
         """The blocks that answers iterate."""
@@ -145,9 +133,7 @@ class Recording(ClosedForms):
         self._check_requirements(state)
         for name, variable in self.model.variables.items():
             self._turned(state, name, variable)
-        known = {*state.checks, *state.finite}
         self._check_rules(state)
-        self._checked.append({*state.checks, *state.finite} - known)
         self.endings.append(self._ending(state))
         return state
 
@@ -518,7 +504,3 @@ def _joined(one: Ending, other: Ending) -> Ending:
     """An ending that asks for what another one does, too."""
     holds, finite = (dict.fromkeys((*a, *b)) for a, b in zip(one[1:], other[1:], strict=True))
     return Ending(one.results, tuple(holds), tuple(finite))
-
-
-def _less(nodes: Sequence[int], others: Collection[int]) -> tuple[int, ...]:
-    return tuple(node for node in nodes if node not in others)

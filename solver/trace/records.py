@@ -49,7 +49,7 @@ def refusal(model: Model, planner: Planner, pattern: Pattern, found: Exploration
     active = [e.index for e in known if activity(e, branch.conditions)]
     if branch.assumed or not branch.settled.issuperset(active):
         raise NotCompilable
-    return Refusal(model, planner, pattern, ends, plain=False).refused()
+    return Refusal(model, planner, pattern, ends).refused()
 
 
 class Refusal(Recording):
@@ -222,19 +222,20 @@ class Records:
         near = self._nearby.get(self.useful)
         if near is not None and near.call is not None:
             return (near.call,)
-        if self.programs[self.useful].alone and not (near is not None and near.given_up):
+        if self.programs[self.useful].ranked and near is None:
             return ()
         place = self.order[0]
         if place not in self._primary:
             program = self.programs[place]
-            forms = (program,) if program.brief is None else (program.brief, program)
+            brief = () if program.brief is None else (program.brief,)
+            forms = brief if program.ranked else (*brief, program)
             self._primary[place] = tuple(map(compile_scalar, forms))
         return self._primary[place]
 
     def near(self, numbers: tuple[Value, ...]) -> None:
         """Take note of a row that the useful record settled, of which the first answer was asked."""
         place = self.useful
-        if not self.programs[place].alone:
+        if not self.programs[place].ranked:
             return
         if place in self._nearby:
             self._nearby[place].move(numbers)
@@ -306,11 +307,9 @@ class Records:
         if len(self.programs) >= MAX_RECORDS or self.failures >= MAX_FAILURES:
             return False
         ranking = self._ranking(leaves)
-        for plain, corrects in ((False, False), (False, True), (True, True)):
+        for corrects in (False, True):
             with suppress(NotCompilable):
-                program = record(
-                    self.model, self.planner, self.pattern, leaves, dead, plain, ranking, corrects
-                )
+                program = record(self.model, self.planner, self.pattern, leaves, dead, ranking, corrects)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
                     self._nearby.clear()
