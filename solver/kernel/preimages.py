@@ -313,6 +313,8 @@ class Preimages:
         self.delicate = self.delicate or off <= DELICATE * self._size()
         if is_open or off > self._near(1e-9) * self._size():
             reading = _reading(stage.operation, float(target))
+            if float(target) == edge:  # which only more digits tell from it
+                reading += f" {'-' if target < edge else '+'} {number_text(float(off))}"
             raise Refused(NoValue(self.index, self.isolation.unknown, reading, pole=False))
         self.clamped = True
         return edge
