@@ -26,6 +26,8 @@ UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
 ZERO = 1e-12
 """A share of the largest value among the answers that counts as 0."""
+NOTHING = -12.0
+"""Decades from the suggested size below which a number is 0 but for rounding."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
 
@@ -174,10 +176,10 @@ class Ranking:
                 turned = turned + abs(number)
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
-            there = abs(number) > least
-            below = 1.0 * (number < -least) + (number < floor - least)
+            there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
+            below = (number < -least) * there + (number < floor - least)
             negatives = negatives + weights[place] * below
-            zeros = zeros + (abs(number) <= least) * (tops[place] > 0.0)
+            zeros = zeros + (1.0 - there) * (tops[place] > 0.0)
             far = on.largest([far, 1.0 * (abs(apart[place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)

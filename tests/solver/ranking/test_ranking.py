@@ -181,6 +181,20 @@ def test_numbers_next_to_the_ends_of_floats_have_an_order() -> None:
     assert rule.order_of_rows([(1e308, 1e308), (-1e308, 5e-324), (1.0, 2.0)], (1e-300,))[0] == 2
 
 
+def test_what_rounding_leaves_of_zero_has_no_sign() -> None:
+    """The constant of a tacheometer is 0; what is left of it is of either sign with the two angles."""
+    sheet = (
+        "variables\n  a [deg]\nrules\n  D = K*i*cosd(a)^2 + C*cosd(a)\n  V = K*i*sind(2*a)/2 + C*sind(a)\n"
+    )
+    model = rulesheets.loads(sheet)
+    given = {"K": 100.0, "i": 1.35, "C": 0.0, "a": 6.5}
+    forward = solver.solve(model, given)
+    asked = {"K": 100.0, "i": 1.35, "C": None, "a": None, "D": forward["D"], "V": forward["V"]}
+    result = solver.solve(model, asked)
+    assert result["a"] == pytest.approx(6.5, rel=1e-9)
+    assert abs(float(result["C"])) < 1e-10
+
+
 VAPOUR = "P = 10^(8.07 - 1730.6/(233.4 + T))\nP = 760*x\nx = 0.5 + T/400\n"
 
 
