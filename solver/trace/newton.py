@@ -144,6 +144,8 @@ QUIET = 0.1
 NEXT, BESIDE = 0.05, 5e-3
 """Next to it: known numbers within so much of themselves, that move no unknown by more than itself. How far
 beside the record its roots are computed, to see how they bend."""
+MOST_STEPS = 4
+"""Steps that are written one after the other."""
 MAX_BENT, POWERS = 3, 4
 """Known numbers up to which the start of the iteration is of second order; of one its order."""
 FINEST = 1.0 / 64.0
@@ -385,11 +387,14 @@ class BlockNewton:
         return " + ".join(f"({d} * {1.0 / s!r}) ** 2" for d, s in zip(steps, self.scale, strict=True))
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
-        """The root as nodes of another graph, by two steps; nan where these are not enough."""
+        """The root as nodes of another graph, by as many steps as it takes beside the record; nan where these
+        are not enough.
+        """
         scale, add, split = self.scale, flow.node, flow.constant(SPLITTER)
-        start = self._predicted(flow, known)
-        first = copied(self.flow, flow, self.step, [*start, *known])
-        x = [add("sub", a, d) for a, d in zip(start, first, strict=True)]
+        x = self._predicted(flow, known)
+        for _ in range(1, self._enough):
+            gone = copied(self.flow, flow, self.step, [*x, *known])
+            x = [add("sub", a, d) for a, d in zip(x, gone, strict=True)]
         step = copied(self.flow, flow, self.step, [*x, *known])
         rounded = []
         for a, d in zip(x, step, strict=True):
@@ -405,6 +410,24 @@ class BlockNewton:
         )
         good, nothing = reduce(partial(add, "and"), within), flow.constant(math.nan)
         return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
+
+    @cached_property
+    def _enough(self) -> int:
+        """Steps from where the root is predicted, a little farther from the sample than its bends were
+        fitted.
+        """
+        most = 1
+        for j, number in enumerate(self.sample):
+            for share in (-2.5 * BESIDE, 2.5 * BESIDE):
+                known = [*self.sample[:j], number + share * (abs(number) or 1.0), *self.sample[j + 1 :]]
+                x = np.array(self._start(*known)[: len(self.start)])
+                for count in range(1, MOST_STEPS + 1):
+                    here = Numbers(self.flow, dict(enumerate((*x.tolist(), *known, *x.tolist()))))
+                    step = np.array([float(here(node)) for node in self.step])
+                    most, x = max(most, count), x - step
+                    if np.linalg.norm(step / self.scale) < CONVERGED:
+                        break
+        return most
 
     # --- one row ---
 

@@ -236,3 +236,19 @@ def test_floats_arrays_machine_code_and_steps_agree_to_four_ulp_on_every_model(n
                 continue
             one, *others = map(float, found)
             assert max([one, *others]) - min([one, *others]) <= 4 * 2.0**-52 * scale
+
+
+def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
+    """Two of the three answers are near a fold: two steps are not enough for them, one is for the third."""
+    model = rulesheets.load("four_link_chain")
+    speed = float(solver.solve(model)["omegaQR"])
+    plan = solver.prepare(model, ["omegaQR"], ["PQ"], {"PQ": None})
+    plan.all(speed)
+    (program,) = plan.records.programs
+    column = np.linspace(0.99 * speed, 1.01 * speed, 1000)
+    found, logical = np.empty((3, 1000)), np.empty((4, 1000), dtype=bool)
+    AnswerKernel(program).quick([column], (*found, *logical))
+    assert logical.all()
+    for row in (0, 500, 999):
+        answers = sorted(one for (one,) in plan.all(float(column[row])))
+        assert sorted(found[:, row]) == pytest.approx(answers, rel=1e-12)
