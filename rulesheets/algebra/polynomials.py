@@ -196,6 +196,7 @@ class _Elimination(Arithmetic[Any]):
 
     def _bounded(self, found: Any) -> Any:
         expect_time()
-        if len(found.numer) + len(found.denom) > 400:
+        degree = max(*found.numer.degrees(), *found.denom.degrees())
+        if len(found.numer) + len(found.denom) > 400 or degree > 2 * MAX_DEGREE:
             raise NotAlgebraic
         return found

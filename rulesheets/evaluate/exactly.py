@@ -61,11 +61,15 @@ class Rationals(Arithmetic[Fraction]):
 
     def product(self, node: Product) -> Fraction:
         """The product; 0 if a factor is 0 and the other one a number, exactly known or not."""
+        factors = []
         for one, other in ((node.left, node.right), (node.right, node.left)):
             with suppress(Inexact):
-                if not self.of(one) and self._is_number(other):
+                factors.append(self.of(one))
+                if not factors[-1] and self._is_number(other):
                     return Fraction(0)
-        return self.of(node.left) * self.of(node.right)
+        if len(factors) < 2:
+            raise Inexact("*")
+        return factors[0] * factors[1]
 
     def _is_number(self, expression: Expression) -> bool:
         try:

@@ -44,11 +44,12 @@ class Budget:
     """What is left of the work of one solve, shared by all of its blocks and cases.
 
     ``thorough``: a proof was asked for, and may cost what it costs. ``brief``: all that is asked is
-    whether there is an answer, and what rarely finds one is left out.
+    whether there is an answer, and what rarely finds one is left out. ``every``: no answer of a block is left
+    out for not being the sensible one; ``cut``: one was.
     """
 
     def __init__(self) -> None:
-        self.thorough = self.brief = False
+        self.thorough = self.brief = self.every = self.cut = False
         self.left = SOLVE
         self.used = 0
         self.of_block = BLOCK

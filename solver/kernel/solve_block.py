@@ -75,9 +75,8 @@ def is_large(kernel: BlockKernel) -> bool:
 def _is_network(kernel: BlockKernel) -> bool:
     """Whether a block of some size has no angles: it may be a network, most of whose answers nobody asks
     about, or the speeds of a mechanism, whose few answers all count."""
-    torn = len(kernel.block.tears) > 1 or not kernel.exhaustive
     some = MAX_SEARCHED[0] < len(kernel.unknowns) <= MAX_SEARCHED[1]
-    return torn and some and not kernel.linear and not any(map(kernel.graph.turn, kernel.unknowns))
+    return some and not kernel.linear and not any(map(kernel.graph.turn, kernel.unknowns))
 
 
 def _counts(kernel: BlockKernel) -> Iterator[Method]:
@@ -163,11 +162,13 @@ def _searched(
         if method is Method.SPARSE and search.candidates.answers and not budget.thorough:
             if is_large(kernel):
                 return search.outcome()
-            search.candidates.sensible = search.candidates.answers[0]
+            search.candidates.sensible = None if budget.every else search.candidates.answers[0]
         if outcome is not None:
             return outcome if assumed else search.curve_instead(outcome)
         if search.complete:
             break
+        if method is Method.RANGE and search.candidates.sensible is not None:
+            return search.outcome()
     if search.complete and search.candidates.fruitless:
         why = _refuted(question, search.candidates, given)
         if why is not None:
@@ -322,7 +323,9 @@ def _outcome(question: Question, candidates: Candidates, complete: bool) -> Bloc
 
 def _found(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
     block = question.kernel.block
-    if candidates.crowded and candidates.sensible is not None and not complete:
+    alone = candidates.crowded or len(block.tears) == 1
+    if candidates.sensible is not None and alone and not complete:
+        question.budget.cut = question.budget.cut or len(candidates.answers) > 1
         return BlockOutcome((candidates.sensible,))
     answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
     if answers:

@@ -60,6 +60,8 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
 
 
 SEARCH_BOXES = 12_000
+GLANCE_BOXES = 1_500
+"""The same of a network one of whose answers is known to be the sensible one."""
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
@@ -105,7 +107,8 @@ class TearSearch:
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
-            limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
+            most = SEARCH_BOXES if self.candidates.sensible is None else GLANCE_BOXES
+            limits = IsolationLimits(most, SEARCH_ALIVE, levels)
             search = isolate_roots(
                 self._enclose(place),
                 partial(enclosure.slopes_over, known=known) if smooth else None,
@@ -131,7 +134,7 @@ class TearSearch:
             for x, _ in search.touching:
                 self._candidate(place, x)
             doubtful = (*(x for x, _ in search.touching), *(0.5 * (a + b) for a, b in search.unresolved))
-            for x in doubtful[:MAX_SUSPECTS]:
+            for x in doubtful[: MAX_SUSPECTS if self.candidates.sensible is None else 0]:
                 if (point := self._along(place, x)) is not None:
                     self.candidates.suspect(point)
             self.flat += [(place, *interval) for interval in search.flat]

@@ -69,12 +69,12 @@ class Findings:
         self.complete = True
         self.delicate = False
         self._gaps: dict[tuple[int, ...], Gap] = {}
-        self._enough = enough
+        self.enough = enough
 
     @property
     def full(self) -> bool:
         """Whether nothing more is looked for."""
-        if self._enough is not None and any(map(self._enough, self.leaves)):
+        if self.enough is not None and any(map(self.enough, self.leaves)):
             return True
         ends = len(self.leaves) + len(self.dead) + len(self.adrift)
         return ends >= MAX_LEAVES or (ends >= FEW_LEAVES and ends * len(self.model.variables) >= MAX_VALUES)
@@ -208,6 +208,15 @@ class Explorer:
         self.cases = 0
 
     def run(self) -> Exploration:
+        """All answers; where the sensible ones of some blocks lead to none, those from their others."""
+        found = self._run()
+        if not self.budget.cut or any(not leaf.missing for leaf in found.leaves):
+            return found
+        self.budget.every = True
+        self.findings, self.outcomes = Findings(self.model, self.judged, self.findings.enough), {}
+        return self._run()
+
+    def _run(self) -> Exploration:
         start = Branch(dict(self.inputs), {})
         start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
         try:
