@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -36,7 +36,7 @@ from solver.kernel.chain import (
 )
 from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
 from solver.kernel.enclosure import Enclosure
-from solver.kernel.sparse_system import SparseSystem
+from solver.kernel.sparse_system import SparseSystem, divisors
 from solver.numerics.multistart import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
@@ -101,17 +101,7 @@ class BlockKernel:
     def divisors(self) -> tuple[Expression, ...]:
         """What the equations divide by that depends on unknowns."""
         unknowns = frozenset(self.unknowns)
-        if len(self.equations) <= FEW:
-            forms = self.forms
-        else:
-            divided = [
-                place
-                for family in self.alike.families
-                if any(any(nodes.names(h)) for h in divisors(subtract(family.first.left, family.first.right)))
-                for place in family.places.tolist()
-            ]
-            forms = [self.forms[place] for place in sorted(divided)]
-        found = dict.fromkeys(divisor for form in forms for divisor in divisors(form))
+        found = dict.fromkeys(divisor for form in self.forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
@@ -256,25 +246,6 @@ def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
     if block not in kernels:
         kernels[block] = BlockKernel(graph, block)
     return kernels[block]
-
-
-def divisors(expression: Expression) -> Iterator[Expression]:
-    """What a rule divides by, with variables in it (a power of it, or the cosine in a tangent)."""
-    stack: list[Any] = [expression]
-    while stack:
-        node = stack.pop()
-        match node:
-            case nodes.Quotient(_, divisor) if nodes.names(divisor):
-                yield divisor
-            case nodes.Power(base, exponent) if nodes.names(base) and not _is_positive(exponent):
-                yield base
-            case nodes.Call("tan" | "tand" as function, arguments):
-                yield nodes.Call(function.replace("tan", "cos"), arguments)
-        stack.extend(nodes.children(node))
-
-
-def _is_positive(exponent: Expression) -> bool:
-    return isinstance(exponent, nodes.Number) and exponent.value > 0.0
 
 
 MAX_CHAINS = 32

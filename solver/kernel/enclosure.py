@@ -18,7 +18,7 @@ from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.exactly import Inexact, Rationals
 from rulesheets.evaluate.number import FLOAT_INTERVALS
 from rulesheets.functions import arrays, intervals
-from rulesheets.functions.arrays import INTERVALS, Array, Mask, box_by_box
+from rulesheets.functions.arrays import INTERVALS, Array, Mask
 from rulesheets.functions.arrays import Interval as Intervals
 from rulesheets.functions.intervals import EMPTY, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
@@ -87,6 +87,33 @@ def all_bounded(
     return np.where(empty, np.nan, low), np.where(empty, np.nan, high), empty, doubtful
 
 
+def all_quotients(
+    a_low: Array, a_high: Array, b_low: Array, b_high: Array, not_negative: int, relational: int
+) -> tuple[Array, Array]:
+    """A product x*c = t says nothing about x where both c and t may be 0."""
+    if not_negative:
+        least, most = b_low, b_high
+        b_low = np.where((a_low > 0.0) & (least < 0.0), np.fmin(0.0, most), least)
+        b_high = np.where((a_high < 0.0) & (most > 0.0), np.fmax(0.0, least), most)
+    low, high = arrays.divide(a_low, a_high, b_low, b_high)
+    if relational:
+        free = (a_low <= 0.0) & (a_high >= 0.0) & (b_low <= 0.0) & (b_high >= 0.0)
+        low, high = np.where(free, -inf, low), np.where(free, inf, high)
+    return low, high
+
+
+def from_zeros(low: Array, high: Array) -> tuple[Array, Array]:
+    """The hulls of 0 and boxes."""
+    return np.minimum(low, 0.0) + 0.0, np.maximum(high, 0.0) + 0.0
+
+
+def all_by_slopes(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> tuple[Array, Array]:
+    """The quotients of two slopes where both are bounded."""
+    known = np.isfinite(a_low) & np.isfinite(a_high) & np.isfinite(b_low) & np.isfinite(b_high)
+    low, high = arrays.divide(a_low, a_high, b_low, b_high)
+    return np.where(known, low, nan), np.where(known, high, nan)
+
+
 def all_within(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> tuple[Array, Array]:
     """What two enclosures of one quantity have in common."""
     return np.fmax(a_low, b_low), np.fmin(a_high, b_high)
@@ -115,10 +142,10 @@ ARRAYS = Operations(
         "isnan": np.isnan,
         "cut": cuts,
         "bounded": all_bounded,
-        "quotient": box_by_box(quotient),
+        "quotient": all_quotients,
         "within": all_within,
-        "from_zero": box_by_box(from_zero),
-        "by_slopes": box_by_box(by_slopes),
+        "from_zero": from_zeros,
+        "by_slopes": all_by_slopes,
     },
 )
 

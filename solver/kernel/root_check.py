@@ -28,6 +28,7 @@ from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
 from solver.kernel.question import MANY, Question, Sparse
+from solver.kernel.sparse_system import BESIDE
 from solver.numerics.linear_algebra import eliminate, inverse
 from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
@@ -192,9 +193,6 @@ NUDGE = 1e-5
 HALVINGS = 12
 FAR = 100.0
 """Error bars from an answer, beyond which no root is followed any farther."""
-BESIDE = 0.25
-"""The largest share of a divisor that the error bars of its variables may be."""
-
 
 ROUNDS, CONTRACTION = 5, 0.1
 """Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
@@ -235,6 +233,9 @@ def check_root(
 def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncertainty) -> bool:
     """Whether a rule divides by what may be 0 within the error bars of a point, however harmless its slopes:
     beside a removable 0/0 they are those of the limit."""
+    system = question.kernel.sparse if len(point) > MANY else None
+    if system is not None:
+        return system.divides_by_nothing([*point.values()], question.known, found.errors)
     divisors = question.kernel.divisors
     if not divisors:
         return False

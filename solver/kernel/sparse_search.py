@@ -9,14 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import suppress
-from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
-from rulesheets.evaluate import value
-from rulesheets.model import Value
-from rulesheets.syntax.nodes import Expression, Name, names
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import MANY, Question
 from solver.numerics.multistart import Array
@@ -66,28 +61,9 @@ def _starts(question: Question) -> Iterator[tuple[Array, Array | None, bool, int
 
 
 def defined(question: Question, x: Array) -> Array:
-    """The point with every unknown that a rule tells outright (``l = sqrt(u^2 + v^2)``) as that has it."""
-    rules: dict[str, Expression] = {}
-    unknowns = frozenset(question.unknowns)
-    equations = question.kernel.equations
-    families = question.kernel.alike.families
-    told = (f.places for f in families if isinstance(f.first.left, Name) or isinstance(f.first.right, Name))
-    for place in sorted(place for places in told for place in places.tolist()):
-        equation = equations[place]
-        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
-            if isinstance(side, Name) and side.name in unknowns and side.name not in rules:
-                rules[side.name] = other
-                break
-    point: dict[str, Value] = {**question.here, **question.named(x.tolist())}
-    needed = {name: unknowns.intersection(names(rule)) for name, rule in rules.items()}
-    try:
-        order = tuple(TopologicalSorter(needed).static_order())
-    except CycleError:
-        return x
-    for name in order:
-        with suppress(ArithmeticError, ValueError):
-            point[name] = value(rules[name], point) if name in rules else point[name]
-    return _inside(question, np.array([point[name] for name in question.unknowns], dtype=float))
+    """The point with every unknown that a rule tells outright as that has it."""
+    system = question.kernel.sparse
+    return x if system is None else _inside(question, system.with_told(x, question.known))
 
 
 def _inside(question: Question, x: Array) -> Array:

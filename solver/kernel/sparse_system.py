@@ -5,18 +5,24 @@ Rules of one shape (``path/graph.py``) are the rows of one vectorised function.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from operator import itemgetter
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate
-from rulesheets.syntax.nodes import subtract
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, children, names, subtract
 from solver.kernel.emitter import compile_arrays
 from solver.numerics.multistart import Array
 from solver.numerics.sparse_newton import Triplets
 from solver.path.graph import Alike, Family, template
+
+BESIDE = 0.25
+"""The largest share of a divisor that the error bars of its variables may be."""
 
 
 class SparseSystem:
@@ -50,19 +56,76 @@ class SparseSystem:
 
         return residual, jacobian
 
+    def with_told(self, x: Array, known: Sequence[float]) -> Array:
+        """The point (n,) with every unknown that a rule tells outright (``l = sqrt(u^2 + v^2)``) as that has
+        it; as it is where such rules go round in a circle."""
+        everything = np.concatenate([x, np.array(known, dtype=float)])
+        for function, targets, places, numbers in self._told:
+            with np.errstate(all="ignore"):
+                found = np.broadcast_to(function(*everything[places], *numbers)[0], len(targets))
+            there = np.isfinite(found)
+            everything[targets[there]] = found[there]
+        return everything[: self.n]
+
+    @cached_property
+    def _told(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
+        """Functions of arrays with the unknowns that they tell, in an order in which they may be followed."""
+        rules: dict[int, tuple[_Shape, int, int]] = {}
+        telling = (shape for shape in self.shapes if shape.told)
+        members = ((place, shape, m) for shape in telling for m, place in enumerate(shape.rows.tolist()))
+        for _, shape, member in sorted(members, key=itemgetter(0)):
+            for side, k in shape.told.items():
+                target = int(shape.places[k, member])
+                if target < self.n and target not in rules:
+                    rules[target] = shape, side, member
+                    break
+        needed = {
+            target: [i for i in shape.places[shape.read(side), member].tolist() if i in rules]
+            for target, (shape, side, member) in rules.items()
+        }
+        found, order = [], TopologicalSorter(needed)
+        try:
+            order.prepare()
+        except CycleError:
+            return []
+        while order.is_active():
+            groups: dict[tuple[int, int], list[int]] = {}
+            for target in (ready := order.get_ready()):
+                shape, side, _ = rules[target]
+                groups.setdefault((id(shape), side), []).append(target)
+            for (_, side), targets in groups.items():
+                shape, mine = rules[targets[0]][0], [rules[target][2] for target in targets]
+                told = np.array(targets, dtype=np.intp)
+                found.append((shape.other(side), told, shape.places[:, mine], shape.numbers[:, mine]))
+            order.done(*ready)
+        return found
+
+    def divides_by_nothing(self, x: Sequence[float], known: Sequence[float], bars: Sequence[float]) -> bool:
+        """Whether a rule divides by what may be 0, or nearly, as the unknowns are off by their error bars."""
+        everything = np.array([*x, *known], dtype=float)
+        off = np.array([*bars, *[0.0] * len(known)])
+        return any(shape.divides_by_nothing(everything, off, self.n) for shape in self.shapes)
+
 
 class _Shape:
-    """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones."""
+    """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones.
+    ``told`` are its sides that are a name alone (0: the left one), with the place of that name."""
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
-        form = subtract(*template(family.first))
-        arguments = [f"#{k}" for k in range(len(places))] + [f"#.{k}" for k in range(len(self.numbers))]
+        self.sides = template(family.first)
+        self.form = subtract(*self.sides)
+        self.arguments = [f"#{k}" for k in range(len(places))]
+        self.told = {k: int(side.name[1:]) for k, side in enumerate(self.sides) if _is_name(side)}
+        self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
-        self._residual = compile_arrays([form], arguments)
-        self._partials = compile_arrays([differentiate(form, f"#{k}") for k, _ in self.moving], arguments)
+        self._residual = self._compiled([self.form])
+        self._partials = self._compiled([differentiate(self.form, f"#{k}") for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
+
+    def _compiled(self, forms: Sequence[Expression]) -> Callable[..., Any]:
+        return compile_arrays(forms, self.arguments)
 
     def residual(self, everything: Array) -> Any:
         with np.errstate(all="ignore"):
@@ -73,3 +136,60 @@ class _Shape:
             columns = self._partials(*everything[self.places], *self.numbers)
         every = zip(columns, self.moving, strict=True)
         return np.concatenate([np.broadcast_to(column, len(m))[m] for column, (_, m) in every])
+
+    def other(self, side: int) -> Callable[..., Any]:
+        """The other side, as a function."""
+        return self._compiled([self.sides[1 - side]])
+
+    def read(self, side: int) -> list[int]:
+        """The names that the other side reads, by their order."""
+        return [k for name in dict.fromkeys(names(self.sides[1 - side])) if (k := _order(name)) is not None]
+
+    @cached_property
+    def _divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
+        """What is divided by, with its slopes by the names in it."""
+        found = []
+        for divisor in dict.fromkeys(divisors(self.form)):
+            read = [k for name in dict.fromkeys(names(divisor)) if (k := _order(name)) is not None]
+            slopes = [differentiate(divisor, f"#{k}") for k in read]
+            if read:
+                found.append((read, self._compiled([divisor, *slopes])))
+        return found
+
+    def divides_by_nothing(self, everything: Array, off: Array, n: int) -> bool:
+        for read, function in self._divisors:
+            with np.errstate(all="ignore"):
+                at, *slopes = function(*everything[self.places], *self.numbers)
+                moves = sum(np.abs(s) * off[self.places[k]] for k, s in zip(read, slopes, strict=True))
+                near = ~np.less(moves, BESIDE * np.abs(at))
+            if (near & (self.places[read] < n).any(axis=0)).any():
+                return True
+        return False
+
+
+def _is_name(side: Expression) -> TypeGuard[Name]:
+    return isinstance(side, Name) and _order(side.name) is not None
+
+
+def _order(name: str) -> int | None:
+    """The place of a name of a template, where it stands for no number."""
+    return None if name.startswith("#.") else int(name[1:])
+
+
+def divisors(expression: Expression) -> Iterator[Expression]:
+    """What a rule divides by, with variables in it (a power of it, or the cosine in a tangent)."""
+    stack: list[Any] = [expression]
+    while stack:
+        node = stack.pop()
+        match node:
+            case Quotient(_, divisor) if any(names(divisor)):
+                yield divisor
+            case Power(base, exponent) if any(names(base)) and not _is_positive(exponent):
+                yield base
+            case Call("tan" | "tand" as function, arguments):
+                yield Call(function.replace("tan", "cos"), arguments)
+        stack.extend(children(node))
+
+
+def _is_positive(exponent: Expression) -> bool:
+    return isinstance(exponent, Number) and exponent.value > 0.0

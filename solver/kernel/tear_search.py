@@ -60,8 +60,6 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
 
 
 SEARCH_BOXES = 12_000
-GLANCE_BOXES = 1_500
-"""The same of a network one of whose answers is known to be the sensible one."""
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
@@ -107,8 +105,7 @@ class TearSearch:
             enclosure = self.kernel.enclosure(place)
             smooth = enclosure.slopes is not None
             levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
-            most = SEARCH_BOXES if self.candidates.sensible is None else GLANCE_BOXES
-            limits = IsolationLimits(most, SEARCH_ALIVE, levels)
+            limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
             search = isolate_roots(
                 self._enclose(place),
                 partial(enclosure.slopes_over, known=known) if smooth else None,
