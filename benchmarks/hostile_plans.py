@@ -36,8 +36,9 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
+from solver.files.tables import CODES
 from solver.path.cases import activity
-from solver.result import CODES, Solution
+from solver.result import Solution
 from solver.sweeps.plan import Plan
 from solver.trace.llvm import available
 

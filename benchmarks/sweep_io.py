@@ -94,15 +94,14 @@ def work(count: int, jit: bool):
 def by_hand(count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
     from solver.facts import Status
-    from solver.files.tables import Columns
+    from solver.files.tables import Table
     from solver.sweeps.stream import grid_chunks
     from solver.sweeps.work import Solved
 
-    words = tuple(map(str, Status))
     for (theta,) in grid_chunks(rows(count)):
         values = {"thetaAO": theta, **closed_form(theta)}
-        table = Columns(values, np.zeros(len(theta), dtype=np.int8), words)
-        counts = (len(theta),) + (0,) * (len(words) - 1)
+        table = Table(values, np.zeros(len(theta), dtype=np.int8))
+        counts = (len(theta),) + (0,) * (len(Status) - 1)
         yield Solved(counts, table)
 
 

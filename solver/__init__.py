@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rulesheets.loading import loads as loads
     from solver.facts import Status as Status
     from solver.facts import Unsolved as Unsolved
+    from solver.files.tables import Table as Table
     from solver.page.serving import interact as interact
     from solver.pictures.drawing import draw as draw
     from solver.report.derivation import Derivation as Derivation
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from solver.result import Result as Result
     from solver.result import Samples as Samples
     from solver.result import Solution as Solution
-    from solver.result import Table as Table
     from solver.solving import solve as solve
     from solver.sweeps.plan import Plan as Plan
     from solver.sweeps.plan import prepare as prepare
@@ -35,7 +35,8 @@ _NAMES = {
     "solver.page.serving": "interact",
     "solver.pictures.drawing": "draw",
     "solver.sweeps.plan": "Plan prepare",
-    "solver.result": "Result Samples Solution Table",
+    "solver.files.tables": "Table",
+    "solver.result": "Result Samples Solution",
     "solver.solving": "solve",
     "solver.sweeps.sweep": "monte_carlo sweep",
 }

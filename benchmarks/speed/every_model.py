@@ -19,8 +19,8 @@ from benchmarks.speed.page import Claim, Section, figures
 from benchmarks.speed.rules_as_equations import System, system_of
 from rulesheets.model import Model, Value
 from solver.facts import Status
+from solver.files.tables import CODES
 from solver.leaves import Asked
-from solver.result import CODES
 from solver.solution.refinement import explore_refined
 from solver.sweeps.plan import Plan
 from solver.trace.llvm import available

@@ -6,7 +6,6 @@ import os
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import chain
 from math import inf
 from time import monotonic
@@ -22,7 +21,7 @@ from solver.commands.inputs import Option, Request, add_display_options, add_inp
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
 from solver.files.replacing import Printed, write_file
-from solver.files.tables import Chunk, Columns, CsvFile, csv_head, csv_rows, joined, table_file, write_table
+from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file, write_table
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
 from solver.sweeps.curves import follow_sweep
@@ -124,11 +123,11 @@ class PlotSink:
         self._path, self._model, self._inputs = path, model, inputs
         self._shape, self._answer = shape, answer
         self._form = picture_kind(path, PICTURES)
-        self._pieces: list[Columns] = []
+        self._pieces: list[Table] = []
         self._rows = 0
 
-    def add(self, table: Columns) -> None:
-        new = len(table) if self._answer is None else int((table.values[self._answer] < 2).sum())
+    def add(self, table: Table) -> None:
+        new = len(table.status) if self._answer is None else int((table[self._answer] < 2).sum())
         self._rows += new
         if self._rows <= ROWS_DRAWN:
             self._pieces.append(table)
@@ -144,9 +143,9 @@ class PlotSink:
             return
         whole = joined(self._pieces)
         drawn = (*self._model.variables, self._answer)
-        table = replace(whole, values={n: column for n, column in whole.values.items() if n in drawn})
+        table = whole.having({n: column for n, column in whole.items() if n in drawn})
         lattice = plot.Lattice(self._inputs, self._shape or (self._rows,), self._answer)
-        turns = {name: self._turn(name) for name in table.values}
+        turns = {name: self._turn(name) for name in table}
         picture = plot.plotted(plot.arranged(table, lattice), self._model, turns, self._form[1:])
         write_file(self._path, picture)
 
@@ -315,10 +314,8 @@ def _one_range(others: list[str]) -> Diagnosis:
 
 
 def _write_curves(table: CurveTable, model: Model, path: str | None) -> None:
-    found = Columns(dict(table), table.status, tuple(map(str, table.STATUSES)))
     names = heads(tuple(table), model)
-    values = dict(zip(names, shown_columns(found, model).values.values(), strict=True))
-    columns = replace(found, values=values)
+    columns = table.having(dict(zip(names, shown_columns(table, model).values(), strict=True)))
     if path:
         write_table(path, columns)
     else:

@@ -1,32 +1,35 @@
-"""Columns by name with a status for each row, and the files that hold them: CSV and Parquet, in pieces."""
+"""Table by name with a status for each row, and the files that hold them: CSV and Parquet, in pieces."""
 
 from __future__ import annotations
 
 import csv
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
-from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from io import StringIO
 from itertools import islice
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import exact
 from rulesheets.input_messages import expect_regular, unwritable
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
+from solver.facts import Status, UnknownName
 from solver.files.replacing import (
     Printed,
     Replacement,
+    expect_no_input,
     missing_extra,
     uneven_row,
     unknown_form,
     unreadable_rows,
     wrong_cell,
 )
+from solver.path import Shown
 
 Array: TypeAlias = NDArray[Any]
 
@@ -35,32 +38,97 @@ Chunk: TypeAlias = tuple[Array, ...]
 """The inputs of some rows, a column each."""
 
 
-@dataclass(frozen=True)
-class Columns:
-    """``values`` (n,) by name: floats with NaN for nothing, integers, or objects (symbols, floats, None).
+Column: TypeAlias = ArrayLike
 
-    ``status`` (n,) are indices into ``words``.
+WORDS = tuple(map(str, Status))
+CODES = {status: code for code, status in enumerate(Status)}
+
+
+class Table(Mapping[str, NDArray[Any]], Shown):
+    """Table (n,) by name: the inputs that were swept, then the wanted variables.
+
+    A wanted value is NaN where its row is not solved (None in a column of symbols). ``status``
+    (n,) holds codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) tells how many
+    answers of each row are known.
     """
 
-    values: Mapping[str, Array]
-    status: Array
-    words: Sequence[str]
+    STATUSES = tuple(Status)
+
+    def __init__(
+        self,
+        columns: Mapping[str, NDArray[Any]],
+        status: NDArray[np.int8],
+        files: tuple[str, ...] = (),
+        answers: NDArray[np.int64] | None = None,
+    ) -> None:
+        self._columns = dict(columns)
+        self.status = status
+        self._files = files
+        self.answers = self.solved.astype(np.int64) if answers is None else answers
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._columns:
+            raise UnknownName(name, self._columns)
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
 
     def __len__(self) -> int:
-        return len(self.status)
+        return len(self._columns)
 
-    def rows(self, first: int, last: int) -> Columns:
+    def to_pandas(self) -> Any:
+        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError where pandas is absent."""
+        return import_module("pandas").DataFrame(self._frame())
+
+    def to_polars(self) -> Any:
+        """The columns and the status as a ``polars.DataFrame``. Raises ImportError where polars is absent."""
+        return import_module("polars").DataFrame(self._frame())
+
+    def _frame(self) -> dict[str, Any]:
+        return {**self._columns, free_name("status", self._columns): self.words()}
+
+    def words(self) -> list[str]:
+        """The status of each row, as a word."""
+        return [str(self.STATUSES[code]) for code in self.status]
+
+    def __repr__(self) -> str:
+        names = ", ".join(self._columns)
+        return f"<{type(self).__name__} of {len(self.status)} rows, {self.solved.sum()} solved: {names}>"
+
+    @property
+    def solved(self) -> NDArray[np.bool_]:
+        """Which rows are solved."""
+        return np.asarray(self.status == CODES[Status.SOLVED])
+
+    def write(self, path: str) -> None:
+        """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
+
+        It is written as a whole or not at all. Numbers read back as the same floats, the status is a
+        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442,
+        and E418 for a file that the model was read from.
+        """
+        expect_no_input(path, self._files)
+        write_table(path, self)
+
+    def having(self, columns: Mapping[str, NDArray[Any]]) -> Table:
+        """The same rows with these columns."""
+        return Table(columns, self.status, self._files, self.answers)
+
+    def rows(self, first: int, last: int) -> Table:
         """Rows ``first`` up to, but without, ``last``."""
-        kept = {name: column[first:last] for name, column in self.values.items()}
-        return Columns(kept, self.status[first:last], self.words)
+        kept = {name: column[first:last] for name, column in self.items()}
+        return Table(kept, self.status[first:last], self._files, self.answers[first:last])
 
 
-def joined(parts: Sequence[Columns]) -> Columns:
+def joined(parts: Sequence[Table]) -> Table:
     """The rows of several pieces of one table, one after another."""
-    if len(parts) == 1:
-        return parts[0]
-    values = {name: stacked([part.values[name] for part in parts]) for name in parts[0].values}
-    return Columns(values, stacked([part.status for part in parts]), parts[0].words)
+    first, *others = parts
+    if not others:
+        return first
+    columns = {name: stacked([part[name] for part in parts]) for name in first}
+    status, answers = ([part.status for part in parts], [part.answers for part in parts])
+    return Table(columns, np.concatenate(status), answers=np.concatenate(answers))
 
 
 def stacked(pieces: Sequence[Array]) -> Array:
@@ -90,7 +158,7 @@ def csv_head(names: Sequence[str]) -> bytes:
     return text.getvalue().encode("utf-8")
 
 
-def csv_rows(table: Columns) -> bytes:
+def csv_rows(table: Table) -> bytes:
     """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe.
 
     By pyarrow where it is installed, which prints a number in a fifth of the time of ``repr``.
@@ -98,8 +166,8 @@ def csv_rows(table: Columns) -> bytes:
     arrow = _arrow_csv()
     if arrow is None:
         return "".join(_csv_lines(table)).encode("utf-8")
-    words = arrow.array(table.words).take(arrow.array(table.status))
-    columns = [*(_printable(arrow, column) for column in table.values.values()), words]
+    words = arrow.array(WORDS).take(arrow.array(table.status))
+    columns = [*(_printable(arrow, column) for column in table.values()), words]
     lines, bare = (
         arrow.BufferOutputStream(),
         arrow.csv.WriteOptions(include_header=False, quoting_style="none"),
@@ -124,9 +192,9 @@ def _printable(arrow: Any, column: Array) -> Any:
     return arrow.array(column + 0, from_pandas=True)
 
 
-def _csv_lines(table: Columns) -> Iterator[str]:
-    cells = [map(exact, column.tolist()) for column in table.values.values()]
-    words = [f"{table.words[code]}\n" for code in table.status.tolist()]
+def _csv_lines(table: Table) -> Iterator[str]:
+    cells = [map(exact, column.tolist()) for column in table.values()]
+    words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
     return map(",".join, zip(*cells, words, strict=True))
 
 
@@ -155,10 +223,10 @@ class ParquetFile:
         self._waiting = [self._arrow.schema({**kinds, self._status: self._arrow.string()}).empty_table()]
         self._writer: Any = None
 
-    def add(self, table: Columns) -> None:
-        kinds = zip(self._names, table.values.values(), strict=True)
+    def add(self, table: Table) -> None:
+        kinds = zip(self._names, table.values(), strict=True)
         columns = {name: self._column(name, column) for name, column in kinds}
-        words = self._arrow.array(table.words).take(self._arrow.array(table.status))
+        words = self._arrow.array(WORDS).take(self._arrow.array(table.status))
         new = self._arrow.table({**columns, self._status: words})
         self._waiting = [*(one for one in self._waiting if len(one)), new]
         if sum(map(len, self._waiting)) >= ROW_GROUP:
@@ -418,7 +486,7 @@ class CsvFile:
         self._file, self._head = file, csv_head(names)
         self.discard = file.discard
 
-    def add(self, table: Columns) -> None:
+    def add(self, table: Table) -> None:
         self._file.write(self._head + csv_rows(table))
         self._head = b""
 
@@ -443,10 +511,10 @@ def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> Csv
     return CsvFile(Replacement(path), names) if is_csv(path) else ParquetFile(path, names, symbols)
 
 
-def write_table(path: str, table: Columns) -> None:
+def write_table(path: str, table: Table) -> None:
     """Write a whole table. Raises RuleSheetError: E416, E441, E442."""
-    symbols = [name for name, column in table.values.items() if column.dtype == object]
-    file = table_file(path, tuple(table.values), symbols)
+    symbols = [name for name, column in table.items() if column.dtype == object]
+    file = table_file(path, tuple(table), symbols)
     try:
         file.add(table)
     except BaseException:

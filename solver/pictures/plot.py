@@ -17,7 +17,7 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.format import readable
 from rulesheets.model import Model
 from solver.facts import FALSE, Mark
-from solver.files.tables import Array, Columns
+from solver.files.tables import Array, Table
 from solver.pictures.page import encode
 
 CURVES = 8
@@ -58,7 +58,7 @@ class Maps(NamedTuple):
     fields: Mapping[str, Array]
 
 
-def arranged(table: Columns, lattice: Lattice) -> Curves | Maps:
+def arranged(table: Table, lattice: Lattice) -> Curves | Maps:
     """Curves along the input that takes most values, one for each combination of the others and each answer.
 
     Where two inputs of numbers would make more curves than can be told apart, maps. Raises
@@ -81,22 +81,22 @@ def arranged(table: Columns, lattice: Lattice) -> Curves | Maps:
 class _Sorting:
     """Where each row of a table stands in the lattice."""
 
-    def __init__(self, table: Columns, lattice: Lattice) -> None:
+    def __init__(self, table: Table, lattice: Lattice) -> None:
         self.table, self.lattice = table, lattice
-        numbers = table.values[lattice.answer] if lattice.answer else np.ones(len(table), dtype=int)
-        rows = np.cumsum(numbers < 2) - 1 if lattice.answer else np.arange(len(table))
+        numbers = table[lattice.answer] if lattice.answer else np.ones(len(table.status), dtype=int)
+        rows = np.cumsum(numbers < 2) - 1 if lattice.answer else np.arange(len(table.status))
         self.places = np.unravel_index(rows, lattice.shape)
         self.number = np.maximum(numbers, 1) - 1
         self.answers = int(self.number.max(initial=0)) + 1
         skipped = {*lattice.inputs, lattice.answer}
-        outputs = {name: column for name, column in table.values.items() if name not in skipped}
+        outputs = {name: column for name, column in table.items() if name not in skipped}
         self.numeric = {name: column for name, column in outputs.items() if column.dtype != object}
         self.axes = dict(enumerate(self._axes()))
         self.lengths = {axis: len(v) for axis, v in self.axes.items() if v.dtype != object}
 
     def _axes(self) -> list[Array]:
         """The values of each input of a grid; of rows side by side the first input of numbers is the axis."""
-        columns = [self.table.values[name] for name in self.lattice.inputs]
+        columns = [self.table[name] for name in self.lattice.inputs]
         if len(self.lattice.shape) == 1:
             columns = sorted(columns, key=lambda column: column.dtype == object)[:1]
         return [self._along(axis, column) for axis, column in enumerate(columns)]
@@ -111,8 +111,7 @@ class _Sorting:
         """The name of the input whose values an axis has."""
         if len(self.lattice.shape) > 1:
             return self.lattice.inputs[axis]
-        values = self.table.values
-        return min(self.lattice.inputs, key=lambda name: values[name].dtype == object)
+        return min(self.lattice.inputs, key=lambda name: self.table[name].dtype == object)
 
     def curves(self, drawn: int) -> Curves:
         others = [axis for axis in range(len(self.lattice.shape)) if axis != drawn]

@@ -15,6 +15,7 @@ from rulesheets.syntax.nodes import Name
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
+from solver.files.tables import Table
 from solver.path import Check, Path, SolveBlock, Step, equations_of
 from solver.path.planner import given_by
 from solver.report.derivation import Derivation
@@ -22,7 +23,7 @@ from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows
 from solver.report.table import table
 from solver.report.why import ESCAPED, Line, Page, why_latex
-from solver.result import Result, Samples, Table
+from solver.result import Result, Samples
 
 NONE = "none"
 """What stands for a derivative that does not exist, or cannot be told."""

@@ -14,14 +14,13 @@ from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Status
-from solver.files.tables import column_of, free_name
+from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path import Assume, Evaluate, Select, Step, equations_of
 from solver.path.graph import ModelGraph
 from solver.path.isolate import is_linear
 from solver.path.planner import given_by, planner, read_by
-from solver.result import CODES
 from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,

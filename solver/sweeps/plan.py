@@ -17,11 +17,10 @@ from rulesheets.input_messages import not_finite_number, outside_range
 from rulesheets.inputs import is_symbol, override, quantities, variables_named
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
-from solver.files.tables import column_of, free_name, one_length
+from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept
-from solver.result import CODES, Column, Table
 from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm, prod
 from typing import Any, NamedTuple, Protocol
@@ -22,9 +22,10 @@ from rulesheets.units import displays
 from solver.facts import Status
 from solver.files.replacing import other_sweep
 from solver.files.tables import (
+    WORDS,
     Array,
     Chunk,
-    Columns,
+    Table,
     column_of,
     free_name,
     heading,
@@ -176,7 +177,7 @@ def _joined(pieces: list[Chunk]) -> Chunk:
 class Sink(Protocol):
     """Takes the pieces of a table in order; then it is closed, whole, or discarded."""
 
-    def add(self, table: Columns) -> None: ...
+    def add(self, table: Table) -> None: ...
     def close(self) -> None: ...
     def discard(self) -> None: ...
 
@@ -189,12 +190,12 @@ def heads(names: Iterable[str], model: Model) -> tuple[str, ...]:
     )
 
 
-def shown_columns(table: Columns, model: Model) -> Columns:
+def shown_columns(table: Table, model: Model) -> Table:
     """The columns in display units, by their names."""
-    values = dict(table.values)
+    values = dict(table)
     for name, (factor, shift) in displays(model, values).items():
         values[name] = values[name].astype(float) * factor + shift
-    return replace(table, values=values)
+    return table.having(values)
 
 
 def expect_plain(model: Model, names: Iterable[str]) -> None:
@@ -204,8 +205,7 @@ def expect_plain(model: Model, names: Iterable[str]) -> None:
         raise RuleSheetError(error("E448", "--resume goes on in the units of the rules", notes=notes))
 
 
-_WORDS = tuple(map(str, Status))
-_CODES = {word: code for code, word in enumerate(_WORDS)}
+_CODES = {word: code for code, word in enumerate(WORDS)}
 
 
 @dataclass(frozen=True)
@@ -214,13 +214,13 @@ class Earlier:
 
     path: str
     names: tuple[str, ...]
-    table: Columns
+    table: Table
 
     def __len__(self) -> int:
-        return len(self.table)
+        return len(self.table.status)
 
     def solved(self) -> Solved:
-        counts = np.bincount(self.table.status, minlength=len(_WORDS))
+        counts = np.bincount(self.table.status, minlength=len(WORDS))
         return Solved(tuple(counts.tolist()), self.table)
 
     def after(self, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
@@ -229,7 +229,7 @@ class Earlier:
         for chunk in chunks:
             count = min(len(chunk[0]), len(self) - done)
             for name, column in zip(inputs, chunk, strict=True):
-                before = self.table.values[name][done : done + count]
+                before = self.table[name][done : done + count]
                 if count and not _alike(before, column[:count]):
                     raise RuleSheetError(other_sweep(self.path, "its rows have other inputs"))
             done += count
@@ -258,7 +258,7 @@ def earlier(path: str, names: tuple[str, ...]) -> Earlier:
     rows = int(done[-1]) + 1 if len(done) else 0
     values = dict(zip(names, columns, strict=True))
     values[names[-1]] = values[names[-1]].astype(np.int64)  # the numbers of answers
-    return Earlier(path, names, Columns(values, codes, _WORDS).rows(0, rows))
+    return Earlier(path, names, Table(values, codes).rows(0, rows))
 
 
 def _alike(one: Array, other: Array) -> bool:

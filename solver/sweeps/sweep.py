@@ -18,9 +18,9 @@ from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units import scaling
 from solver.derivatives import tolerances_of
 from solver.files.replacing import missing_extra
-from solver.files.tables import Chunk, joined, one_length
+from solver.files.tables import Chunk, Column, Table, joined, one_length
 from solver.path.planner import planner
-from solver.result import SPREADS, Column, Result, Samples, Table
+from solver.result import SPREADS, Result, Samples
 from solver.sweeps.plan import Plan, prepare
 from solver.sweeps.stream import Grid, grid_chunks, grid_lessons, listed
 from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
@@ -80,10 +80,8 @@ def sweep(
     work = work_of(plan, grid_lessons(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
-    pieces = list(followed(work, solved))
-    table = joined([piece.table for piece in pieces])
-    answers = np.concatenate([piece.answers for piece in pieces])
-    return Table(table.values, table.status, model.files, answers)
+    table = joined([piece.table for piece in followed(work, solved)])
+    return Table(table, table.status, model.files, table.answers)
 
 
 def columns_of(inputs: Any) -> Mapping[str, Column]:

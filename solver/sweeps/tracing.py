@@ -17,6 +17,7 @@ from rulesheets.syntax.nodes import Call, Name
 from solver.accuracy.rule_check import sides, size
 from solver.derivatives.linearization import active_equations, slopes
 from solver.facts import Status
+from solver.files.tables import Table
 from solver.kernel.block import kernel_of
 from solver.leaves import Asked
 from solver.numerics.continuation import (
@@ -33,7 +34,6 @@ from solver.numerics.continuation import (
 from solver.numerics.linear_algebra import independent_rows
 from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
-from solver.result import Table
 from solver.solution.explore import explore
 from solver.solution.verdict import judge
 

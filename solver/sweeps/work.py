@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from time import time
 from typing import Any, NamedTuple, TypeAlias
 
@@ -16,9 +16,8 @@ from rulesheets.deadline import Interrupted, time_limit
 from rulesheets.model import Model, Value, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
-from solver.files.tables import Array, Columns, free_name, stacked
+from solver.files.tables import CODES, WORDS, Array, Table, free_name, stacked
 from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
-from solver.result import CODES, Table
 from solver.sweeps.plan import Plan, one_answer, sweep_answers
 from solver.trace.rows import listed
 
@@ -178,14 +177,12 @@ class Solved:
 
     ``counts`` are the rows by status code, ``several`` those that have several answers and show one. ``rows``
     are all of them where there are such, else the last ones: they tell which branch an answer belongs to.
-    ``answers`` (rows of the table,) are the numbers of answers that are known.
     """
 
     counts: tuple[int, ...]
-    table: Columns
+    table: Table
     rows: Rows | None = None
     several: int = 0
-    answers: Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 ENDLESS = 2**62
@@ -229,15 +226,11 @@ class Work(NamedTuple):
             return (*own, free_name("answers", own))
         return (*self.inputs, free_name("answer", own), *own[len(self.inputs) :])
 
-    def columns(self, table: Table) -> Columns:
-        """A table in the order of ``names``."""
-        return Columns({name: table[name] for name in self.names}, table.status, _WORDS)
-
     def solved(self, rows: Rows, first: Array) -> Solved:
         """Rows with their primary answers, the ``first`` (n,) of each that has some."""
         inputs = dict(zip(self.inputs, rows.inputs, strict=True))
-        parts = self.columns(one_answer(inputs, self.want, rows.codes, rows.answers, first))
-        return Solved(_counts(rows.codes), parts, answers=rows.answers.counts)
+        table = one_answer(inputs, self.want, rows.codes, rows.answers, first)
+        return Solved(_counts(rows.codes), table)
 
     def packed(self) -> bytes:
         """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
@@ -282,20 +275,16 @@ class Solver:
             inputs = dict(zip(self.work.inputs, columns, strict=True))
             number = self.work.names[len(self.work.inputs)]
             table = every_answer(inputs, self.work.want, codes, answers, number)
-            parts = self.work.columns(table)
-            return Solved(_counts(codes), parts, answers=table.answers)
+            return Solved(_counts(codes), table)
         rows = Rows(tuple(columns), codes, answers)
         solved = self.work.solved(rows, np.zeros(len(codes), dtype=np.intp))
         return replace(solved, rows=rows if several else rows.last(), several=several)
 
 
-_WORDS = tuple(map(str, Status))
-
-
 def _counts(codes: Array) -> tuple[int, ...]:
     if not codes.any():  # most pieces: nothing to be told apart
-        return (len(codes), *[0] * (len(_WORDS) - 1))
-    return tuple(np.bincount(codes, minlength=len(_WORDS)).tolist())
+        return (len(codes), *[0] * (len(WORDS) - 1))
+    return tuple(np.bincount(codes, minlength=len(WORDS)).tolist())
 
 
 class Branches:
@@ -365,10 +354,10 @@ class Follower:
     def numbered(self, piece: Solved) -> Solved:
         return replace(piece, table=self(piece.table))
 
-    def __call__(self, table: Columns) -> Columns:
+    def __call__(self, table: Table) -> Table:
         """The next piece of the table, renumbered."""
-        ranks = table.values[self._column]
-        found = [numbers_of(table.values[name]) for name in self._wanted]
+        ranks = table[self._column]
+        found = [numbers_of(table[name]) for name in self._wanted]
         points = np.array(found).reshape(len(found), len(ranks))  # also where nothing is wanted
         starts = np.flatnonzero(ranks < 2)
         counts = np.where(ranks[starts] == 0, 0, np.diff(starts, append=len(ranks)))
@@ -386,7 +375,7 @@ class Follower:
             places = slice(starts[row], starts[row] + len(self._labels) * (end - row))
             numbers[places] = np.tile(self._labels, end - row)
             self._row, row = self._row + end - row, end
-        return replace(table, values={**table.values, self._column: numbers})
+        return table.having({**table, self._column: numbers})
 
     def _one(self, found: Points) -> None:
         """Number the answers (v, j) of one row by the row before."""

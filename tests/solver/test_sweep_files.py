@@ -28,10 +28,9 @@ from rulesheets.inputs import symbolic
 from solver.__main__ import INTERRUPTED, main
 from solver.commands import sweep as progress
 from solver.commands.sweep import clock, progress_line
-from solver.facts import Status
 from solver.files.tables import (
-    Columns,
     ParquetFile,
+    Table,
     csv_head,
     csv_rows,
     heading,
@@ -60,8 +59,6 @@ rules
   if u > f then kind = 'real else kind = 'virtual
 """
 
-WORDS = tuple(map(str, Status))
-
 
 @pytest.fixture
 def sheet(tmp_path: Path) -> Path:
@@ -70,11 +67,11 @@ def sheet(tmp_path: Path) -> Path:
     return file
 
 
-def columns(values: dict[str, list[object]], status: list[int]) -> Columns:
+def columns(values: dict[str, list[object]], status: list[int]) -> Table:
     arrays = {
         name: np.array(column, dtype=None if name != "s" else object) for name, column in values.items()
     }
-    return Columns(arrays, np.array(status, dtype=np.int8), WORDS)
+    return Table(arrays, np.array(status, dtype=np.int8))
 
 
 # --- CSV ------------------------------------------------------------------------
@@ -84,14 +81,14 @@ def columns(values: dict[str, list[object]], status: list[int]) -> Columns:
 def test_csv_reads_back_as_the_same_floats(rows: list[tuple[float, object]]) -> None:
     numbers, others = (list(column) for column in zip(*rows, strict=True))
     table = columns({"x": numbers, "y": numbers, "s": others}, [0] * len(rows))
-    for part in (table, Columns({"x": table.values["x"], "y": table.values["y"]}, table.status, WORDS)):
-        text = (csv_head([*part.values]) + csv_rows(part)).decode()
+    for part in (table, Table({"x": table["x"], "y": table["y"]}, table.status)):
+        text = (csv_head([*part]) + csv_rows(part)).decode()
         read = list(csv.DictReader(io.StringIO(text, newline="")))
         assert [row["status"] for row in read] == ["solved"] * len(rows)
         for name in ("x", "y"):
             found = np.array([float(row[name]) if row[name] else np.nan for row in read])
             assert np.array_equal(found, numbers, equal_nan=True)
-        if "s" in part.values:
+        if "s" in part:
             assert [row["s"] for row in read] == [
                 {"open": "'open", None: "", 2.5: "2.5", 3.0: "3"}[v] for v in others
             ]
@@ -269,7 +266,7 @@ def test_a_failure_discards_the_file_and_ends_the_sweep(tmp_path: Path) -> None:
     kept: list[str] = []
 
     class Broken:
-        def add(self, table: Columns) -> None:
+        def add(self, table: Table) -> None:
             raise RuntimeError("broken")
 
         def close(self) -> None:
@@ -324,8 +321,8 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
     for one, other in zip(there, back, strict=True):
         assert one is not None and other is not None
         assert one.status.tobytes() == other.status.tobytes()
-        for column in one.values:
-            assert repr(one.values[column].tolist()) == repr(other.values[column].tolist())
+        for column in one:
+            assert repr(one[column].tolist()) == repr(other[column].tolist())
     assert any(part is not None and (part.status == 0).any() for part in there)
 
 
@@ -377,7 +374,7 @@ def test_a_worker_that_is_killed_loses_nothing(monkeypatch: pytest.MonkeyPatch) 
     assert len(started) == 3
     for one, other in zip(alone, shared, strict=True):
         assert one is not None and other is not None
-        assert one.values["v"].tobytes() == other.values["v"].tobytes()
+        assert one["v"].tobytes() == other["v"].tobytes()
     assert all(process.poll() is not None for process in started)
 
 
@@ -517,7 +514,7 @@ def test_a_worker_sends_what_it_has_of_a_piece() -> None:
         some.interrupt()
         (piece,) = future.result(20.0)
     assert 0 < sum(piece.counts) < 60_000
-    assert len(piece.table) == sum(piece.counts)
+    assert len(piece.table.status) == sum(piece.counts)
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.files.tables import Columns, csv_head
+from solver.files.tables import Table, csv_head
 from solver.sweeps.stream import LARGEST, Grid, Stretch, file_chunks, grid_chunks, listed, size
 from solver.sweeps.work import Follower
 from tests.solver.conftest import Run
@@ -283,9 +283,9 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     wound = (lines + 180) % 360 - 180
     shuffled = np.array([row[order] for row, order in zip(wound, orders, strict=True)])
     values = {"answer": np.tile([1, 2, 3], 40), "x": shuffled.ravel()}
-    table = Columns(values, np.zeros(120, dtype=np.int8), ("solved",))
+    table = Table(values, np.zeros(120, dtype=np.int8))
     follow = Follower("answer", ["x"], {"x": 360.0}, 10**9)
-    numbers = [follow(part).values["answer"] for part in (table.rows(0, 33), table.rows(33, 120))]
+    numbers = [follow(part)["answer"] for part in (table.rows(0, 33), table.rows(33, 120))]
     labels = {line: place + 1 for place, line in enumerate(orders[0])}
     expected = [labels[line] for order in orders for line in order]
     assert np.concatenate(numbers).tolist() == expected
@@ -300,18 +300,18 @@ def test_branches_in_the_order_of_their_values_are_followed_through_crossings(se
     lines = starts + np.outer(np.arange(250), draw.uniform(-1, 1, 3))
     orders = np.argsort(lines, axis=1)
     values = {"answer": np.tile([1, 2, 3], 250), "x": np.sort(lines, axis=1).ravel()}
-    table = Columns(values, np.zeros(750, dtype=np.int8), ("solved",))
+    table = Table(values, np.zeros(750, dtype=np.int8))
     follow = Follower("answer", ["x"], {}, 10**9)
     cut -= cut % 3
-    numbers = [follow(part).values["answer"] for part in (table.rows(0, cut), table.rows(cut, 750))]
+    numbers = [follow(part)["answer"] for part in (table.rows(0, cut), table.rows(cut, 750))]
     assert np.concatenate(numbers).tolist() == (orders + 1).ravel().tolist()
 
 
 def test_numbers_start_anew_on_each_line_and_after_a_gap() -> None:
     values = {"answer": np.array([1, 2, 1, 2, 0, 1, 2]), "x": np.array([0.0, 9, 9, 0, np.nan, 9, 0])}
-    table = Columns(values, np.zeros(7, dtype=np.int8), ("solved",))
-    assert Follower("answer", ["x"], {}, 100)(table).values["answer"].tolist() == [1, 2, 2, 1, 0, 1, 2]
-    assert Follower("answer", ["x"], {}, 1)(table).values["answer"].tolist() == [1, 2, 1, 2, 0, 1, 2]
+    table = Table(values, np.zeros(7, dtype=np.int8))
+    assert Follower("answer", ["x"], {}, 100)(table)["answer"].tolist() == [1, 2, 2, 1, 0, 1, 2]
+    assert Follower("answer", ["x"], {}, 1)(table)["answer"].tolist() == [1, 2, 1, 2, 0, 1, 2]
 
 
 def test_every_answer_of_a_grid_on_the_command_line(run: Run, sheet: str) -> None:

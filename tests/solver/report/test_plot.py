@@ -12,15 +12,13 @@ pytest.importorskip("matplotlib")
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
-from solver.files.tables import Columns
+from solver.files.tables import Table
 from solver.pictures.plot import Curves, Lattice, Maps, arranged, broken, colored, panels, titled
 
-WORDS = ("solved", "infeasible")
 
-
-def columns(values: dict[str, object]) -> Columns:
+def columns(values: dict[str, object]) -> Table:
     arrays = {name: np.asarray(column) for name, column in values.items()}
-    return Columns(arrays, np.zeros(len(next(iter(arrays.values()))), dtype=np.int8), WORDS)
+    return Table(arrays, np.zeros(len(next(iter(arrays.values()))), dtype=np.int8))
 
 
 def test_a_grid_makes_a_curve_for_each_value_of_the_shorter_input() -> None:

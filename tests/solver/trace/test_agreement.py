@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from rulesheets.model import Model
-from solver.result import CODES
+from solver.files.tables import CODES
 from solver.sweeps.plan import Plan
 
 ROOT = Path(__file__).parents[3] / "models"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.result import CODES
+from solver.files.tables import CODES
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
 from solver.trace.order import Order
