@@ -28,12 +28,8 @@ MAX_DEGREE = 24
 
 Coefficients: TypeAlias = list[Fraction]
 """Of a polynomial, lowest degree first."""
-
-
-def generators(names: Sequence[str]) -> tuple[Any, ...]:
-    """The unknowns as polynomials, which add, multiply and are raised to whole powers."""
-    _, *found = ring(list(names), QQ)
-    return tuple(found)
+Monomial: TypeAlias = tuple[tuple[str, int], ...]
+"""Unknowns with their exponents."""
 
 
 def exact(number: float | Fraction) -> Any:
@@ -41,9 +37,18 @@ def exact(number: float | Fraction) -> Any:
     return QQ(*number.as_integer_ratio())
 
 
-def coefficients(polynomial: Any) -> Coefficients:
-    """Of a polynomial in one unknown, lowest degree first; none of 0."""
-    return [Fraction(int(c.numerator), int(c.denominator)) for c in reversed(polynomial.to_dense())]
+def resultant_of(
+    p: Mapping[Monomial, Fraction], q: Mapping[Monomial, Fraction], unknowns: tuple[str, str]
+) -> Coefficients:
+    """The resultant, a polynomial of the first unknown; none of 0."""
+    made, *_ = ring(["y", "x"], QQ)
+
+    def converted(polynomial: Mapping[Monomial, Fraction]) -> Any:
+        terms = ((dict(monomial), c) for monomial, c in polynomial.items())
+        return made.from_dict({tuple(m.get(n, 0) for n in unknowns[::-1]): exact(c) for m, c in terms})
+
+    dense = converted(p).resultant(converted(q)).to_dense()
+    return [Fraction(int(c.numerator), int(c.denominator)) for c in reversed(dense)]
 
 
 # --- the eliminant --------------------------------------------------------------

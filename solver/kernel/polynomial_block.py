@@ -1,4 +1,4 @@
-"""A block that its tearing makes a polynomial in one tear: every answer, by an exact count of roots.
+"""A block that its tearing makes polynomials in one tear or two: every answer, by an exact count of roots.
 
 The known numbers are taken as the exact fractions that floats are, and the steps are followed in polynomials
 of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
@@ -11,10 +11,12 @@ its eliminant is accounted for.
 from __future__ import annotations
 
 import math
+from cmath import isfinite
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
-from typing import Any, TypeAlias
+from itertools import zip_longest
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,17 +29,31 @@ from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray, uncertainty
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, SAME_VALUE, TOUCHING
+from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, REAL, SAME_VALUE, TOUCHING
+from solver.path.polynomial import (
+    UNIT,
+    Polynomial,
+    TooLarge,
+    constant,
+    degree,
+    letter,
+    letters,
+    minus,
+    plus,
+    scaled,
+    times,
+)
 from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
+NOWHERE: Mapping[str, Fraction] = {}
 
-Polynomial: TypeAlias = Sequence[Fraction]
-"""Coefficients, lowest degree first."""
+Coefficients: TypeAlias = Sequence[Fraction]
+"""Of a polynomial in one tear, lowest degree first."""
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 Point: TypeAlias = Mapping[str, float]
 
-Ratio: TypeAlias = tuple[Any, Any, int]
+Ratio: TypeAlias = tuple[Polynomial, Polynomial, int]
 """A polynomial over (1 + t²) to that power; second, what it would be if nothing cancelled in it."""
 
 CANCELLED = 10**9
@@ -48,36 +64,23 @@ class NotPolynomial(Exception):
     """Something that is no polynomial of low degree, or whose coefficients are not exact."""
 
 
-class Steps:
-    """The steps of a block followed in polynomials of its tear, or of the tangent of half of it."""
+class _Steps:
+    """The steps of a block followed in polynomials of its tears, or of the tangent of half of one."""
 
     def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
         tears = question.kernel.block.tears
-        begun, self.turn, self.tear = self.begin(tears), turn, tears[0]
+        self.turn, self.tear = turn, tears[0]
         self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
         if turn is None:
-            self.values |= {tear: (x, x, 0) for tear, x in begun.items()}
+            self.values |= {tear: (letter(tear), letter(tear), 0) for tear in tears}
         else:
-            t, one = begun[self.tear], self.exact(1.0)
-            self.circle = one + t**2
-            self.cosine, self.sine = (one - t**2, self.circle, 1), (2 * t, 2 * t, 1)
+            t, one = letter(self.tear), constant(1.0)
+            self.circle = plus(one, times(t, t))
+            self.cosine = minus(one, times(t, t)), self.circle, 1
+            self.sine = scaled(t, Fraction(2)), scaled(t, Fraction(2)), 1
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
-
-    def begin(self, tears: Sequence[str]) -> dict[str, Any]:
-        """The tears as polynomials."""
-        return {tears[0]: np.poly1d(np.array([Fraction(1), Fraction(0)]))}
-
-    def exact(self, number: float) -> Any:
-        return np.poly1d(np.array([Fraction(number)]))
-
-    def constant(self, polynomial: Any) -> Any:
-        """None of a polynomial of a higher degree than 0."""
-        return None if polynomial.order else polynomial[0]
-
-    def degree(self, polynomial: Any) -> int:
-        return int(polynomial.order)
 
     def residuals(self, question: Question) -> list[Ratio]:
         """What must vanish. Raises NotPolynomial."""
@@ -91,17 +94,17 @@ class Steps:
             case Name(name) if name in self.values:
                 return self.values[name]
             case Negative(operand):
-                return _scaled(self._value(operand), -1)
+                return _scaled(self._value(operand), Fraction(-1))
             case Sum(terms):
                 return reduce(self._plus, map(self._value, terms))
             case Product(left, right):
                 return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
                 divisor, gross, power = self._value(right)
-                number, size = self.constant(divisor), self.constant(gross)
-                if number is None or size is None or power or CANCELLED * abs(number) <= size:
+                by = divisor.get(UNIT, Fraction(0))
+                if power or letters(gross) or CANCELLED * abs(by) <= gross.get(UNIT, 0):
                     raise NotPolynomial
-                return _scaled(self._value(left), 1 / number)
+                return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
                 return reduce(self._times, [self._value(base)] * int(exponent))
             case Call(function, (argument,)) if self.turn is not None:
@@ -111,24 +114,26 @@ class Steps:
 
     def _times(self, a: Ratio, b: Ratio) -> Ratio:
         expect_time()
-        if self.degree(a[0]) + self.degree(b[0]) > HIGHEST_DEGREE:
+        if _degree(a[0]) + _degree(b[0]) > HIGHEST_DEGREE:
             raise NotPolynomial
-        return a[0] * b[0], a[1] * b[1], a[2] + b[2]
+        return times(a[0], b[0]), times(a[1], b[1]), a[2] + b[2]
 
     def _number(self, number: float) -> Ratio:
         if not math.isfinite(number):
             raise NotPolynomial
-        return self.exact(number), self.exact(abs(number)), 0
+        return constant(number), constant(abs(number)), 0
 
     def _plus(self, a: Ratio, b: Ratio) -> Ratio:
         power = max(a[2], b[2])
         (p, p_gross), (q, q_gross) = (self._over(ratio, power) for ratio in (a, b))
-        return p + q, p_gross + q_gross, power
+        return plus(p, q), plus(p_gross, q_gross), power
 
-    def _over(self, ratio: Ratio, power: int) -> tuple[Any, Any]:
+    def _over(self, ratio: Ratio, power: int) -> tuple[Polynomial, Polynomial]:
         """Both parts of a ratio over a higher power of 1 + t²."""
         part, gross, own = ratio
-        return (part, gross) if own == power else (part * (by := self.circle ** (power - own)), gross * by)
+        for _ in range(power - own):
+            part, gross = times(part, self.circle), times(gross, self.circle)
+        return part, gross
 
     def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
@@ -137,9 +142,9 @@ class Steps:
         quarters, rest = divmod(offset, 90.0)
         if function not in functions or rest or (offset and turn != 360.0):
             raise NotPolynomial
-        cosine, sine = self.cosine, _scaled(self.sine, sign)
+        cosine, sine = self.cosine, _scaled(self.sine, Fraction(sign))
         for _ in range(int(quarters) % 4):
-            cosine, sine = _scaled(sine, -1), cosine
+            cosine, sine = _scaled(sine, Fraction(-1)), cosine
         return cosine if function == functions[0] else sine
 
     def _angle(self, node: Expression) -> tuple[int, float]:
@@ -159,20 +164,36 @@ class Steps:
                 raise NotPolynomial
 
 
-def _scaled(ratio: Ratio, factor: Any) -> Ratio:
-    return ratio[0] * factor, ratio[1] * abs(factor), ratio[2]
+def _scaled(ratio: Ratio, factor: Fraction) -> Ratio:
+    return scaled(ratio[0], factor), scaled(ratio[1], abs(factor)), ratio[2]
+
+
+def _degree(polynomial: Polynomial) -> int:
+    """In any of its unknowns, the highest."""
+    return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
+
+
+def _dense(polynomial: Polynomial, unknown: str, at: Mapping[str, Fraction] = NOWHERE) -> list[Fraction]:
+    """Coefficients of a polynomial in one unknown, the others having values."""
+    found = [Fraction(0)] * (degree(polynomial, unknown) + 1)
+    for monomial, coefficient in polynomial.items():
+        others = (at[name] ** exponent for name, exponent in monomial if name != unknown)
+        found[dict(monomial).get(unknown, 0)] += coefficient * math.prod(others)
+    while found and not found[-1]:
+        found.pop()
+    return found
 
 
 def _closing(question: Question, forms: Forms, turn: float | None = None) -> tuple[list[Fraction], int]:
     """What must vanish in the only tear, or in the tangent of half of it; how often ∞ is a root then.
 
-    Raises NotPolynomial, and OverflowError.
+    Raises NotPolynomial, TooLarge and OverflowError.
     """
-    ((polynomial, gross, power),) = Steps(question, forms, turn).residuals(question)
-    found = [polynomial[k] for k in range(polynomial.order + 1)]
-    if any(c and CANCELLED * abs(c) <= gross[k] for k, c in enumerate(found)):
+    ((polynomial, gross, power),) = _Steps(question, forms, turn).residuals(question)
+    if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in polynomial.items()):
         raise NotPolynomial
-    return found, 2 * power - polynomial.order
+    found = _dense(polynomial, question.kernel.block.tears[0])
+    return found, 2 * power - max(len(found) - 1, 0)
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
@@ -181,7 +202,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers.
     """
     tears = question.kernel.block.tears
-    forms = explicit_forms(question) if len(tears) == 1 else None
+    forms = _explicit_forms(question) if len(tears) == 1 else None
     if forms is None:
         return False
     turn, domain = question.turn(tears[0]), question.domain(tears[0])
@@ -189,18 +210,18 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         return False
     try:
         polynomial, at_half_turn = _closing(question, forms, turn)
-    except (NotPolynomial, OverflowError):
+    except (NotPolynomial, TooLarge, OverflowError):
         return False
     simple = simple_part(polynomial)
     roots = real_roots(simple, *(_widened(*domain) if turn is None else ()))
-    if roots is None or doubtful_extremum(simple):
+    if roots is None or _doubtful_extremum(simple):
         return False
     if turn is not None:
         roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (at_half_turn > 0)
     trial = Candidates(question)
     several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
     for root in roots:
-        point = point_at(question, forms, {tears[0]: root})
+        point = _point_at(question, forms, {tears[0]: root})
         if point is None:
             return False
         plain = turn is None and not several and _plainly(question, trial, point)
@@ -251,7 +272,7 @@ def _is_singular(question: Question, point: Point) -> bool:
         return bool(np.isfinite(rows).all() and np.linalg.cond(rows) > 1e8)
 
 
-def explicit_forms(question: Question) -> Forms | None:
+def _explicit_forms(question: Question) -> Forms | None:
     """The steps of the block as explicit forms; None where one has several or may be refused."""
     graph, found = question.graph, []
     for step in question.kernel.block.order:
@@ -262,7 +283,7 @@ def explicit_forms(question: Question) -> Forms | None:
     return found
 
 
-def doubtful_extremum(polynomial: Polynomial) -> bool:
+def _doubtful_extremum(polynomial: Coefficients) -> bool:
     """Whether an extremum may be a double root but for the rounding of the inputs."""
     if len(polynomial) <= 2:
         return False
@@ -276,7 +297,7 @@ def doubtful_extremum(polynomial: Polynomial) -> bool:
     return False
 
 
-def point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
+def _point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
     """The unknowns where the tears have these values; None where a step has none there."""
     point = dict(tears)
     try:
@@ -295,7 +316,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
     block = question.kernel.block
     if len(block.tears) != 1 or question.turn(block.tears[0]) is not None or candidates.withheld:
         return False
-    forms = explicit_forms(question)
+    forms = _explicit_forms(question)
     if forms is None:
         return False
     from rulesheets.algebra.polynomials import eliminant  # sympy waits until a search has left something open
@@ -307,12 +328,12 @@ def counted(question: Question, candidates: Candidates) -> bool:
         return False
     simple = simple_part(found.polynomial)
     roots = real_roots(simple, *question.domain(block.tears[0]))
-    if roots is None or doubtful_extremum(simple):
+    if roots is None or _doubtful_extremum(simple):
         return False
     return all(_settled(question, candidates, forms, root) for root in roots)
 
 
-def _may_be_free(question: Question, factor: Polynomial) -> bool:
+def _may_be_free(question: Question, factor: Coefficients) -> bool:
     """Whether the rules admit a zero of a factor that an explicit form divides by, and into."""
     tear = question.kernel.block.tears[0]
     zeros = real_roots(simple_part(factor), *question.domain(tear))
@@ -351,4 +372,110 @@ def _points(question: Question, forms: Forms, root: float) -> Iterator[dict[str,
     tear = question.kernel.block.tears[0]
     reach = SAME_VALUE * (abs(root) or 1.0)
     for at in (root, root - reach, root + reach):
-        yield point_at(question, forms, {tear: at})
+        yield _point_at(question, forms, {tear: at})
+
+
+# --- two polynomials in two tears ---
+#
+# Where two polynomials p and q of x and y have a common root, their resultant, a polynomial of x, is 0
+# (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*, section 3.6): its real roots are counted,
+# and at each of them the roots y of p are tried.
+
+
+HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
+"""Degree of two residuals in the second tear, and of their resultant in the first."""
+BESIDE = 2.0**-20
+FADED = Fraction(1, 2**10)
+"""Share of its size so far beside a root which is left of a residual that holds there whatever y is."""
+
+
+def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
+    """Find the answers; False where the block is no such system, or rounding leaves a doubt."""
+    tears = question.kernel.block.tears
+    if len(tears) != 2 or any(question.turn(tear) is not None for tear in tears):
+        return False
+    forms = _explicit_forms(question)
+    if forms is None:
+        return False
+    try:
+        p, q = (polynomial for polynomial, _, _ in _Steps(question, forms).residuals(question))
+    except (NotPolynomial, TooLarge, OverflowError):
+        return False
+    if not 0 < max(degree(f, tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
+        return False
+    from rulesheets.algebra.polynomials import resultant_of  # brings sympy
+
+    resultant = resultant_of(p, q, tears)
+    if not 0 < len(resultant) <= HIGHEST_RESULTANT + 1:
+        return False
+    simple = simple_part(resultant)
+    roots = real_roots(simple)
+    if roots is None or _doubtful_extremum(simple):
+        return False
+    trial = Candidates(question)
+    for x in roots:
+        expect_time()
+        beside = Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE)
+        places = ({tears[0]: Fraction(x)}, {tears[0]: beside})
+        pairs = [tuple(_dense(f, tears[1], place) for place in places) for f in (p, q)]
+        pairs = [(here, there) for here, there in pairs if _size(here) > FADED * _size(there)]
+        if not pairs:
+            return False  # both hold for any y: a curve, of which this x may be but a part
+        try:
+            found = list(_real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)))
+        except OverflowError:
+            return False
+        if not all(_tried_beside(question, trial, forms, {tears[0]: x, tears[1]: y}) for y in found):
+            return False
+    candidates.take(trial)
+    return True
+
+
+def _size(polynomial: Coefficients) -> Fraction:
+    return max(map(abs, polynomial), default=Fraction(0))
+
+
+def _real_parts(polynomial: Coefficients, beside: Coefficients) -> Iterator[float]:
+    """The real parts of the roots that may be real but for the rounding of the coefficients.
+
+    ``beside``: the polynomial at a first tear that is further off than its digits are.
+    """
+    pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
+    slack = [abs(c) * KEPT_AT_REAL + abs(other - c) for c, other in pairs]
+    for root in _roots(polynomial):
+        real, size = Fraction(complex(root).real), Fraction(abs(root))
+        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
+        if abs(complex(root).imag) <= REAL * abs(root) or kept <= sum(
+            share * size**k for k, share in enumerate(slack)
+        ):
+            yield complex(root).real
+
+
+def _roots(polynomial: Coefficients) -> list[complex]:
+    """All roots, to floats. Raises OverflowError where one is beyond these."""
+    largest = _size(polynomial) or Fraction(1)
+    with np.errstate(all="ignore"):  # seen to below
+        try:
+            roots: list[complex] = np.roots([float(c / largest) for c in reversed(polynomial)]).tolist()
+        except np.linalg.LinAlgError:
+            raise OverflowError from None
+    if not all(map(isfinite, roots)):
+        raise OverflowError
+    return roots
+
+
+def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
+    """Whether it is plain that the point with these tears is an answer (then kept), or that it is none."""
+    point = _point_at(question, forms, tears)
+    if point is None:
+        return False
+    if astray(question, point, OFF):
+        return True
+    outside = trial.outside
+    trial.refine(list(point.values()))
+    return trial.outside is not outside or any(_is_near(question, point, one.values) for one in trial.answers)
+
+
+def _is_near(question: Question, point: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    sizes = zip(point.items(), question.scale(), strict=True)
+    return all(abs(v - other[name]) <= POLISHED * max(abs(v), 1e-3 * scale) for (name, v), scale in sizes)

@@ -31,6 +31,7 @@ from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.polynomial_block import (
     counted,
     solve_as_polynomial,
+    solve_by_resultant,
 )
 from solver.kernel.question import Budget, Question
 from solver.kernel.sparse_search import search_sparsely
@@ -243,10 +244,8 @@ class _Search:
         return linear._replace(attempts=(attempt,))
 
     def _polynomial(self) -> BlockOutcome | None:
-        if len(self.kernel.block.tears) == 2:
-            from solver.kernel.resultant_block import solve_by_resultant as method  # brings sympy
-        else:
-            method = solve_as_polynomial
+        torn_once = len(self.kernel.block.tears) == 1
+        method = solve_as_polynomial if torn_once else solve_by_resultant
         solved = method(self.question, self.candidates)
         return self._all(Method.POLYNOMIAL) if solved else None
 
