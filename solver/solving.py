@@ -18,7 +18,7 @@ from solver.path import Path
 from solver.path.planner import planner
 from solver.ranking.ranking import unlikely
 from solver.result import Result, Solution
-from solver.solution.conclusion import conclude
+from solver.solution.conclusion import conclude, require_proof
 from solver.solution.refinement import explore_required
 from solver.solution.verdict import Verdict, judge
 
@@ -66,8 +66,6 @@ def solve(
     wanted = None if want is None else variables_named(want, model)
     asked = Asked(model, given, wanted, hints, posted(model) if wanted is None else wanted)
     if prove:
-        from solver.solution.proof import require_proof
-
         require_proof()
     try:
         with time_limit(timeout), _rare_collection():

@@ -37,7 +37,7 @@ from solver.pictures.drawing import picture_kind
 from solver.report.table import table
 from solver.report.text import result_text
 from solver.result import Result, Solution
-from solver.solution.proof import can_prove
+from solver.solution.conclusion import can_prove
 from solver.solving import solve
 from solver.sweeps.plan import Plan, prepare
 

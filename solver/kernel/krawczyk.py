@@ -61,19 +61,17 @@ class Square:
 
 def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
     """Balls around ``middle`` with exactly one root, for any ``known`` numbers in theirs; None: no proof."""
-    try:
-        return _Proof(square, known).near(list(middle))
-    except (Undefined, OverflowError):
-        return None
+    found = only_root(square, known, middle)
+    return None if found is None else found[0]
 
 
 def only_root(
-    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball], radii: Sequence[float]
+    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball], radii: Sequence[float] = ()
 ) -> tuple[dict[str, Ball], list[float]] | None:
     """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around ``middle`` within
     which it is the only one, for each of these: the given ones or larger; None: no proof."""
     try:
-        return _Proof(square, known).only(list(middle), list(radii))
+        return _Proof(square, known).run(list(middle), list(radii))
     except (Undefined, OverflowError):
         return None
 
@@ -83,37 +81,23 @@ class _Proof:
         self.square, self.known = square, known
         self.jumps = jumps(square.forms, square.unknowns)
 
-    def near(self, middle: list[Ball]) -> dict[str, Ball] | None:
+    def run(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
         """Inflate until the image lies inside; then tighten."""
         size = max(float(m.abs_upper()) for m in middle) or 1.0
         least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
-        radii = least
-        for _ in range(INFLATIONS):
+        most, radii = (WIDENINGS, radii) if radii else (INFLATIONS, least)
+        for _ in range(most):
             expect_time()
-            box, image = self._tried(middle, radii)
+            box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
+            image = self._image(middle, box)
             if image is None:
                 return None
-            if _inside(image, box):
+            if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
                 found = self._exact(middle, box) or self._tightened(image)
-                return dict(zip(self.square.unknowns, found, strict=True))
-            radii = [1.5 * far + tiny for far, tiny in zip(_reach(image, middle), least, strict=True)]
+                return dict(zip(self.square.unknowns, found, strict=True)), radii
+            reach = [1.5 * float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
+            radii = [max(r, far + tiny) for r, far, tiny in zip(radii, reach, least, strict=True)]
         return None
-
-    def only(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
-        for _ in range(WIDENINGS):
-            expect_time()
-            box, image = self._tried(middle, radii)
-            if image is None:
-                return None
-            if _inside(image, box):
-                return dict(zip(self.square.unknowns, self._tightened(image), strict=True)), radii
-            radii = [max(radius, 1.5 * far) for radius, far in zip(radii, _reach(image, middle), strict=True)]
-        return None
-
-    def _tried(self, middle: list[Ball], radii: list[float]) -> tuple[list[Ball], list[Ball] | None]:
-        """A box around the middle, and its image."""
-        box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
-        return box, self._image(middle, box)
 
     def _exact(self, middle: list[Ball], box: list[Ball]) -> list[Ball] | None:
         """The numbers of the root, where they are short: the middle, or floats, that satisfy F = 0 exactly.
@@ -161,15 +145,6 @@ class _Proof:
         n, at = len(self.square.unknowns), self._at(point)
         flat = [enclosing_ball(partial, at, derivative=True) for partial in self.square.partials]
         return [flat[i : i + n] for i in range(0, n * n, n)]
-
-
-def _inside(image: Sequence[Ball], box: Sequence[Ball]) -> bool:
-    return all(x.contains_interior(k) for x, k in zip(box, image, strict=True))
-
-
-def _reach(image: Sequence[Ball], middle: Sequence[Ball]) -> list[float]:
-    """How far from the middle the image goes."""
-    return [float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
 
 
 DENOMINATORS = (1, 10**3, 10**7)

@@ -378,8 +378,8 @@ def _points(question: Question, forms: Forms, root: float) -> Iterator[dict[str,
 # --- two polynomials in two tears ---
 #
 # Where two polynomials p and q of x and y have a common root, their resultant, a polynomial of x, is 0
-# (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*, section 3.6): its real roots are counted,
-# and at each of them the roots y of p are tried.
+# (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*, section 3.6): its real roots are
+# counted, and at each of them the roots y of p are tried.
 
 
 HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15

@@ -56,7 +56,8 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
             [0.0] * len(point)
         )  # a slope is infinite there: nothing speaks for a multiple root
     sizes = _sizes_of_rules(question, point)
-    return Uncertainty(_blur(jacobian, sizes), _steepness(sizes))
+    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
+    return Uncertainty(_blur(jacobian, sizes), steepness)
 
 
 def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
@@ -84,10 +85,6 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
     if not math.isfinite(relative):
         relative = math.inf
     return Uncertainty((relative * weight).tolist(), steepness, relative)
-
-
-def _steepness(sizes: Sequence[tuple[float, float]]) -> float:
-    return max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
 
 
 def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
@@ -128,22 +125,15 @@ def _sizes_of_rules(question: Question, point: Mapping[str, float]) -> list[tupl
 
 
 def _blur(jacobian: Sequence[Sequence[float]], sizes: Sequence[tuple[float, float]]) -> list[float]:
-    errors = _spread(jacobian, _tolerances(sizes))
-    return [error if math.isfinite(error) else math.inf for error in errors]
-
-
-def _tolerances(sizes: Sequence[tuple[float, float]]) -> list[float]:
-    return [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
-
-
-def _spread(jacobian: Sequence[Sequence[float]], tolerance: Sequence[float]) -> list[float]:
-    """|J⁻¹|·t (n,) for a Jacobian (n, n); infinite where it is singular."""
+    """|J⁻¹|·t (n,) for a Jacobian (n, n) and backward errors t of rules; infinite where it is singular."""
     inverted = inverse(jacobian)
     if inverted is None:
-        return [math.inf] * len(tolerance)
+        return [math.inf] * len(sizes)
+    tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
     with np.errstate(all="ignore"):
-        errors: list[float] = (np.abs(inverted) @ np.array(tolerance)).tolist()
-    return errors
+        errors = np.abs(inverted) @ np.array(tolerances)
+    blurred: list[float] = np.where(np.isfinite(errors), errors, math.inf).tolist()
+    return blurred
 
 
 REFINED_DIGITS = 60

@@ -10,9 +10,11 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
@@ -340,6 +342,21 @@ def _small(part: Expression, values: Mapping[str, Value]) -> bool:
     return abs(number) <= NEAR * sum(
         abs(s * v) for n, s in slopes.items() if isinstance(v := values[n], float)
     )
+
+
+# --- the verdict ---
+
+
+def can_prove() -> bool:
+    """Whether the extra is installed."""
+    return find_spec("flint") is not None
+
+
+def require_proof() -> None:
+    """Raises RuleSheetError where the extra is not installed."""
+    if not can_prove():
+        notes = ("pip install 'backsolve[proof]'",)
+        raise RuleSheetError(error("E449", "proof needs python-flint", notes=notes))
 
 
 class Conclusion(NamedTuple):

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds
+from rulesheets.evaluate.balls import ball, enclosing_ball, precision
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
     Comparison,
@@ -24,29 +24,12 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from solver.facts import DoubleRoot, Proof, ProvedRoots
+from solver.kernel.krawczyk import Square, exact_double_root, proved_root, unfolded
 from solver.leaves import Leaf
 from solver.path import Evaluate, Select, SolveBlock
 from solver.path.cases import activity, outcome
 
-if TYPE_CHECKING:
-    from solver.kernel.krawczyk import Square
-
-
 BITS = 400
-EXTRA = "python-flint"
-
-
-def can_prove() -> bool:
-    """Whether the extra is installed."""
-    from importlib.util import find_spec
-
-    return find_spec("flint") is not None
-
-
-def require_proof() -> None:
-    """Raises RuleSheetError where the extra is not installed."""
-    if not can_prove():
-        raise RuleSheetError(error("E449", f"proof needs {EXTRA}", notes=("pip install 'backsolve[proof]'",)))
 
 
 class _Obstacle(Exception):
@@ -58,8 +41,6 @@ class _Obstacle(Exception):
 
 def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
     """The proof of a solved leaf, as far as it goes."""
-    from rulesheets.evaluate.balls import precision
-
     with precision(BITS):
         try:
             proving = _Proving(model, leaf, inputs)
@@ -71,8 +52,6 @@ def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
 
 class _Proving:
     def __init__(self, model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> None:
-        from rulesheets.evaluate.balls import ball
-
         self.model, self.leaf, self.inputs = model, leaf, inputs
         self.values = leaf.branch.values
         self.decided = leaf.branch.conditions
@@ -101,9 +80,6 @@ class _Proving:
                     self._uncontradicted(rule)
 
     def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
-        from rulesheets.evaluate.balls import ball
-        from solver.kernel.krawczyk import Square, proved_root
-
         equations = [self.model.equations[index] for index in indices]
         used.update(indices)
         if any(isinstance(self.values.get(name), str) for name in unknowns):
@@ -129,14 +105,10 @@ class _Proving:
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
         if not any(set(indices) & set(equations) for equations in folds):
             return
-        from solver.kernel.krawczyk import exact_double_root
-
         names = ", ".join(square.unknowns)
         near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
         if exact_double_root(square, self.balls, near) is not None:
             raise _Obstacle(f"{names}: a double root, exactly", double=tuple(square.unknowns))
-        from solver.kernel.krawczyk import unfolded
-
         found = unfolded(square, self.balls, middle)
         if found is not None:
             beside = ProvedRoots(tuple(square.unknowns), len(found), _apart(found))
@@ -146,8 +118,6 @@ class _Proving:
         """Left and right of a rule that checks must overlap."""
         if any(isinstance(self.values[name], str) for name in equation.names):
             return
-        from rulesheets.evaluate.balls import enclosing_ball
-
         try:
             left, right = (enclosing_ball(side, self.balls) for side in (equation.left, equation.right))
         except Undefined as undefined:
@@ -173,12 +143,8 @@ class _Proving:
                 return None
 
     def _compared(self, comparison: Comparison) -> bool | None:
-        from rulesheets.evaluate.balls import enclosing_ball
-
         sides = comparison.left, comparison.right
         if any(map(self._symbolic, sides)):
-            from rulesheets.evaluate import holds
-
             return holds(comparison, self.values, self.inputs)
         try:
             left, right = (enclosing_ball(side, self.balls) for side in sides)
@@ -207,8 +173,6 @@ class _Proving:
     # --- what is proved ---
 
     def proof(self) -> Proof:
-        from rulesheets.evaluate.balls import ball
-
         radius, nearest = {}, True
         for name, found in self.balls.items():
             number = self.values[name]
