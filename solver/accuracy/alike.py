@@ -234,13 +234,10 @@ class _Found:
         self, equation: Equation, place: int, values: Mapping[str, Value], column: Mapping[str, int]
     ) -> None:
         try:
-            (left, slopes, noise), (right, others, more) = rule_check.sides(equation, values)
+            left, right, slopes, noise = rule_check.sides(equation, values)
         except (Undefined, KeyError):
             return
-        slopes = dict(slopes)
-        for name, slope in others.items():
-            slopes[name] = slopes.get(name, 0.0) - slope
-        self.miss[place], self.noise[place] = left - right, noise + more
+        self.miss[place], self.noise[place] = left - right, noise
         self.gross[place] = rule_check.gross(equation, values)
         self.moves[place] = rule_check.size(equation, values)
         columns = np.array([column[name] for name in slopes], dtype=np.intp)

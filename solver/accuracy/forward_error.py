@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.accuracy.alike import evaluated
@@ -164,14 +164,11 @@ class _Propagation:
     def _row(self, equation: Equation, unknowns: Sequence[str]) -> _Row | None:
         """None where the rule cannot be evaluated."""
         try:
-            (left, slopes, noise), (right, others, more) = sides(equation, self.values)
+            left, right, slopes, noise = sides(equation, self.values)
         except (Undefined, KeyError):
             return None
-        slopes = dict(slopes)
-        for name, slope in others.items():
-            slopes[name] = slopes.get(name, 0.0) - slope
         size = (
-            noise + more + abs(left - right)
+            noise + abs(left - right)
             if self.rounds
             else blur(subtract(equation.left, equation.right), self.values, {})
         )
@@ -240,14 +237,6 @@ class _Propagation:
         reach = HALF * max([1.0, *along])
         for name in unknowns:
             self.errors[name] = reach * double.direction.get(name, 0.0) * _signs(double.equations[0])
-
-
-def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float]:
-    """The derivatives of left minus right. Raises Undefined as ``derivatives`` does."""
-    found = derivatives(equation.left, values)[1]
-    for name, slope in derivatives(equation.right, values)[1].items():
-        found[name] = found.get(name, 0.0) - slope
-    return found
 
 
 @lru_cache(maxsize=4096)

@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from struct import pack, unpack
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
 from rulesheets.functions import named
@@ -39,7 +39,6 @@ from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP, UNIT_ROU
 DIGITS = 50
 LEAP = 4.0
 """How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""
-Sides: TypeAlias = tuple[float, dict[str, float], float]
 _JUMPING = named(lambda row: row.jumps)
 
 
@@ -55,12 +54,22 @@ class RuleCheck(NamedTuple):
     delicate: bool = False
 
 
+class Sides(NamedTuple):
+    """The values of both sides of a rule, the slopes of left minus right by variable, and the bound of what
+    rounding makes of that."""
+
+    left: float
+    right: float
+    slopes: dict[str, float]
+    noise: float
+
+
 @dataclass(slots=True)
 class _Last:
     """What is known of an equation at the values it was last asked about: several ask of one answer."""
 
     at: tuple[Value, ...]
-    sides: tuple[Sides, Sides] | None = None
+    sides: Sides | None = None
     check: RuleCheck | None = None
 
 
@@ -82,12 +91,15 @@ def note(equation: Equation, values: Mapping[str, Value], check: RuleCheck) -> N
     _last(equation, values).check = check
 
 
-def sides(equation: Equation, values: Mapping[str, Value]) -> tuple[Sides, Sides]:
-    """Value, slopes and rounding of both sides. Raises Undefined."""
+def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
+    """Both sides at the values; slopes are to be read only. Raises Undefined."""
     kept = _last(equation, values)
     if kept.sides is None:
-        left, right = equation.left, equation.right
-        kept.sides = rounded_derivatives(left, values), rounded_derivatives(right, values)
+        left, slopes, noise = rounded_derivatives(equation.left, values)
+        right, others, more = rounded_derivatives(equation.right, values)
+        for name, slope in others.items():
+            slopes[name] = slopes.get(name, 0.0) - slope
+        kept.sides = Sides(left, right, slopes, noise + more)
     return kept.sides
 
 
@@ -113,21 +125,23 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
         same = symbols[0] == symbols[1]
         return RuleCheck(same, None, 0.0 if same else math.inf)
     try:
-        (a, slopes, noise), (b, others, more) = sides(equation, values)
+        a, b, slopes, noise = sides(equation, values)
     except Undefined as error:
         underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
         if error.overflow or underflow:
             return _look_again(equation, values, math.inf)
         return RuleCheck(False, None, math.inf)
-    miss, noise = a - b, noise + more
+    miss = a - b
     if miss == 0.0 and noise == 0.0:
         return RuleCheck(True, miss)
-    total = _size(slopes, others, values)
+    moves = list(_moves(slopes, values))
+    total = sum(moves)
     bound = BACKWARD * total
     if abs(miss) + noise <= bound < math.inf:
         limit = STEEP * (abs(a) + abs(b))
         near = abs(miss) <= BACKWARD * (abs(a) + abs(b))  # else slopes must show that they lead to 0
-        if near and (bound <= limit or abs(miss) + noise <= _gentle(slopes, others, values, limit)):
+        gentle = sum(reach for move in moves if (reach := BACKWARD * move) <= limit)
+        if near and (bound <= limit or abs(miss) + noise <= gentle):
             return RuleCheck(True, miss, abs(miss) / total)
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, abs(miss) / total if total else math.inf)
@@ -137,10 +151,9 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
     """Σ|∂F/∂v · v| over the variables of an equation; infinite where a slope has no value."""
     try:
-        (_, slopes, _), (_, others, _) = sides(equation, values)
+        total = sum(_moves(sides(equation, values).slopes, values))
     except Undefined:
         return math.inf
-    total = _size(slopes, others, values)
     return total if math.isfinite(total) else math.inf
 
 
@@ -169,10 +182,10 @@ def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is not satisfied below 2, nor at 2."""
     tied = {name for _, height in heights(equation) for name in names(height)}
     try:
-        (left, by_left), (right, by_right) = (derivatives(s, values) for s in (equation.left, equation.right))
+        left, right, slopes, _ = sides(equation, values)
         miss = float(extended(equation.left, values, DIGITS) - extended(equation.right, values, DIGITS))
         moves = {
-            n: ((by_left.get(n, 0.0) - by_right.get(n, 0.0)) * abs(v), abs(v))
+            n: (slopes.get(n, 0.0) * abs(v), abs(v))
             for n in equation.names
             if isinstance(v := values[n], float)
         }
@@ -213,25 +226,8 @@ def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
                 yield "step", subtract(x, a)
 
 
-def _size(left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]) -> float:
-    return sum(_moves(left, right, values))
-
-
-def _gentle(
-    left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value], limit: float
-) -> float:
-    """How far F goes with those values alone of which each takes it no farther than the limit."""
-    reaches = (BACKWARD * move for move in _moves(left, right, values))
-    return sum(reach for reach in reaches if reach <= limit)
-
-
-def _moves(
-    left: dict[str, float], right: Mapping[str, float], values: Mapping[str, Value]
-) -> Iterator[float]:
+def _moves(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator[float]:
     """|∂F/∂v · v| for each variable."""
-    slopes = dict(left)
-    for name, slope in right.items():
-        slopes[name] = slopes.get(name, 0.0) - slope
     return (abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
 
 

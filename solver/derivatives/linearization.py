@@ -15,8 +15,8 @@ from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Name, Symbol
-from solver.accuracy import forward_error
 from solver.accuracy.digits import ManyDigits, Work
+from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import factorise
 from solver.path.cases import activity, outcomes
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
@@ -128,7 +128,7 @@ def linearize(
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
     """∂(left − right)/∂v by variable; None where one of them does not exist."""
     try:
-        row = forward_error.slopes(equation, values)
+        row = dict(sides(equation, values).slopes)
     except Undefined:
         return None
     return row if all(map(math.isfinite, row.values())) else None

@@ -11,13 +11,13 @@ from bisect import bisect
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
+from rulesheets.evaluate import Undefined, extended, rounded_derivatives, value
 from rulesheets.evaluate.digits import context
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
 from solver.accuracy.digits import Unresolved
-from solver.accuracy.rule_check import check_rule, gross
+from solver.accuracy.rule_check import check_rule, gross, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.preimages import SAMPLES, Preimages, Refused
 from solver.numerics.tolerances import CANCELLED, DELICATE, EPS, SPARE
@@ -219,12 +219,10 @@ class StepSolver(Preimages):
     def _slope_at(self, at: Mapping[str, Value]) -> tuple[float | None, float]:
         """What the equation misses by at these values, and its slope along the unknown."""
         try:
-            left, by_left = derivatives(self.equation.left, at)
-            right, by_right = derivatives(self.equation.right, at)
+            left, right, slopes, _ = sides(self.equation, at)
         except Undefined:
             return None, 0.0
-        unknown = self.isolation.unknown
-        return left - right, by_left.get(unknown, 0.0) - by_right.get(unknown, 0.0)
+        return left - right, slopes.get(self.isolation.unknown, 0.0)
 
 
 def _takes_root(stage: Stage) -> bool:

@@ -36,7 +36,7 @@ from rulesheets.syntax.nodes import (
     rebuilt,
 )
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
 from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
@@ -130,10 +130,10 @@ def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int 
     unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
     at = {**values, **dict.fromkeys(unknowns, 1.0)}
     try:
-        slopes = [[derivatives(side, at)[1] for side in (e.left, e.right)] for e in equations]
+        slopes = [sides(e, at).slopes for e in equations]
     except Undefined:
         return None
-    rows = [[left.get(n, 0.0) - right.get(n, 0.0) for n in unknowns] for left, right in slopes]
+    rows = [[slope.get(n, 0.0) for n in unknowns] for slope in slopes]
     sizes = [max(map(abs, row), default=0.0) for row in rows]
     if len(rows) != len(unknowns) or not all(sizes):
         return None

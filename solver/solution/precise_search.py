@@ -27,8 +27,8 @@ from solver.accuracy.digits import (
     null_vectors,
     resolve_fold,
 )
-from solver.accuracy.forward_error import input_errors, slopes
-from solver.accuracy.rule_check import gross, half_unit
+from solver.accuracy.forward_error import input_errors
+from solver.accuracy.rule_check import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
@@ -160,7 +160,7 @@ class _PreciseSearch(Explorer):
         for equation in (self.model.equations[index] for index in equations_of(step)):
             if name in equation.names and all(n in values for n in equation.names):
                 try:
-                    moved = abs(slopes(equation, values).get(name, 0.0) * float(found[name]))
+                    moved = abs(sides(equation, values).slopes.get(name, 0.0) * float(found[name]))
                 except Undefined:
                     return False
                 if not moved <= 10.0 ** (SPARE - self.digits) * gross(equation, values) != 0.0:
@@ -201,11 +201,12 @@ class _PreciseSearch(Explorer):
     def _drops_out(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
         """Whether the slope of a rule along its unknown may be 0."""
         values, total = branch.values, 0.0
-        slope = slopes(rule, values).get(name, 0.0)
+        slope = sides(rule, values).slopes.get(name, 0.0)
         for other in rule.names:
             number = values[other]
             if other != name and isinstance(number, float) and number and moved.get(other):
-                there = slopes(rule, {**values, other: number * (1.0 + NUDGE)}).get(name, 0.0)
+                moved_there = {**values, other: number * (1.0 + NUDGE)}
+                there = sides(rule, moved_there).slopes.get(name, 0.0)
                 total += abs((there - slope) / (NUDGE * number)) * moved[other]
         return slope != 0.0 and abs(slope) <= total < math.inf
 
@@ -214,7 +215,7 @@ class _PreciseSearch(Explorer):
 
         The known numbers are moved to where the tangent is 0.
         """
-        number, row = branch.values[name], slopes(rule, branch.values)
+        number, row = branch.values[name], sides(rule, branch.values).slopes
         if isinstance(number, str) or not 0.0 < abs(number) <= moved.get(name, 0.0) < math.inf:
             return False
         if self.graph.turn(name) is not None:

@@ -22,8 +22,7 @@ from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, ind
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Name, Number, Quotient, exchange, names
 from rulesheets.syntax.program import walk
-from solver.accuracy.forward_error import slopes
-from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import Conflict, Filled
 from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
 from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
@@ -105,7 +104,7 @@ def _within_errors(
     """Whether a rule is missed by no more than the errors of the values explain."""
     for equation in (model.equations[index] for index in conflict.equations):
         try:
-            reach = sum(abs(s) * errors.get(name, 0.0) for name, s in slopes(equation, values).items())
+            reach = sum(abs(s) * errors.get(name, 0.0) for name, s in sides(equation, values).slopes.items())
         except Undefined:
             return True
         if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:

@@ -114,7 +114,7 @@ class CoreSystem:
         values = self.values(z)
         for equation in self.active(z):
             try:
-                (left, *_), (right, *_) = sides(equation, values)
+                left, right, *_ = sides(equation, values)
             except Undefined:
                 return False
             miss = math.remainder(left - right, _jump(equation) or math.inf)
