@@ -275,12 +275,13 @@ def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
 
 def _form(part: Expression, values: Mapping[str, float | str]) -> str:
     """``0/0`` for a quotient whose numerator and divisor are 0, in many digits as in floats."""
-    if isinstance(part, Quotient) and all(_vanishes(side, values) for side in (part.left, part.right)):
+    if isinstance(part, Quotient) and all(vanishes(side, values) for side in (part.left, part.right)):
         return "0/0"
     return ""
 
 
-def _vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
+def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
+    """Whether a part is 0 to as many digits as are looked at."""
     try:
         return not extended(part, values, 50) and not extended(part, values, 100)
     except Undefined:
@@ -292,7 +293,7 @@ def _may_compensate(above: Expression, part: Expression, values: Mapping[str, fl
     match above:
         case Product(left, right):
             other = right if left is part else left
-            return _read(other, values) and _vanishes(other, values)
+            return _read(other, values) and vanishes(other, values)
         case Quotient() | Power() | Call():
             return _read(above, values)
         case _:

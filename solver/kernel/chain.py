@@ -13,7 +13,7 @@ from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate import NotDifferentiable, differentiate, extended
 from rulesheets.evaluate.gradient import signed_root
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
@@ -191,6 +191,14 @@ def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]
             assignment.name, assignment.low, assignment.high, assignment.low_open, assignment.high_open
         )
     return emitter.function([emitter.argument(name) for name in results])
+
+
+def followed(chain: Chain, values: Mapping[str, Any], digits: int) -> dict[str, Any]:
+    """The values, and those of all assignments, in many digits. Raises Undefined and OverflowError."""
+    found = dict(values)
+    for item in chain.assignments:
+        found[item.name] = extended(item.expression, found, digits)
+    return found
 
 
 def jumps(expression: Expression) -> bool:

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.exactly import Inexact, exactly
 from rulesheets.evaluate.number import enclose
@@ -23,7 +23,7 @@ from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
-from solver.kernel.chain import Chain
+from solver.kernel.chain import Chain, followed
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
@@ -37,14 +37,11 @@ STEP = 1e-20
 def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
     """Whether the last residual of a chain is 0 at this value of its only tear, but for rounded numbers."""
     digits, numbers = DIGITS + max(0, math.frexp(x)[1] // 3), dict(known)
-    steps = [(item.name, with_named_numbers(item.expression, numbers)) for item in chain.assignments]
-    mp = context(digits)
+    steps = [i._replace(expression=with_named_numbers(i.expression, numbers)) for i in chain.assignments]
+    mp, named = context(digits), chain._replace(assignments=tuple(steps))
 
     def residual(moved: Mapping[str, Any]) -> Any:
-        at: dict[str, Any] = {**numbers, chain.tears[0]: mp.mpf(x), **moved}
-        for name, expression in steps:
-            at[name] = extended(expression, at, digits)
-        return at[steps[-1][0]]
+        return followed(named, {**numbers, chain.tears[0]: mp.mpf(x), **moved}, digits)[steps[-1].name]
 
     try:
         miss = residual({})

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate.digits import vanishes
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
@@ -52,9 +53,6 @@ from solver.solution.verdict import Verdict, judge
 # such a product does not tie that unknown to the others. Without it the rules may determine what was left
 # open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
 # The same goes for rules of a block that say the same thing at these values: one of them is left out.
-
-DIGITS = (50, 100)
-"""A factor is 0 that is so to as many digits as are looked at."""
 
 
 def look_behind(
@@ -211,14 +209,7 @@ def _read(part: Expression, values: Mapping[str, float]) -> bool:
 
 
 def _vanishes(factor: Expression, values: Mapping[str, float]) -> bool:
-    if is_number(factor, 0.0):
-        return True
-    if not _read(factor, values):
-        return False
-    try:
-        return not any(extended(factor, values, digits) for digits in DIGITS)
-    except Undefined:
-        return False
+    return is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
 
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---

@@ -32,7 +32,7 @@ from solver.accuracy.rule_check import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
-from solver.kernel.chain import Chain, slope_chain
+from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
@@ -419,16 +419,15 @@ def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Val
     x, turn = float(root[stretch.chain.tears[0]]), stretch.turn or 0.0
     if not any(stretch.low - pad <= x + k * turn <= stretch.high + pad for k in (-1, 0, 1)):
         return False
-    values = {**floats, **root}
-    for item in stretch.chain.assignments:
-        try:
-            values[item.name] = found = extended(item.expression, values)
-        except (Undefined, OverflowError):
-            return False
-        meant = root.get(item.name, found)
-        if abs(found - meant) > ALIKE * max(abs(found), abs(meant), 1e-300):
-            return False
-    return True
+    try:
+        values = followed(stretch.chain, {**floats, **root}, PRECISIONS[0])
+    except (Undefined, OverflowError):
+        return False
+    pairs = ((values[item.name], root.get(item.name)) for item in stretch.chain.assignments)
+    return all(
+        meant is None or abs(found - meant) <= ALIKE * max(abs(found), abs(meant), 1e-300)
+        for found, meant in pairs
+    )
 
 
 def _excludes(
@@ -437,10 +436,8 @@ def _excludes(
     """Whether f has no root on the stretch: tried at its middle, and where Newton's method leads for f'."""
     x = 0.5 * (stretch.low + stretch.high)
     for _ in range(4):
-        values = {**known, slope.tears[0]: x}
         try:
-            for item in slope.assignments:
-                values[item.name] = extended(item.expression, values, digits)
+            values = followed(slope, {**known, slope.tears[0]: x}, digits)
         except (Undefined, OverflowError):
             return False
         value, steepness = values[stretch.chain.residuals[0]], values[slope.residuals[0]]
