@@ -482,8 +482,8 @@ class _Rule:
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
         """The variables, their values, and the sizes of these."""
         mp = context(digits)
-        for name, value in self.values.items():
-            yield name, mp.mpf(value), mp.mpf(max(abs(value), SMALLEST_NORMAL))
+        for name, number in self.values.items():
+            yield name, mp.mpf(number), mp.mpf(max(abs(number), SMALLEST_NORMAL))
 
 
 # --- true equality told from a residual below the working precision ---
