@@ -61,7 +61,7 @@ class Answers(NamedTuple):
         most = int(np.bincount(first).argmax()) if first.any() else 0
         kinds = range(len(self.planes)) if first.any() else ()
         others = [(k, np.flatnonzero(first == k)) for k in kinds if k != most]
-        none = np.flatnonzero(self.counts == 0)
+        none = np.flatnonzero(self.counts[: 1 if _alone(self.counts) else None] == 0)
         columns = []
         for values in zip(*self.planes, strict=True):
             column = values[most]
@@ -89,6 +89,11 @@ class Answers(NamedTuple):
         """The numbers (v, count, rows) of so many answers of these rows; a symbol counts by its letters."""
         columns = zip(*self.planes[:count], strict=True)
         return np.array([[numbers_of(values[rows]) for values in column] for column in columns])
+
+
+def _alone(column: Array) -> bool:
+    """Whether one number stands for all rows, of which there are some."""
+    return column.strides == (0,) and len(column) > 0
 
 
 def together(parts: Sequence[tuple[Array, Answers]], count: int) -> Answers:
@@ -126,6 +131,8 @@ def kept(
     first row is row ``at`` of the sweep. Those of the first rows are ``known``.
     """
     counts = answers.counts
+    if _alone(counts) and counts[0] < 2:
+        return np.broadcast_to(np.intp(0), counts.shape)
     asked = counts > 1
     asked[: max(len(known), 1)] = False
     for start, end in answers.runs:
@@ -257,22 +264,23 @@ class Spans:
 
 
 def steady_runs(
-    inputs: Sequence[Array], rows: Array, ends: Points, whole: Array, turns: Points
+    inputs: Sequence[Array], rows: Array | None, ends: Points, whole: Array, turns: Points
 ) -> list[tuple[int, int]]:
-    """The runs of ``Answers`` among rows (n,) of a sweep, those of spans whose inputs move steadily and whose
-    answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances`` would be, from the
-    ``ends`` (planes, v, 2, spans) of the numbers of the answers.
+    """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep, those of spans whose inputs move
+    steadily and whose answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances``
+    would be, from the ``ends`` (planes, v, 2, spans) of the numbers of the answers.
     """
-    starts = np.arange(0, len(rows) - SPAN + 1, SPAN)
+    starts = np.arange(0, len(whole) - SPAN + 1, SPAN)
     if len(ends) < 2 or len(starts) < 2:
         return []
     far = np.logical_and.reduceat(whole, starts)
-    first, last = np.maximum(starts - 2, 0), np.append(starts[1:], len(rows)) - 1
-    far &= rows[last] - rows[first] == last - first  # without gaps
+    if rows is not None:
+        first, last = np.maximum(starts - 2, 0), np.append(starts[1:], len(rows)) - 1
+        far &= rows[last] - rows[first] == last - first  # without gaps
     far &= moving(inputs)
     if far.any():
         far &= far_apart(ends, turns)
-    edges = np.append(starts, len(rows))[np.flatnonzero(np.diff(far, prepend=False, append=False))]
+    edges = np.append(starts, len(whole))[np.flatnonzero(np.diff(far, prepend=False, append=False))]
     return [(max(start - 2, 0), end) for start, end in edges.reshape(-1, 2).tolist()]
 
 

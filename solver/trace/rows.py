@@ -152,11 +152,13 @@ class AnswerKernel:
     def _sorted_patient(self) -> _Columns:
         return self._compiled(in_order=True, quick=False)[1]
 
-    def __call__(self, columns: Sequence[Array], rows: Array | None = None) -> tuple[Answers, Array]:
-        """With ``rows`` (n,), their places in a sweep, answers are in order as far as ``Answers.runs`` says,
-        without them in every row.
+    def __call__(
+        self, columns: Sequence[Array], steady: bool = False, rows: Array | None = None
+    ) -> tuple[Answers, Array]:
+        """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every row;
+        ``rows`` (n,) are the places in it, where some are left out.
         """
-        several = rows is not None and len(self.program.endings) > 1 and not any(self.symbols)
+        several = steady and len(self.program.endings) > 1 and not any(self.symbols)
         found, spans = self._known.watched(columns, several and self.turns is not None)
         planes, there, holds = found
         if len(holds) - np.count_nonzero(holds) > MANY:
@@ -164,7 +166,7 @@ class AnswerKernel:
             if spans is not None:
                 spans.take_all()
         runs: list[tuple[int, int]] = []
-        if spans is not None and rows is not None and self.turns is not None:
+        if spans is not None and self.turns is not None:
             most = 2 * np.count_nonzero(there & holds, axis=1) > len(holds)
             order = np.argsort(~most, kind="stable")
             each = int(np.count_nonzero(most))
@@ -368,14 +370,14 @@ class AnswerSweeper:
         """
         known = {id(program.flow) for program in self.records.programs}
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
-        parts: list[tuple[Array, Answers]] = []
         count = len(columns[0])
-        left: Array = np.arange(count, dtype=np.int32 if count < 2**31 else np.int64)
-        records = refusals = most = 0
+        parts, left, tried = self._at_once(columns, steady)
+        most = count - len(left)
+        records = refusals = 0
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
-                for place in [place for place in self.records.order if place >= records]:
+                for place in [p for p in self.records.order if p >= records and p != tried]:
                     before, program = len(left), self.records.programs[place]
                     left = self._settled(program, columns, left, parts, steady)
                     if before - len(left) > most:
@@ -398,6 +400,22 @@ class AnswerSweeper:
             parts.append(_one_by_one(alone))
         return together(parts, count)
 
+    def _at_once(
+        self, columns: Sequence[Array], steady: bool
+    ) -> tuple[list[tuple[Array, Answers]], Array, int]:
+        """Ask the first record about all rows: what it settles, which rows are left, and its place."""
+        count, place = len(columns[0]), next(iter(self.records.order), -1)
+        program = self.records.programs[place] if place >= 0 and count > WORTH else None
+        kernel = self.kernel(program) if program and program.reach == (-np.inf, np.inf) else None
+        if kernel is None:
+            return [], np.arange(count, dtype=np.int32 if count < 2**31 else np.int64), -1
+        found, holds = kernel(columns, steady)
+        left = np.flatnonzero(~holds)
+        if len(left) == count:
+            return [], left, place
+        self.records.useful = place
+        return [(np.broadcast_to(np.intp(0), count), found)], left, place
+
     def _settled(
         self,
         program: Program,
@@ -415,7 +433,7 @@ class AnswerSweeper:
         if kernel is None or not len(left):
             return everywhere
         here = [c if len(left) == len(c) else c[left] for c in columns]
-        found, holds = kernel(here, left if steady else None)
+        found, holds = kernel(here, steady, left)
         if holds.any() and len(left) == len(columns[0]):
             parts.append((left, found))
         elif holds.any():
