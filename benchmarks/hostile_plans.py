@@ -39,7 +39,7 @@ from solver.accuracy.forward_error import forward_errors
 from solver.files.tables import CODES
 from solver.path.cases import activity
 from solver.result import Solution
-from solver.sweeps.plan import Plan
+from solver.sweeps import Plan
 from solver.trace.llvm import available
 
 ROUGH = (0.0, 1.0, -1.0, 1e300, -1e300, 1e-300, math.nan)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from solver.result import Samples as Samples
     from solver.result import Solution as Solution
     from solver.solving import solve as solve
-    from solver.sweeps.plan import Plan as Plan
-    from solver.sweeps.plan import prepare as prepare
+    from solver.sweeps import Plan as Plan
+    from solver.sweeps import prepare as prepare
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
 
@@ -34,7 +34,7 @@ _NAMES = {
     "solver.facts": "Status Unsolved",
     "solver.page.serving": "interact",
     "solver.pictures.drawing": "draw",
-    "solver.sweeps.plan": "Plan prepare",
+    "solver.sweeps": "Plan prepare",
     "solver.files.tables": "Table",
     "solver.result": "Result Samples Solution",
     "solver.solving": "solve",

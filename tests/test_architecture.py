@@ -46,7 +46,7 @@ DOORS = {
     "sympy": ("rulesheets.algebra",),
     "pint": ("rulesheets.library",),
     "matplotlib": ("solver.pictures",),
-    "rich": ("solver.report.table",),
+    "rich": ("solver.report",),
     "PIL": ("solver.pictures",),
     "distributed": ("solver.sweeps.workers",),
     "starlette": ("solver.page.server",),

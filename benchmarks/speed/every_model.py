@@ -22,7 +22,7 @@ from solver.facts import Status
 from solver.files.tables import CODES
 from solver.leaves import Asked
 from solver.solution.refinement import explore_refined
-from solver.sweeps.plan import Plan
+from solver.sweeps import Plan
 from solver.trace.llvm import available
 
 ROOT = Path(__file__).parents[2] / "models"

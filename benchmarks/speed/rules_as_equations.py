@@ -15,7 +15,7 @@ from rulesheets.syntax.nodes import subtract
 from solver.kernel.emitter import compile_expressions
 from solver.path import Evaluate, Select, SolveBlock, equations_of
 from solver.solution.verdict import Verdict
-from solver.sweeps.plan import Plan
+from solver.sweeps import Plan
 
 
 @dataclass(frozen=True)

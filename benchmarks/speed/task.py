@@ -10,7 +10,7 @@ import rulesheets
 import solver
 from benchmarks.speed.closed_forms import Array, forward
 from rulesheets.model import Model
-from solver.sweeps.plan import Plan
+from solver.sweeps import Plan
 
 SHEET = "offset_slider_crank"
 FORWARD = ("xB", "vB", "omegaAB", "aB", "alphaAB")

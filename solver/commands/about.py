@@ -20,7 +20,7 @@ from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
 from rulesheets.loading import find_sheet, shipped_models
 from solver.commands import COMMANDS as TABLE
 from solver.commands.running import Command, command_named
-from solver.report.table import columns
+from solver.report import columns
 
 
 def _models_arguments(parser: ArgumentParser) -> None:

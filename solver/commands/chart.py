@@ -27,19 +27,19 @@ from solver.commands.over import read_approach, read_axes
 from solver.commands.running import Command
 from solver.derivatives.linearization import Linearization, linearize
 from solver.facts import FALSE, Mark, Status, Unsolved
-from solver.files.replacing import write_file
+from solver.files import write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
 from solver.numerics.tolerances import scaled_norm
 from solver.path import SolveBlock
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
-from solver.report.table import table
+from solver.report import table
 from solver.report.text import result_text
 from solver.result import Result, Solution
 from solver.solution.conclusion import can_prove
 from solver.solving import solve
-from solver.sweeps.plan import Plan, prepare
+from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"
 DIGITS = 60

@@ -20,9 +20,9 @@ from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
 from solver.commands.running import Command
 from solver.facts import Status, Unsolved
-from solver.files.replacing import write_file
+from solver.files import write_file
 from solver.files.tables import free_name
-from solver.pictures.diagram import drawable, lacking, variables
+from solver.pictures import drawable, lacking, variables
 from solver.pictures.drawing import chosen, left_out, picture_kind, views
 from solver.pictures.layout import View
 from solver.report.text import MEANINGS

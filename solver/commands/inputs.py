@@ -15,7 +15,7 @@ from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 from rulesheets.units import with_display_unit, with_display_units
 from rulesheets.variables import read_variable_sheet
-from solver.files.replacing import expect_no_input
+from solver.files import expect_no_input
 
 
 class Option(NamedTuple):

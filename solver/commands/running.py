@@ -14,7 +14,7 @@ from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
 from rulesheets.syntax import escaped
 from solver.commands import COMMANDS, UNSOLVED, WRONG
-from solver.report.table import screen_of, shown_on
+from solver.report import screen_of, shown_on
 
 
 class Command(NamedTuple):

@@ -31,12 +31,12 @@ from solver.commands.inputs import (
     read_request,
 )
 from solver.commands.running import Command
-from solver.files.replacing import write_file
+from solver.files import write_file
 from solver.path.planner import planner
 from solver.path.tree import path_tree
+from solver.report import shown_on
 from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json
-from solver.report.table import shown_on
 from solver.report.text import result_text
 from solver.result import Result
 from solver.solving import posted, solve

@@ -20,12 +20,12 @@ from rulesheets.units import shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
-from solver.files.replacing import Printed, write_file
+from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file, write_table
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
+from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
-from solver.sweeps.plan import prepare
 from solver.sweeps.stream import (
     Outcome,
     Sink,

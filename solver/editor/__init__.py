@@ -1,1 +1,195 @@
-"""What an editor asks of a sheet: its words, their meaning, and the language server that tells both."""
+"""What an editor asks of a sheet: its words, their meaning, and the language server that tells both.
+
+Here are the words and names of a text, even while it is unfinished.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+from rulesheets.checks.marks import KINDS, Shape
+from rulesheets.functions import TABLE
+from rulesheets.parse.layout import logical_lines
+from rulesheets.parse.sections import head_word
+
+HEADS = ("units", "variables", "rules", "function", "figure", "parameters", "use")
+RESERVED = ("if", "then", "else", "call", "and", "or", "not")
+KEYWORDS = (*RESERVED, "given", "in")
+MARKS = tuple(KINDS)
+
+NAME = re.compile(r"[^\W\d]\w*")
+
+_WORD = re.compile(
+    r"""(?P<number>(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)
+      | (?P<name>(?:[^\W\d]\w*(?:\#\d+)?\.)*[^\W\d]\w*)
+      | (?P<symbol>'[^\W\d]\w*)
+      | (?P<unit>\[[^\[\],\n]*\])
+      | (?P<path>"[^"\n]*")
+      | (?P<operator><>|<=|>=|±|\+/?-|[-+*/^=<>≤≥≠~%])
+      | (?P<punctuation>[(),;\[\]])
+      | (?P<error>\S)""",
+    re.IGNORECASE | re.VERBOSE,
+)
+_CALLED = re.compile(r"[^\S\n]*\(")
+_RANGE = re.compile(r"[^\S\n]*\[")
+
+
+class Word(NamedTuple):
+    """A stretch ``[start, end)`` of a text, and the section that it stands in.
+
+    ``kind`` is a group of the pattern above, or ``keyword``, ``head``, ``mark``, ``title``, ``constant``,
+    ``builtin``, ``function``, ``comment``. ``scope`` is where its name is known: "" on the sheet (parameters
+    included), the name of a function, or that of a figure and a colon.
+    """
+
+    kind: str
+    start: int
+    end: int
+    text: str
+    scope: str = ""
+    section: str = "rules"
+
+
+def words(text: str) -> list[Word]:
+    """Every word of a text in order, comments included."""
+    code = list(_code(text))
+    found: list[Word] = []
+    for before, after in pairwise((None, *code, None)):
+        if before is not None:
+            found.append(before)
+        start, end = before.end if before else 0, after.start if after else len(text)
+        for comment in re.finditer(r"\S[^\n]*", text[start:end]):
+            said = comment.group().rstrip()
+            found.append(Word("comment", start + comment.start(), start + comment.start() + len(said), said))
+    return found
+
+
+def _code(text: str) -> Iterator[Word]:
+    """Every word but the comments."""
+    scope, section, shared = "", "rules", set[str]()
+    for line in logical_lines(text):
+        head = head_word(line.code) or ""
+        if head and head != "parameters":
+            scope = scope if head == "rules" else ""
+            section, shared = head, shared if scope else set()
+        place = _Place(section, head)
+        for match in _WORD.finditer(line.code):
+            kind, said = place.kind(match, line.code), match.group()
+            if head == "function" and kind == "function":
+                scope = said.lower()
+            if head == "parameters" and kind == "name":
+                shared.add(said)
+            if head == "figure" and kind == "title":
+                scope = f"{said}:"
+            drawn = section == "figure" and not place.expression
+            within = scope if drawn or (section != "figure" and said not in shared) else ""
+            yield Word(kind, line.start + match.start(), line.start + match.end(), said, within, section)
+
+
+@dataclass(slots=True)
+class _Place:
+    """Where the next word of a line stands. ``expression``: it is no point of a figure, but a variable."""
+
+    section: str
+    head: str
+    mark: str = ""
+    first: bool = True
+    expression: bool = False
+
+    def kind(self, match: re.Match[str], code: str) -> str:
+        first, self.first = self.first, False
+        kind, word = str(match.lastgroup), match.group().lower()
+        if self.section == "figure" and self.mark:
+            shape = KINDS[self.mark].shape
+            opened = word == "(" and shape is Shape.COORDINATES
+            self.expression |= opened or (word == "," and shape is Shape.DIRECTED)
+        if kind != "name":
+            return kind
+        if first and self.head:
+            return "head"
+        if first and self.section == "figure" and word in MARKS:
+            self.mark = word
+            return "mark"
+        if self.head == "figure":
+            return "title"
+        if self.section == "units":
+            return "unit"
+        called = _CALLED.match(code, match.end())
+        if word in KEYWORDS and (word in RESERVED or (word == "given" and called)):
+            return "keyword"
+        if word == "in" and _RANGE.match(code, match.end()):
+            return "keyword"
+        if called and not (self.section == "figure" and not self.expression):
+            return "builtin" if word in TABLE else "function"
+        return "constant" if match.group() == "pi" else "name"
+
+
+class Symbol(NamedTuple):
+    """A name in its scope, or a rule function: ``function`` tells which. Functions are named in any case."""
+
+    name: str
+    scope: str
+    function: bool = False
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names of one text."""
+
+    text: str
+
+    @cached_property
+    def words(self) -> list[Word]:
+        return words(self.text)
+
+    def at(self, offset: int) -> Word | None:
+        """The word at a place; of two that meet there, the one that names something."""
+        near = [word for word in self.words if word.start <= offset <= word.end]
+        return next((word for word in near if symbol(word)), near[-1] if near else None)
+
+    @cached_property
+    def places(self) -> dict[Symbol, list[Word]]:
+        """Every symbol with the words that name it, in order."""
+        found: dict[Symbol, list[Word]] = {}
+        for word in self._naming():
+            if named := symbol(word):
+                found.setdefault(named, []).append(word)
+        return found
+
+    def definition(self, named: Symbol) -> Word | None:
+        """The row, head or ``parameters`` line that declares a name, else where it first stands."""
+        stands = self.places.get(named, [])
+        section = "function" if named.function or named.scope else "variables"
+        declared = (word for word in stands if word.section == section)
+        if named.function:
+            return next(declared, None)
+        return next(declared, stands[0] if stands else None)
+
+    def known(self, scope: str) -> list[str]:
+        """The names that can be written in a scope: its own and those of the sheet that it shares."""
+        return sorted({one.name for one in self.places if one.scope == scope and not one.function})
+
+    def functions(self) -> list[str]:
+        return [word.text for word in self.words if word.kind == "function" and word.section == "function"]
+
+    def _naming(self) -> Iterator[Word]:
+        """Words, and in ``given('x)`` the variable that is meant by the symbol."""
+        given = False
+        for word in self.words:
+            if word.kind == "symbol" and given:
+                name = word.text[1:]
+                yield Word("name", word.start + 1, word.end, name, word.scope, word.section)
+            yield word
+            given = (word.text == "(" and given) or word.text.lower() == "given"
+
+
+def symbol(word: Word) -> Symbol | None:
+    """What a word names; None for one that names nothing of the sheet's own."""
+    if word.kind == "function":
+        return Symbol(word.text.lower(), "", function=True)
+    return Symbol(word.text, word.scope) if word.kind == "name" else None

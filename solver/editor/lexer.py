@@ -19,7 +19,7 @@ from pygments.token import (
     _TokenType,
 )
 
-from solver.editor.words import words
+from solver.editor import words
 
 TOKENS = {
     "number": Number,

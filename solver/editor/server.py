@@ -23,7 +23,7 @@ from rulesheets.format import format_sheet, readable
 from rulesheets.functions import TABLE
 from rulesheets.loading import parsed, read_source
 from rulesheets.syntax import Source
-from solver.editor.words import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
+from solver.editor import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
 from solver.lane import Lane, Workers
 
 Json = dict[str, Any]

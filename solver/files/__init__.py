@@ -1,1 +1,270 @@
-"""Columns of numbers and symbols on disk: written as a whole or not at all, read in pieces."""
+"""Columns of numbers and symbols on disk: written as a whole or not at all, read in pieces.
+
+Here are output files, and what is said about files of rows.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from types import TracebackType
+from typing import BinaryIO, Self, TextIO
+
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.input_messages import unwritable
+from rulesheets.syntax import Source, Span
+
+with suppress(ImportError):  # a system without refuses to remove open files by itself
+    import fcntl
+
+
+def unreadable_rows(path: str, reason: str) -> Diagnosis:
+    return error(
+        "E440",
+        f"{path} cannot be read as rows: {reason}",
+        notes=("rows come from a CSV file with a heading of names, or from a Parquet file",),
+    )
+
+
+def uneven_row(path: str, line: int, cells: int, columns: int) -> Diagnosis:
+    return error(
+        "E440",
+        f"line {line} of {path} has {cells} cells, and the heading {columns}",
+        notes=("a row has a cell for each name of the heading; a cell may be blank",),
+    )
+
+
+def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:
+    kinds = "a number" if number else "a number, a symbol ('open)"
+    place = Span(Source(f"{path}, line {line}", text), 0, len(text))
+    return error(
+        "E440",
+        f"line {line} of {path}: this is no value for {name}",
+        Label(place, ""),
+        notes=(f"a cell is {kinds}, or blank where the row has no value",),
+    )
+
+
+def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
+    return error(
+        "E441",
+        f"{purpose} {package}, which is not installed",
+        notes=(f"pip install 'backsolve[{extra}]'",),
+    )
+
+
+def unknown_form(path: str, forms: str) -> Diagnosis:
+    return error(
+        "E442",
+        f"{path} has an ending that no table is written under",
+        notes=(f"choose a name that ends in {forms}",),
+    )
+
+
+def output_is_input(path: str, read: str) -> Diagnosis:
+    what = "it is read" if path == read else f"it is {read}, which is read"
+    return error(
+        "E418",
+        f"{path} is an input of this command, and would be overwritten: {what}",
+        notes=("write to another file",),
+    )
+
+
+def other_sweep(path: str, reason: str) -> Diagnosis:
+    return error(
+        "E448",
+        f"{path} is not the beginning of this sweep: {reason}",
+        notes=(
+            "give the options that it was written with, or another file",
+            "without --resume it is replaced",
+        ),
+    )
+
+
+UNFINISHED = ".backsolve-unfinished"
+"""Ending of a file under construction."""
+
+_LONGEST = 200
+"""Bytes of its name that such a file keeps of the final one: most systems allow 255."""
+
+
+def write_file(path: str, data: bytes) -> None:
+    """Write a whole file. Raises RuleSheetError (E416)."""
+    with Replacement(path) as file:
+        file.write(data)
+
+
+def expect_no_input(path: str, inputs: Iterable[str]) -> None:
+    """Raise RuleSheetError (E418) if an output is one of the inputs, by whatever name or link."""
+    for read in inputs:
+        if _same_file(path, read):
+            raise RuleSheetError(output_is_input(path, read))
+
+
+def _same_file(one: str, other: str) -> bool:
+    """Whether two paths lead to one regular file. Devices and pipes can be read and written."""
+    if os.path.realpath(one) == os.path.realpath(other):
+        return not os.path.exists(one) or os.path.isfile(one)
+    try:
+        there, here = os.stat(one), os.stat(other)
+    except (OSError, ValueError):
+        return False
+    return stat.S_ISREG(there.st_mode) and os.path.samestat(there, here)
+
+
+class Replacement:
+    """A file under construction beside its place: readers see the old one or the new one, never half of it.
+
+    ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
+    kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
+    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
+    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
+    """
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._target = os.path.realpath(path)
+        self._unfinished: str | None = None
+        try:
+            self._file = self._opened()
+        except OSError as failure:
+            self._remove()
+            raise RuleSheetError(unwritable(path, failure)) from None
+
+    @property
+    def stream(self) -> BinaryIO:
+        """The file itself, for a library that writes to one."""
+        return self._file
+
+    def write(self, data: bytes) -> None:
+        try:
+            self._file.write(data)
+        except OSError as failure:
+            raise RuleSheetError(unwritable(self._path, failure)) from None
+
+    def keep(self) -> None:
+        """Put the file in its place."""
+        try:
+            self._file.flush()
+            if self._unfinished is not None:
+                os.fsync(self._file.fileno())
+            self._file.close()
+            if self._unfinished is not None:
+                os.replace(self._unfinished, self._target)
+                self._unfinished = None
+                _sync_folder(os.path.dirname(self._target))
+        except OSError as failure:
+            self.discard()
+            raise RuleSheetError(unwritable(self._path, failure)) from None
+        except BaseException:  # an interruption while the last bytes are written
+            self.discard()
+            raise
+
+    def discard(self) -> None:
+        """Remove the file; what stood in its place before stays."""
+        try:
+            self._file.close()
+        except OSError:
+            pass  # bytes that a full disk refused are not wanted any more
+        finally:
+            self._remove()
+
+    def _remove(self) -> None:
+        if self._unfinished is not None:
+            with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
+                os.unlink(self._unfinished)
+            self._unfinished = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.keep()
+        else:
+            self.discard()
+
+    def _opened(self) -> BinaryIO:
+        there = os.stat(self._target) if os.path.exists(self._target) else None
+        if there is not None and not stat.S_ISREG(there.st_mode):
+            return open(self._target, "wb")
+        folder, name = os.path.split(self._target)
+        remove_unfinished(folder)
+        self._unfinished, handle = _unfinished_file(folder, name)
+        file = open(handle, "wb")  # noqa: SIM115 (closed by keep or discard)
+        if there is not None:
+            try:
+                os.chmod(self._unfinished, stat.S_IMODE(there.st_mode))
+            except OSError:
+                file.close()
+                raise
+        return file
+
+
+class Printed:
+    """An open stream in the place of a file: what is printed is printed. ``clear`` makes way for it."""
+
+    def __init__(self, stream: TextIO, clear: Callable[[], None] = lambda: None) -> None:
+        self._stream, self._clear = stream, clear
+
+    def write(self, data: bytes) -> None:
+        self._clear()
+        self._stream.write(data.decode())
+
+    def keep(self) -> None:
+        self._stream.flush()
+
+    def discard(self) -> None:
+        """Nothing can be taken back."""
+
+
+def remove_unfinished(folder: str) -> None:
+    """Remove the unfinished files of processes that ended: those of living ones are locked."""
+    for path in _unfinished_in(folder):
+        with suppress(OSError):
+            handle = os.open(path, os.O_WRONLY)
+            try:
+                _lock(handle)
+                os.unlink(path)
+            finally:
+                os.close(handle)
+
+
+def _unfinished_in(folder: str) -> Iterator[str]:
+    with suppress(OSError), os.scandir(folder) as items:
+        for item in items:
+            if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
+                yield item.path
+
+
+def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
+    """A new file that no other writer has, locked while this process lives: its path, and a handle."""
+    short = os.fsdecode(os.fsencode(name)[:_LONGEST])
+    while True:
+        path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
+            _lock(handle)
+        if os.path.exists(path):
+            return path, handle
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    """Lock a file for as long as it is open. Raises OSError if another process has it."""
+    if "fcntl" in globals():
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _sync_folder(folder: str) -> None:
+    """Put the new name on the disk, too, where the system can."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -29,13 +29,13 @@ from rulesheets.model import Model, Value
 from rulesheets.units import converted, displays, parted
 from rulesheets.units.check import check_units
 from solver.facts import Status
+from solver.page import Rail, apart, extents, geometry, handles, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, finite, typeset
-from solver.page.figures import Rail, apart, extents, geometry, handles, needed, rail, turn
 from solver.report.derivation import why
 from solver.report.why import why_text
 from solver.result import Result
 from solver.solving import solve
-from solver.sweeps.plan import Plan, prepare
+from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import sweep
 
 Json = dict[str, Any]

@@ -20,7 +20,7 @@ from rulesheets.inputs import override
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.units import displaying
 from solver.facts import Status
-from solver.page.figures import geometry, handles, needed, outline, rectangle, turn
+from solver.page import geometry, handles, needed, outline, rectangle, turn
 from solver.path import equations_of
 from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Together

@@ -36,7 +36,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.loading import MAIN_SHEET, read_source, shipped_model, shipped_models
-from solver.files.replacing import write_file
+from solver.files import write_file
 from solver.lane import Lane, Workers
 from solver.page.description import complaint
 

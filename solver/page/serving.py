@@ -18,7 +18,7 @@ from rulesheets.model import Model, Value, expect_model
 from solver.commands.inputs import add_input_options, read_request
 from solver.commands.over import read_axes
 from solver.commands.running import Command
-from solver.files.replacing import missing_extra, write_file
+from solver.files import missing_extra, write_file
 
 if TYPE_CHECKING:
     from solver.page.widget import Cell

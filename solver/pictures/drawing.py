@@ -11,7 +11,7 @@ from rulesheets.diagnosis import RuleSheetError, error, suggestion
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Figure as Declared
 from solver.facts import Status, Unsolved
-from solver.pictures.diagram import drawable, lacking
+from solver.pictures import drawable, lacking
 from solver.pictures.layout import View
 from solver.result import Result
 

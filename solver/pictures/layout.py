@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rulesheets.checks.marks import ARROWS
-from solver.pictures.diagram import MARGIN, Diagram, Place, Window, scale, window
+from solver.pictures import MARGIN, Diagram, Place, Window, scale, window
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
 """Millimetres between panels, above one, below one, above a column, around the page, of a row of legend."""

@@ -20,7 +20,7 @@ from PIL import Image
 
 from rulesheets.checks.marks import ARROWS
 from rulesheets.format import readable
-from solver.pictures.diagram import FONT, SLOT, Box, Diagram, Panel, Place, Stroke, bar
+from solver.pictures import FONT, SLOT, Box, Diagram, Panel, Place, Stroke, bar
 from solver.pictures.layout import (
     ARROW_NAMES,
     BOLD,

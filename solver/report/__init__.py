@@ -1,1 +1,166 @@
-"""What a person or a program reads of a solve: variable sheet, path, JSON, CSV."""
+"""What a person or a program reads of a solve: variable sheet, path, JSON, CSV.
+
+Here are text tables: columns as wide as they need to be, and as the screen allows (the one door of rich).
+"""
+
+from __future__ import annotations
+
+import os
+import unicodedata
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple, TextIO
+
+
+class Screen(NamedTuple):
+    """``width`` columns, None for a file or a pipe; ``paint(text, style)`` sets off words."""
+
+    width: int | None = None
+    paint: Callable[[str, str], str] = lambda text, style: text
+
+
+PLAIN = Screen()
+SCREEN: ContextVar[Screen] = ContextVar("SCREEN", default=PLAIN)
+
+
+@contextmanager
+def shown_on(stream: TextIO) -> Iterator[None]:
+    """Reports are made for this stream within the context."""
+    before = SCREEN.set(screen_of(stream))
+    try:
+        yield
+    finally:
+        SCREEN.reset(before)
+
+
+def screen_of(stream: TextIO) -> Screen:
+    """The screen of a terminal; words are set off where ``rich`` is installed and NO_COLOR is not set.
+
+    COLUMNS in the environment counts for pipes, too.
+    """
+    columns = os.environ.get("COLUMNS", "")
+    width = int(columns) if columns.isdecimal() and int(columns) else None
+    if not stream.isatty():
+        return Screen(width)
+    width = width or _columns(stream)
+    if "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb":
+        return Screen(width)
+    try:
+        from rich.color import ColorSystem
+        from rich.style import Style
+    except ImportError:  # the extra `terminal`
+        return Screen(width)
+
+    def paint(text: str, style: str) -> str:
+        return Style.parse(style).render(text, color_system=ColorSystem.STANDARD) if text else text
+
+    return Screen(width, paint)
+
+
+def _columns(stream: TextIO) -> int:
+    """Columns of a terminal. (``shutil`` would bring the readers of archives with it.)"""
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or 80
+    except OSError:
+        return 80
+
+
+GAP = "  "
+LEAST = 8
+"""Characters that a column keeps when a table is made to fit."""
+
+
+def table(
+    header: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    least: Sequence[int] = (),
+    soft: Collection[int] = (-1,),
+    styles: Sequence[str] = (),
+) -> str:
+    """Lines of left-aligned columns under a header and a rule of dashes.
+
+    ``least`` are the smallest widths of the first columns: a column of numbers that keeps its width does not
+    shift the rest of the table when a number changes. ``soft`` columns are cut where the screen is too
+    narrow; ``styles`` set off the cells of the first columns where it can.
+    """
+    cells = [tuple(printable(cell) for cell in row) for row in rows]
+    widths = _widths((tuple(header), *cells), least)
+    room = SCREEN.get().width
+    if room is not None and _total(widths) > room:
+        widths = _widths((tuple(header), *cells))
+        _narrow(widths, room, [place % len(widths) for place in soft])
+    dashes = tuple("-" * size if head else "" for head, size in zip(header, widths, strict=True))
+    head = ["bold"] * len(widths), ["dim"] * len(widths)
+    body = [*styles, *[""] * (len(widths) - len(styles))]
+    lines = [_line(row, widths, style) for row, style in zip((tuple(header), dashes), head, strict=True)]
+    return "\n".join((*lines, *(_line(row, widths, body) for row in cells)))
+
+
+def fits(header: Sequence[str], rows: Iterable[Sequence[str]]) -> bool:
+    """Whether a table whose last column may be cut fits the screen."""
+    room = SCREEN.get().width
+    widths = _widths((tuple(header), *map(tuple, rows)))
+    return room is None or _total([*widths[:-1], min(widths[-1], LEAST)]) <= room
+
+
+def columns(rows: Iterable[Sequence[str]]) -> str:
+    """Like :func:`table`, without a header."""
+    cells = [tuple(printable(cell) for cell in row) for row in rows]
+    widths = _widths(cells)
+    if (room := SCREEN.get().width) is not None and widths:
+        _narrow(widths, room, [len(widths) - 1])
+    return "\n".join(_line(row, widths) for row in cells)
+
+
+def width(text: str) -> int:
+    """Cells that a text takes on a terminal: wide characters take two, combining ones none."""
+    if text.isascii():
+        return len(text)
+    wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
+    return len(text) + wide - sum(map(bool, map(unicodedata.combining, text)))
+
+
+def printable(text: str) -> str:
+    """The text on one line, without characters that would move the cursor."""
+    if text.isprintable():
+        return text
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def _widths(rows: Sequence[Sequence[str]], least: Sequence[int] = ()) -> list[int]:
+    sizes = [max(map(width, column)) for column in zip(*rows, strict=True)]
+    return [max(pair) for pair in zip(sizes, (*least, *[0] * (len(sizes) - len(least))), strict=True)]
+
+
+def _total(widths: Sequence[int]) -> int:
+    return sum(widths) + len(GAP) * (len(widths) - 1)
+
+
+def _narrow(widths: list[int], room: int, soft: Sequence[int]) -> None:
+    """Take from the widest of the soft columns what the table is too wide."""
+    excess = _total(widths) - room
+    while excess > 0 and soft and widths[place := max(soft, key=widths.__getitem__)] > LEAST:
+        widths[place] -= 1
+        excess -= 1
+
+
+def _line(row: Sequence[str], widths: Sequence[int], styles: Sequence[str] = ()) -> str:
+    paint = SCREEN.get().paint
+    parts: list[str] = []
+    pad = 0
+    for place, (cell, size) in enumerate(zip(row, widths, strict=True)):
+        text = _cut(cell, size)
+        if text:
+            parts.append(" " * pad + (paint(text, styles[place]) if styles and styles[place] else text))
+            pad = 0
+        pad += size - width(text) + len(GAP)
+    return "".join(parts)
+
+
+def _cut(text: str, size: int) -> str:
+    if width(text) <= size:
+        return text
+    while width(text) > size - 1:
+        text = text[:-1]
+    return text.rstrip() + "…"

@@ -18,10 +18,10 @@ from solver.facts import Status
 from solver.files.tables import Table
 from solver.path import Check, Path, SolveBlock, Step, equations_of
 from solver.path.planner import given_by
+from solver.report import table
 from solver.report.derivation import Derivation
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows
-from solver.report.table import table
 from solver.report.why import ESCAPED, Line, Page, why_latex
 from solver.result import Result, Samples
 

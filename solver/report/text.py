@@ -13,6 +13,7 @@ from rulesheets.model import Equation, Requirement
 from rulesheets.syntax import Span, escaped
 from solver.facts import Attempt, Proof, ProvedRoots, Status
 from solver.path import Evaluate, Path, Select, SolveBlock
+from solver.report import SCREEN, fits, table
 from solver.report.path import Places, path_text, rule_text
 from solver.report.sheet import (
     SheetRow,
@@ -26,7 +27,6 @@ from solver.report.sheet import (
     sheet_rows,
     tolerated,
 )
-from solver.report.table import SCREEN, fits, table
 from solver.result import Result
 
 WAITING, BLAMED = "*", ">"

@@ -11,9 +11,9 @@ from rulesheets.diagnosis import plural
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Name
 from rulesheets.units import shown
+from solver.report import columns
 from solver.report.derivation import Derivation, Direct, Guard, Known, Link, Together
 from solver.report.path import Notation, Places, Plain, Tex
-from solver.report.table import columns
 
 MARGIN = "    "
 

@@ -1,1 +1,446 @@
-"""Sweeps as a stream: rows are made, solved and handed on in pieces, in order, in bounded memory."""
+"""Many solves of one question, and here what they begin with: a model prepared for one pattern of inputs and
+outputs. Floats go in, checked floats come out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, reduce
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.deadline import WATCH, Interrupted, TimeIsUp, time_limit
+from rulesheets.diagnosis import Diagnosis, meant, plural
+from rulesheets.input_messages import not_finite_number, outside_range
+from rulesheets.inputs import is_symbol, override, quantities, variables_named
+from rulesheets.model import Model, Value, Variable, expect_model
+from solver.facts import OutOfTime, Status, Unsolved
+from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
+from solver.leaves import Asked, Exploration
+from solver.path.planner import planner
+from solver.ranking.branches import Answers, found_again, kept
+from solver.solution.conclusion import conclude
+from solver.solution.explain import explain
+from solver.solution.verdict import Verdict
+from solver.trace.guards import Pattern
+from solver.trace.python import with_resort
+from solver.trace.records import Records
+from solver.trace.rows import AnswerSweeper, Steady, listed
+
+
+def arguments(
+    model: Model, inputs: tuple[str, ...], given: tuple[Any, ...], named: Mapping[str, Any]
+) -> tuple[Value, ...]:
+    """The value of every input, floats and names of symbols.
+
+    Raises TypeError that names the input: for one that is missing, given twice or not prepared for, and for
+    a value that is neither a number nor a symbol.
+    """
+    asked = ", ".join(inputs) or "nothing"
+    if len(given) > len(inputs):
+        raise TypeError(
+            f"this plan takes {plural(len(inputs), 'input')} ({asked}), and {len(given)} were given; "
+            "what is fixed is said to prepare, by given"
+        )
+    values = dict(zip(inputs, given, strict=False))
+    for name, value in named.items():
+        if name not in inputs:
+            notes = meant(name, inputs)
+            if not notes and name in model.variables:
+                notes = (f"to vary it, prepare with inputs=[…, '{name}']",)
+            tail = f"; {notes[0]}" if notes else ""
+            raise TypeError(f"{name} is no input of this plan, which takes {asked}{tail}")
+        if name in values:
+            raise TypeError(f"{name} is given twice, by its place and by its name")
+        values[name] = value
+    missing = [name for name in inputs if name not in values]
+    if missing:
+        raise TypeError(
+            f"no value is given for {', '.join(missing)}; this plan takes {asked}, in this order "
+            "(give nan to have it solved)"
+        )
+    return tuple(_value(model, name, values[name]) for name in inputs)
+
+
+def _value(model: Model, name: str, given: Any) -> Value:
+    if isinstance(given, str):
+        if not is_symbol(given):
+            hint = f"; give the number {given}, not a text" if _is_number(given) else ""
+            raise TypeError(
+                f"{given!r} is no value for {name}: a text is read as a symbol, and this is none{hint}"
+            )
+        if name in quantities(model):
+            raise TypeError(f"{name} is a number, and {given!r} a symbol")
+        return given.removeprefix("'")
+    if not getattr(given, "ndim", 0) and _is_number(given):
+        return float(given)
+    kind = type(given).__name__
+    hint = "; for columns of values call sweep" if hasattr(given, "__len__") else ""
+    hint = "; to have it solved give nan" if given is None else hint
+    raise TypeError(f"{name} takes a number (or a symbol), not {kind}{hint}")
+
+
+def _is_number(given: Any) -> bool:
+    if (
+        isinstance(given, complex | bytes | bytearray)
+        or getattr(getattr(given, "dtype", None), "kind", "") == "c"
+    ):
+        return False
+    try:
+        float(given)
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return True
+
+
+Array: TypeAlias = NDArray[Any]
+
+
+class Plan:
+    """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``.
+
+    Rows that decide alike share the record of the first of them; rows that no record settles are solved
+    step by step.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: tuple[str, ...],
+        want: tuple[str, ...],
+        given: Mapping[str, Value],
+        guesses: Mapping[str, float],
+        timeout: float | None = None,
+    ) -> None:
+        self.model, self.inputs, self.want = model, inputs, want
+        self.given, self.guesses, self.timeout = given, guesses, timeout
+        self.records = Records(model, planner(model), Pattern(inputs, given, want, guesses))
+        self._sweeper: AnswerSweeper | None = None
+        self._bound: tuple[Callable[..., Any], ...] = ()
+        self._call(self._primary, self._every)
+
+    def __repr__(self) -> str:
+        return f"<Plan ({', '.join(self.inputs)}) -> ({', '.join(self.want)})>"
+
+    if TYPE_CHECKING:
+
+        def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
+            """The wanted values of the primary answer for a number of each input, by place or by name.
+
+            Raises Unsolved where there is none, as for an infinite number, TypeError for what is no number.
+            """
+
+        def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
+            """Those of every answer, the primary one first. Raises as a call does."""
+
+    else:
+        # Of each plan its own, so that a call goes straight into the record.
+        __slots__ = ("__call__", "__dict__", "__weakref__", "all")
+
+    def _call(self, primary: Callable[..., Any], every: Callable[..., Any]) -> None:
+        for name, function in (("__call__", primary), ("all", every)):
+            object.__setattr__(self, name, function)
+
+    def _bind(self) -> None:
+        """Let calls begin with the record that is asked first."""
+        records = self.records
+        if records.programs and (forms := (*records.first(), records.every[records.order[0]])) != self._bound:
+            self._bound, (*first, every) = forms, forms
+            primary = reduce(lambda otherwise, form: with_resort(form, otherwise), first[::-1], self._primary)
+            self._call(primary, with_resort(every, self._every))
+
+    def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
+        """What the first record does not settle, or all where there is none yet."""
+        numbers = self._numbers(given, named)
+        found = self.records.known(numbers)
+        if found is None:
+            found = self._answers(numbers)
+        else:
+            self.records.near(numbers)
+        self._bind()
+        return found[0]
+
+    def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
+        numbers = self._numbers(given, named)
+        found = self._known(numbers)
+        return self._answers(numbers) if found is None else found
+
+    def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
+        """The answers by the first record that settles them."""
+        found = self.records.known(numbers)
+        self._bind()
+        return found
+
+    def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
+        """The numbers of a call; places that a record has filled up hold None."""
+        while given and given[-1] is None:
+            given = given[:-1]
+        return arguments(self.model, self.inputs, given, named)
+
+    def sweep(self, *columns: Column, jit: bool = False) -> Table:
+        """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
+
+        With ``jit`` the records are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
+        Raises ValueError for columns of different lengths, ImportError where the extra is absent.
+        """
+        return sweep_rows(self, columns, jit)
+
+    def sweep_all(self, *columns: Column, jit: bool = False) -> tuple[NDArray[np.int8], Answers]:
+        """Every answer of each row for one or more arrays (n,) of numbers, and the status codes (n,).
+
+        Raises ValueError and ImportError as ``sweep`` does.
+        """
+        return sweep_answers(self, columns, jit)
+
+    @cached_property
+    def turns(self) -> Array:
+        """The whole turns of wanted angles (v,), infinite for all else."""
+        turn = planner(self.model).graph.turn
+        return np.array([turn(name) or np.inf for name in self.want])
+
+    def sweeper(self, jit: bool) -> AnswerSweeper:
+        """What solves rows by the records that there are."""
+        if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
+            self._sweeper = AnswerSweeper(self.records, jit, self.turns)
+        return self._sweeper
+
+    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
+        """The status of one row and, where it is solved, the wanted values of every answer in order."""
+        rows = self._known(numbers)
+        if rows is not None:
+            return Status.SOLVED, rows
+        if self._refused(numbers):
+            return Status.INFEASIBLE, []
+        verdict, found = self.judged(numbers)
+        self.learn(numbers, verdict, found)
+        return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
+
+    def _rows(self, verdict: Verdict) -> list[tuple[Value, ...]]:
+        """The wanted values of answers, none of them twice."""
+        rows = (tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in verdict.leaves)
+        return list(dict.fromkeys(rows))
+
+    def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
+        """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
+
+        A number that is nan is an input that the row lacks, and is solved for; one that is infinite is none
+        at all. What floats leave vague is solved again in extended precision. Where the time is up the row
+        is failed.
+        """
+        if any(isinstance(number, float) and math.isinf(number) for number in numbers):
+            return Verdict(Status.PARTIAL, ()), Exploration((), False, ())
+        if self._outside(numbers) is not None:
+            return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
+        try:
+            with time_limit(self.timeout):
+                values, limits = self._values(numbers), self.model.limits
+                said = conclude(Asked(self.model, values, self.want, self.guesses, self.want), limits=limits)
+                return said.verdict, said.found
+        except TimeIsUp:
+            return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
+
+    def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
+        """The first number that lies outside the range that the sheet declares."""
+        for name, number in zip(self.inputs, numbers, strict=True):
+            variable = self.model.variables[name]
+            if isinstance(number, str) or not math.isfinite(number):
+                continue
+            if not variable.admits(float(number)):
+                return float(number), variable
+        return None
+
+    def _values(self, numbers: tuple[Value, ...]) -> dict[str, Value]:
+        """The inputs of a row by name, those that it lacks left out."""
+        row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
+        return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
+
+    def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> None:
+        """A record of a row that was solved step by step, where it has one.
+
+        Of an infeasible row it is the refusal that is recorded, where nothing but that is known of it. A row
+        that lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew.
+        """
+        if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
+            return
+        if verdict.status is Status.SOLVED and self.records.learn(numbers, verdict.leaves, found.dead):
+            self._bind()
+        elif verdict.status is Status.INFEASIBLE:
+            self.records.refuse(numbers, found)
+
+    def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
+        if self._refused(numbers):
+            raise Unsolved(Status.INFEASIBLE, lambda: self._explained(numbers, self.judged(numbers)[0]))
+        verdict, found = self.judged(numbers)
+        self.learn(numbers, verdict, found)
+        if verdict.status is not Status.SOLVED:
+            raise Unsolved(verdict.status, lambda: self._explained(numbers, verdict))
+        return self._rows(verdict)
+
+    def _refused(self, numbers: tuple[Value, ...]) -> bool:
+        """Whether a row is known to be infeasible."""
+        return any(refused(*numbers) is not None for refused in self.records.refused)
+
+    def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
+        for name, number in zip(self.inputs, numbers, strict=True):
+            if isinstance(number, float) and math.isinf(number):
+                return (not_finite_number(number, self.model.variables[name]),)
+        if (outside := self._outside(numbers)) is not None:
+            return (outside_range(*outside, None),)
+        return explain(self.model, verdict, self._values(numbers), self.want)
+
+
+def prepare(
+    model: Model,
+    inputs: Iterable[str],
+    want: Iterable[str] | None = None,
+    given: Mapping[str, Value | None] | None = None,
+    guesses: Mapping[str, float] | None = None,
+    timeout: float | None = None,
+) -> Plan:
+    """Fix the pattern of a solve: ``inputs`` will be given by position, ``want`` is returned.
+
+    The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
+    defaults to the variables of the sheet that are no inputs, without those that calls only pass on to one
+    another. ``timeout`` limits the seconds of a solve step by step; a call that meets the limit raises
+    Unsolved with the status ``failed``. Raises RuleSheetError for names that the model does not have,
+    ValueError for an input that is named twice.
+    """
+    expect_model(model)
+    names = variables_named(inputs, model)
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"{twice[0]} stands twice among the inputs")
+    effective = override(model, given, guesses)
+    fixed = {name: value for name, value in effective.values.items() if name not in names}
+    wanted = variables_named(want, model) if want is not None else ()
+    if want is None:
+        shown = [n for n, v in model.variables.items() if v.posted and not v.passed] or list(model.variables)
+        wanted = tuple(n for n in shown if n not in fixed and n not in names)
+    return Plan(model, names, wanted, fixed, effective.guesses, timeout)
+
+
+def sweep_answers(
+    plan: Plan, columns: Sequence[Column], jit: bool, steady: bool = False
+) -> tuple[NDArray[np.int8], Answers]:
+    """The status codes (n,) of every row, and all its wanted values, the primary answer first.
+
+    The columns (n,) stand in the order of the plan's inputs; without any there is one row. In a ``steady``
+    sweep answers are in order as far as ``Answers.runs`` says. Raises ValueError for columns of different
+    lengths.
+    """
+    arrays = _columns(plan.inputs, columns)
+    if not arrays or any(array.dtype != float for array in arrays):
+        return _one_by_one(plan, arrays)
+    return _numbers(plan, arrays, jit, steady)
+
+
+def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
+    """The primary answer of every row: the one that continues a branch, else the one that the rule says."""
+    arrays = _columns(plan.inputs, columns)
+    inputs = dict(zip(plan.inputs, arrays, strict=True))
+    if _is_long(plan, arrays):
+        return _in_pieces(plan, inputs, jit)
+    status, answers = sweep_answers(plan, arrays, jit, steady=True)
+    first = kept(arrays, answers, plan.turns, len(status))
+    return one_answer(inputs, plan.want, status, answers, first, own=True)
+
+
+PIECE, HEAD = 2**17, 2**10
+"""Rows whose answers are all in memory at a time, and the first of them."""
+
+
+def _is_long(plan: Plan, columns: Sequence[Array]) -> bool:
+    """Whether memory for all answers is more than that for one, and too much."""
+    records, numbers = plan.records, set(plan.want) <= quantities(plan.model)
+    several = any(len(records.programs[place].endings) > 1 for place in records.order[:1])
+    return numbers and several and all(c.dtype == float and len(c) > PIECE for c in columns)
+
+
+def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table:
+    """A piece begins with the last two rows before it, whose answers are known."""
+    columns, turns, steady = list(inputs.values()), plan.turns, Steady(plan.sweeper(jit), PIECE + 2)
+    count = len(columns[0])
+    status, counts = np.zeros(count, dtype=np.int8), list[Array]()
+    values = [np.empty(count) for _ in plan.want]
+    for start, end in pairwise((*range(0, HEAD + 1, HEAD), *range(HEAD + PIECE, count, PIECE), count)):
+        rows = slice(max(start - 2, 0), end)
+        here, targets = ([column[rows] for column in found] for found in (columns, values))
+        before = np.array([column[: start - rows.start] for column in targets])
+        counts.append(np.broadcast_to(np.int64(steady(here, before, targets)), end - start))
+        if not counts[-1][0]:
+            status[rows], answers = sweep_answers(plan, here, jit, steady=True)
+            first = kept(here, answers, turns, count, rows.start, found_again(answers, before, turns))
+            counts[-1] = answers.counts[start - rows.start :]
+            shown = answers.chosen(first, own=True) or [np.array(np.nan) for _ in values]
+            for target, column in zip(targets, shown, strict=True):
+                target[:] = column
+    one = counts[0][0]
+    alike = all(few.strides == (0,) and few[0] == one for few in counts)
+    whole = np.broadcast_to(one, count) if alike else np.concatenate(counts)
+    return _table(inputs, plan.want, status, values, whole)
+
+
+def one_answer(
+    inputs: Mapping[str, Array],
+    want: Sequence[str],
+    status: Array,
+    answers: Answers,
+    first: Array,
+    own: bool = False,
+) -> Table:
+    """A row for each row of inputs, with the answers ``first`` (n,) of each, whose planes it may ``own``."""
+    values = answers.chosen(first, own) or [np.full(len(status), np.nan) for _ in want]
+    return _table(inputs, want, status, values, answers.counts)
+
+
+def _table(
+    inputs: Mapping[str, Array], want: Sequence[str], status: Array, values: Sequence[Array], counts: Array
+) -> Table:
+    columns = {**dict(zip(want, values, strict=True)), **inputs}
+    columns = {name: columns[name] for name in (*inputs, *want)}
+    columns[free_name("answers", columns)] = counts
+    return Table(columns, status, answers=counts)
+
+
+def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
+    if len(columns) != len(names):
+        raise TypeError(f"this plan is prepared for {plural(len(names), 'column')}, not for {len(columns)}")
+    arrays = [column_of(column, name) for name, column in zip(names, columns, strict=True)]
+    one_length(names, arrays)
+    return arrays
+
+
+def _numbers(plan: Plan, columns: list[Array], jit: bool, steady: bool) -> tuple[NDArray[np.int8], Answers]:
+    """Rows of numbers: by records first. Raises Interrupted with the same for an interrupt at a row."""
+    status = np.zeros(len(columns[0]), dtype=np.int8)
+
+    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+        watch = WATCH.get()
+        if watch is not None:
+            watch(row)
+        return plan.outcome(tuple(float(column[row]) for column in columns))
+
+    def keep(rows: Array, outcome: Status) -> None:
+        status[rows] = CODES[outcome]
+
+    try:
+        found = plan.sweeper(jit).run(columns, outcome, keep, steady)
+    except Interrupted as reached:
+        raise Interrupted(reached.rows, (status, reached.kept)) from None
+    return status, found
+
+
+def _one_by_one(plan: Plan, columns: list[Array]) -> tuple[NDArray[np.int8], Answers]:
+    found = [plan.outcome(numbers) for numbers in _rows(columns)]
+    status = np.array([CODES[status] for status, _ in found], dtype=np.int8)
+    return status, listed([rows for _, rows in found])
+
+
+def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:
+    if not columns:
+        yield ()
+    for row in zip(*columns, strict=True):
+        yield tuple(v if isinstance(v, str) else np.nan if v is None else float(v) for v in row)

@@ -21,7 +21,7 @@ from solver.path import Assume, Evaluate, Select, Step, equations_of
 from solver.path.graph import ModelGraph
 from solver.path.isolate import is_linear
 from solver.path.planner import given_by, planner, read_by
-from solver.sweeps.plan import Plan, prepare
+from solver.sweeps import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,
     CoreSystem,

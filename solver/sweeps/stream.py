@@ -20,7 +20,7 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.model import Model
 from rulesheets.units import displays
 from solver.facts import Status
-from solver.files.replacing import other_sweep
+from solver.files import other_sweep
 from solver.files.tables import (
     WORDS,
     Array,

@@ -17,11 +17,11 @@ from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units import scaling
 from solver.derivatives import tolerances_of
-from solver.files.replacing import missing_extra
+from solver.files import missing_extra
 from solver.files.tables import Chunk, Column, Table, joined, one_length
 from solver.path.planner import planner
 from solver.result import SPREADS, Result, Samples
-from solver.sweeps.plan import Plan, prepare
+from solver.sweeps import Plan, prepare
 from solver.sweeps.stream import Grid, grid_chunks, grid_lessons, listed
 from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
 from solver.sweeps.workers import solved_pieces

@@ -18,7 +18,7 @@ from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.tables import CODES, WORDS, Array, Table, free_name, stacked
 from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
-from solver.sweeps.plan import Plan, one_answer, sweep_answers
+from solver.sweeps import Plan, one_answer, sweep_answers
 from solver.trace.rows import listed
 
 

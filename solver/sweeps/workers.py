@@ -26,7 +26,7 @@ from typing import Any
 from rulesheets.deadline import Interrupted, Interrupts
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
 from rulesheets.registered import in_memory
-from solver.files.replacing import missing_extra
+from solver.files import missing_extra
 from solver.files.tables import Chunk
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 

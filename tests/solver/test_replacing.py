@@ -17,10 +17,10 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
+from solver import files
 from solver.__main__ import main
 from solver.commands import WRONG
-from solver.files import replacing
-from solver.files.replacing import UNFINISHED, Replacement, write_file
+from solver.files import UNFINISHED, Replacement, write_file
 
 ROOT = Path(__file__).parent.parent.parent
 Patch = pytest.MonkeyPatch
@@ -162,7 +162,7 @@ def test_what_fails_at_the_last_bytes_leaves_the_old_file(
     def fails(handle: int) -> None:
         raise failure
 
-    monkeypatch.setattr(replacing.os, "fsync", fails)
+    monkeypatch.setattr(files.os, "fsync", fails)
     with pytest.raises((RuleSheetError, KeyboardInterrupt)), Replacement(str(path)) as file:
         file.write(b"x" * 100)
     assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]
@@ -171,8 +171,8 @@ def test_what_fails_at_the_last_bytes_leaves_the_old_file(
 def test_bytes_are_on_the_disk_before_the_name_changes(tmp_path: Path, monkeypatch: Patch) -> None:
     done: list[str] = []
     sync, replace = os.fsync, os.replace
-    monkeypatch.setattr(replacing.os, "fsync", lambda handle: (done.append("sync"), sync(handle)))
-    monkeypatch.setattr(replacing.os, "replace", lambda a, b: (done.append("replace"), replace(a, b)))
+    monkeypatch.setattr(files.os, "fsync", lambda handle: (done.append("sync"), sync(handle)))
+    monkeypatch.setattr(files.os, "replace", lambda a, b: (done.append("replace"), replace(a, b)))
     write_file(str(tmp_path / "table"), b"x")
     assert done[:2] == ["sync", "replace"]
 
@@ -184,7 +184,7 @@ def test_a_mode_that_cannot_be_kept_is_told_and_leaves_nothing(tmp_path: Path, m
     def refused(target: str, mode: int) -> None:
         raise PermissionError(errno.EPERM, "Operation not permitted")
 
-    monkeypatch.setattr(replacing.os, "chmod", refused)
+    monkeypatch.setattr(files.os, "chmod", refused)
     with pytest.raises(RuleSheetError, match="not permitted"):
         Replacement(str(path))
     assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]

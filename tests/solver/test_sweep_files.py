@@ -38,9 +38,8 @@ from solver.files.tables import (
     stacked,
     write_table,
 )
+from solver.sweeps import Plan, workers
 from solver.sweeps import sweep as sweeping
-from solver.sweeps import workers
-from solver.sweeps.plan import Plan
 from solver.sweeps.stream import Grid, Outcome, grid_chunks, grid_lessons, listed, run
 from solver.sweeps.sweep import work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked

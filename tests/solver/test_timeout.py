@@ -182,15 +182,15 @@ def test_a_sweep_keeps_the_rows_that_were_solved_in_time(monkeypatch: pytest.Mon
     whole = solver.sweep(model(), {"c": values}, ["x"])
     solved = []
 
-    def judged(plan: solver.sweeps.plan.Plan, numbers: object) -> object:
+    def judged(plan: solver.sweeps.Plan, numbers: object) -> object:
         solved.append(numbers)
         if len(solved) > 2:
             monkeypatch.setattr(deadline, "monotonic", lambda: 1e12)
         return before(plan, numbers)
 
-    before = solver.sweeps.plan.Plan.judged
-    monkeypatch.setattr(solver.sweeps.plan.Plan, "judged", judged)
-    monkeypatch.setattr(solver.sweeps.plan.Plan, "learn", lambda *given: None)
+    before = solver.sweeps.Plan.judged
+    monkeypatch.setattr(solver.sweeps.Plan, "judged", judged)
+    monkeypatch.setattr(solver.sweeps.Plan, "learn", lambda *given: None)
     table = solver.sweep(model(), {"c": values}, ["x"], timeout=1e6)
     done = np.flatnonzero(table.solved)
     assert 0 < len(done) < 4

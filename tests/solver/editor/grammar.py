@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rulesheets.functions import TABLE
-from solver.editor.words import HEADS, MARKS, RESERVED
+from solver.editor import HEADS, MARKS, RESERVED
 
 ROOT = Path(__file__).parent.parent.parent.parent
 FILE = ROOT / "solver" / "editor" / "vscode" / "syntaxes" / "tk.tmLanguage.json"

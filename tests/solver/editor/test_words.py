@@ -15,7 +15,7 @@ import pytest
 import solver
 from rulesheets.functions import TABLE
 from rulesheets.parse.sections import head_word
-from solver.editor.words import HEADS, RESERVED, Names, Symbol, words
+from solver.editor import HEADS, RESERVED, Names, Symbol, words
 from tests.solver.editor.grammar import FILE, written
 
 ROOT = Path(__file__).parents[3]

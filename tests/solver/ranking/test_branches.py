@@ -74,7 +74,7 @@ def test_a_long_sweep_shows_what_it_shows_in_one_piece(jit: bool, monkeypatch: p
     column = np.concatenate([out, [np.nan, 20.0], back, np.random.default_rng(6).uniform(5.0, 10.0, 9_000)])
     tables = []
     for piece in (2**20, 2**13, 5000):
-        monkeypatch.setattr("solver.sweeps.plan.PIECE", piece)
+        monkeypatch.setattr("solver.sweeps.PIECE", piece)
         plan = solver.prepare(model, ["xB"], ["thetaAO", "vB", "alphaAB"], {"thetaAO": None})
         plan(7.0)
         tables.append(plan.sweep(column, jit=jit))

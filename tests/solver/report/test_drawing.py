@@ -17,7 +17,7 @@ import rulesheets
 import solver
 from rulesheets.checks.marks import ARROWS
 from rulesheets.diagnosis import RuleSheetError
-from solver.pictures.diagram import (
+from solver.pictures import (
     Box,
     Diagram,
     Panel,

@@ -12,7 +12,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.diagnosis import render
-from solver.report.table import PLAIN, SCREEN, Screen, screen_of, table, width
+from solver.report import PLAIN, SCREEN, Screen, screen_of, table, width
 from solver.report.text import result_text
 
 SHEET = """\

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from solver.report.table import columns, table, width
+from solver.report import columns, table, width
 
 
 def test_columns_are_as_wide_as_their_widest_cell() -> None:

@@ -14,7 +14,7 @@ import rulesheets
 import solver
 from rulesheets.model import Model
 from solver.files.tables import CODES
-from solver.sweeps.plan import Plan
+from solver.sweeps import Plan
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))

@@ -17,7 +17,7 @@ import solver
 from rulesheets.functions.floats import atan2d, cosd, sind
 from rulesheets.model import Model
 from rulesheets.syntax import nodes
-from solver.sweeps.plan import Plan
+from solver.sweeps import Plan
 from solver.trace.arrays import ArrayKernel, SineAndCosine
 from solver.trace.flow import Flow
 from solver.trace.llvm import NativeKernel, available
