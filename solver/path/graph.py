@@ -188,6 +188,7 @@ class ModelGraph:
         self._users: dict[str, tuple[int, ...]] = {}
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._plain: dict[int, frozenset[str]] = {}
+        self._plain_of: dict[Shape, tuple[int, ...]] = {}
         self._turns: dict[str, _Angle] | None = None
         self._weighed: frozenset[str] | None = None
         self.kernels: dict[Any, Any] = {}
@@ -216,12 +217,19 @@ class ModelGraph:
     def cost(self, equation: int, variable: int) -> int | None:
         """The cost of an isolation, told without isolating where that is plain; None where there is none."""
         if equation not in self._plain:
-            body = self.model.equations[equation]
-            self._plain[equation] = plainly_resolvable(body.left, body.right)
+            self._plain[equation] = self._plainly_resolvable(self.model.equations[equation])
         if self.names[variable] in self._plain[equation]:
             return 0
         isolation = self.isolation(equation, variable)
         return None if isolation is None else isolation.cost
+
+    def _plainly_resolvable(self, equation: Equation) -> frozenset[str]:
+        """What an equation gives at no cost, found out once for each shape."""
+        (shape, _), names = shape_of(equation), equation.names
+        if shape not in self._plain_of:
+            plain = plainly_resolvable(equation.left, equation.right)
+            self._plain_of[shape] = tuple(k for k, name in enumerate(names) if name in plain)
+        return frozenset([names[k] for k in self._plain_of[shape]])
 
     def turn(self, name: str) -> float | None:
         """The period of a variable that is nothing but an angle: 360 or 2π, or None.
