@@ -4,22 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, meant, said, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, meant, said
 from rulesheets.model import Model, Variable
 from rulesheets.syntax import Span
-
-
-def names_variable(name: str, place: Span | None) -> Diagnosis:
-    return said(
-        "E401",
-        f"an input is a number or a symbol, and {name} is a variable",
-        place,
-        f"for the symbol write '{name}",
-        "to tie two variables together write a rule",
-        label="evaluated once, before anything is solved",
-    )
 
 
 def not_finite(reason: str, place: Span | None) -> Diagnosis:
@@ -96,76 +84,10 @@ def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     )
 
 
-def not_a_symbol(text: str, variable: Variable) -> Diagnosis:
-    return error(
-        "E406",
-        f"{text!r} is no value for {variable.name}: a text is read as a symbol, and this is none",
-        notes=("give numbers as numbers, and symbols by their names ('open')",),
-    )
-
-
-def not_a_number(given: object, variable: Variable) -> Diagnosis:
-    """For what is given by a program: neither a number nor a text."""
-    return error(
-        "E406",
-        f"{given!r} is no value for {variable.name}: neither a number nor a symbol",
-        notes=("a sweep takes lists and arrays; a solve takes one value of each input",),
-    )
-
-
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
     """The complaint about a name that the model does not have, with the name that may be meant."""
     notes = meant(name, model.variables)
     return said("E407", f"{model.name} has no variable {name}", place, *notes)
-
-
-def no_name_column(columns: Sequence[str]) -> Diagnosis:
-    """Without an excerpt: a file without this heading is no variable sheet, and is not shown."""
-    return error(
-        "E410",
-        "a variable sheet needs a heading with the column Name",
-        notes=(f"the first line is {','.join(columns)}",),
-    )
-
-
-def unknown_column(name: str, columns: Sequence[str], place: Span) -> Diagnosis:
-    return said(
-        "E411",
-        f"a variable sheet has no column {name}",
-        place,
-        *suggestion(name, columns),
-        f"the columns are {', '.join(columns)}",
-    )
-
-
-def unknown_status(status: str, place: Span) -> Diagnosis:
-    if status == "L":
-        message = "a variable with the status L holds a list, and lists are not there yet"
-    else:
-        message = f"there is no status {status}"
-    return said("E412", message, place, "the column St is blank, or G for a guess, or C for a comment row")
-
-
-def nameless_input(text: str, place: Span) -> Diagnosis:
-    return said(
-        "E413",
-        f"the input {text} belongs to no variable",
-        place,
-        "fill in the column Name, or mark a comment row by C in the column St",
-    )
-
-
-def repeated_row(name: str, place: Span) -> Diagnosis:
-    return said("E414", f"{name} has a row already", place, "keep one of the rows", label="again")
-
-
-def too_many_cells(cells: int, columns: int, place: Span) -> Diagnosis:
-    return said(
-        "E415",
-        f"this row has {cells} cells, and the heading {columns}",
-        place,
-        "put a cell that has a comma in it in double quotes",
-    )
 
 
 def not_finite_number(number: float, variable: Variable) -> Diagnosis:

@@ -9,14 +9,11 @@ from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
 from rulesheets.checks import check_constant
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse, said
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exactly import with_round_values
 from rulesheets.input_messages import (
-    names_variable,
     no_tolerance,
-    not_a_number,
-    not_a_symbol,
     not_a_value,
     not_finite,
     not_finite_number,
@@ -66,7 +63,10 @@ def constant(expression: Expression) -> Value:
         return expression.name
     name = next(names(expression), None)
     if name is not None:
-        raise RuleSheetError(names_variable(name, expression.span))
+        message = f"an input is a number or a symbol, and {name} is a variable"
+        notes = f"for the symbol write '{name}", "to tie two variables together write a rule"
+        label = "evaluated once, before anything is solved"
+        raise RuleSheetError(said("E401", message, expression.span, *notes, label=label))
     unit = next(units_of(expression), None)
     if unit is not None:
         raise RuleSheetError(part_with_unit(unit, expression.span))
@@ -427,7 +427,11 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
     if isinstance(given, str):
         symbol = _symbol(given)
         if symbol is None:
-            raise RuleSheetError(not_a_symbol(given, variable))
+            why = "a text is read as a symbol, and this is none"
+            note = "give numbers as numbers, and symbols by their names ('open')"
+            raise RuleSheetError(
+                said("E406", f"{given!r} is no value for {variable.name}: {why}", None, note)
+            )
         if variable.name in quantities(model):
             raise RuleSheetError(symbol_for_number(symbol, variable, model))
         return symbol
@@ -460,7 +464,9 @@ def _number(given: SupportsFloat, variable: Variable) -> float:
     try:
         number = float(given)
     except (TypeError, ValueError):
-        raise RuleSheetError(not_a_number(given, variable)) from None
+        message = f"{given!r} is no value for {variable.name}: neither a number nor a symbol"
+        note = "a sweep takes lists and arrays; a solve takes one value of each input"
+        raise RuleSheetError(said("E406", message, None, note)) from None
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):

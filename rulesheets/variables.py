@@ -20,24 +20,21 @@ import os
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse
-from rulesheets.input_messages import (
-    guess_with_tolerance,
-    nameless_input,
-    no_name_column,
-    repeated_row,
-    symbol_as_guess,
-    too_many_cells,
-    unknown_column,
-    unknown_status,
-)
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
+from rulesheets.input_messages import guess_with_tolerance, symbol_as_guess
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_input, unguarded, variable_named
 from rulesheets.loading import read_source
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
-_STATUSES = {"", "I", "O", "G", "C", "L"}
+_STATUSES = {"", "I", "O", "G", "C"}
+_NAMELESS = error(
+    "E410",
+    "a variable sheet needs a heading with the column Name",
+    notes=(f"the first line is {','.join(COLUMNS)}",),
+)
+"""Without an excerpt: a file without this heading is no variable sheet, and is not shown."""
 
 
 class VariableSheet(NamedTuple):
@@ -73,7 +70,8 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
         try:
             value, tolerance = _input_of(row, line, model)
             if row.name in inputs:
-                raise RuleSheetError(repeated_row(row.name, _cell(line, row.name)))
+                message, place = f"{row.name} has a row already", _cell(line, row.name)
+                raise RuleSheetError(said("E414", message, place, "keep one of the rows", label="again"))
             inputs[row.name] = None if row.status == "G" else value
             if row.status == "G" and value is not None:
                 guesses[row.name] = _guess(value, _cell(line, row.input))
@@ -128,7 +126,7 @@ def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
         if row is not None:
             yield row, line
     if columns is None:
-        raise RuleSheetError(no_name_column(COLUMNS))
+        raise RuleSheetError(_NAMELESS)
 
 
 def _lines(source: Source, before: int, last: int) -> Span:
@@ -149,20 +147,28 @@ def _cell(line: Span, text: str) -> Span:
 def _heading(cells: list[str], line: Span) -> list[str]:
     columns = [cell.lower() for cell in cells]
     if "name" not in columns:
-        raise RuleSheetError(no_name_column(COLUMNS))
-    known = {column.lower() for column in COLUMNS}
-    complaints = [
-        unknown_column(cell, COLUMNS, _cell(line, cell))
+        raise RuleSheetError(_NAMELESS)
+    known = {"", *map(str.lower, COLUMNS)}
+    every = f"the columns are {', '.join(COLUMNS)}"
+    refuse(
+        said(
+            "E411",
+            f"a variable sheet has no column {cell}",
+            _cell(line, cell),
+            *suggestion(cell, COLUMNS),
+            every,
+        )
         for cell in cells
-        if cell and cell.lower() not in known
-    ]
-    refuse(complaints)
+        if cell.lower() not in known
+    )
     return columns
 
 
 def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
     if len(cells) > len(columns) and any(cells[len(columns) :]):
-        raise RuleSheetError(too_many_cells(len(cells), len(columns), line))
+        message = f"this row has {len(cells)} cells, and the heading {len(columns)}"
+        note = "put a cell that has a comma in it in double quotes"
+        raise RuleSheetError(said("E415", message, line, note))
     by_column = dict(zip(columns, cells, strict=False))
     row = Row(
         status=by_column.get("st", "").upper(),
@@ -174,8 +180,14 @@ def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
     )
     if row.status == "C" or not (row.name or row.input):
         return None
-    if row.status not in _STATUSES or row.status == "L":
-        raise RuleSheetError(unknown_status(row.status, _cell(line, cells[columns.index("st")])))
+    if row.status not in _STATUSES:
+        message = f"there is no status {row.status}"
+        if row.status == "L":
+            message = "a variable with the status L holds a list, and lists are not there yet"
+        place = _cell(line, cells[columns.index("st")])
+        note = "the column St is blank, or G for a guess, or C for a comment row"
+        raise RuleSheetError(said("E412", message, place, note))
     if not row.name:
-        raise RuleSheetError(nameless_input(row.input, line))
+        note = "fill in the column Name, or mark a comment row by C in the column St"
+        raise RuleSheetError(said("E413", f"the input {row.input} belongs to no variable", line, note))
     return row

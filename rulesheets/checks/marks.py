@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from enum import Enum
+from functools import partial
 from typing import NamedTuple
 
 from rulesheets.checks import check_builtin, name_in
@@ -28,46 +29,32 @@ class Kind(NamedTuple):
     """
 
     shape: Shape
-    what: str
     example: str
     least: int = 2
     most: int | None = 2
     named: bool = False
 
 
-def _place(what: str, example: str) -> Kind:
-    return Kind(Shape.COORDINATES, what, example, named=True)
-
-
-def _link(what: str, example: str, least: int = 2) -> Kind:
-    return Kind(Shape.POINTS, what, example, least, None)
-
-
-def _arrow(what: str, example: str) -> Kind:
-    return Kind(Shape.POINTS, what, example)
-
-
-def _joint(what: str, example: str) -> Kind:
-    return Kind(Shape.DIRECTED, what, example)
-
+_place = partial(Kind, Shape.COORDINATES, named=True)
+_link = partial(Kind, Shape.POINTS, most=None)
+_arrow = partial(Kind, Shape.POINTS)
+_joint = partial(Kind, Shape.DIRECTED)
 
 KINDS: dict[str, Kind] = {
-    "point": _place("a point, with its name beside it", "point A = (xA, yA)"),
-    "pin": _place("a point that is pinned to the ground", "pin O = (0, 0)"),
-    "pole": _place("the pole of a velocity or acceleration diagram", "pole o = (0, 0)"),
-    "line": _link("a link, or a line through several points", "line (O, A)"),
-    "slot": _arrow("a link with a slot along it", "slot (C, D)"),
-    "body": _link("a rigid link with three corners or more", "body (U, T, W)", 3),
-    "slider": _joint("a slider on a fixed straight guide", "slider (B, 0)"),
-    "block": _joint("a slider on a moving link", "block (B, thetaCD)"),
-    "trunnion": _joint("a guide that turns about a fixed point", "trunnion (E, thetaCD)"),
-    "vector": _arrow("an arrow from one point to another", "vector vB = (o, b)"),
-    "normal": _arrow("an arrow along a link: a normal acceleration", "normal aAn = (o1, a11)"),
-    "tangential": _arrow(
-        "an arrow across a link: a relative velocity, a tangential acceleration", "tangential vAB = (a, b)"
-    ),
-    "sliding": _arrow("an arrow of sliding motion along a link or a guide", "sliding vS = (s, b)"),
-    "coriolis": _arrow("an arrow of the Coriolis acceleration", "coriolis (s1, k1)"),
+    "point": _place("point A = (xA, yA)"),
+    "pin": _place("pin O = (0, 0)"),  # to the ground
+    "pole": _place("pole o = (0, 0)"),  # of a velocity or acceleration diagram
+    "line": _link("line (O, A)"),  # a link, or a line through several points
+    "slot": _arrow("slot (C, D)"),  # a link with a slot along it
+    "body": _link("body (U, T, W)", 3),  # a rigid link with three corners or more
+    "slider": _joint("slider (B, 0)"),  # on a fixed straight guide
+    "block": _joint("block (B, thetaCD)"),  # a slider on a moving link
+    "trunnion": _joint("trunnion (E, thetaCD)"),  # a guide that turns about a fixed point
+    "vector": _arrow("vector vB = (o, b)"),
+    "normal": _arrow("normal aAn = (o1, a11)"),  # along a link: a normal acceleration
+    "tangential": _arrow("tangential vAB = (a, b)"),  # across a link: a velocity or an acceleration
+    "sliding": _arrow("sliding vS = (s, b)"),  # along a link or a guide
+    "coriolis": _arrow("coriolis (s1, k1)"),
 }
 """A table, so that a new kind needs no new grammar."""
 

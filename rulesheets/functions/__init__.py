@@ -197,7 +197,6 @@ _EXPONENTIAL = (
         slopes=of("exp"),
         inverse=Inverse(_by("ln"), low=0.0, low_open=True),
         interval=Monotone(math.exp, image=POSITIVE),
-        digits=digits.exp,
         nonzero=True,
     ),
     _row(
@@ -349,7 +348,6 @@ _HYPERBOLIC = (
         slopes=of("cosh"),
         inverse=Inverse(_by("asinh")),
         interval=Monotone(math.sinh),
-        digits=digits.sinh,
     ),
     _row(
         *("cosh", "hyperbolic cosine", "cosh(ln(2)) = 1.25"),
@@ -357,7 +355,6 @@ _HYPERBOLIC = (
         slopes=of("sinh"),
         inverse=Inverse(_both_signs("acosh"), low=1.0),
         interval=Even(Monotone(math.cosh, POSITIVE, (1.0, inf))),
-        digits=digits.cosh,
     ),
     _row(
         *("tanh", "hyperbolic tangent", "tanh(ln(2)) = 0.6"),

@@ -8,25 +8,8 @@ from typing import Any, TypeAlias
 Extended: TypeAlias = Any
 """A number of mpmath (which has no types of its own)."""
 
-LARGE = 2**20
 MOST_ORDER = 1_000
 """The largest order of a Bessel function: beyond it, one value takes longer than an answer is worth."""
-
-
-def exp(mp: Any, x: Extended) -> Extended:
-    """Of large whole numbers mpmath makes a power of e, squared and squared again with ever more digits."""
-    if abs(x) < LARGE or not mp.isint(x):
-        return mp.exp(x)
-    return mp.exp(mp.fsub(x, 0.5, exact=True)) * mp.exp(0.5)
-
-
-def sinh(mp: Any, x: Extended) -> Extended:
-    """Of large numbers half a power of e, as the other half is below any digits."""
-    return mp.sinh(x) if abs(x) < LARGE else mp.sign(x) * exp(mp, abs(x)) / 2
-
-
-def cosh(mp: Any, x: Extended) -> Extended:
-    return mp.cosh(x) if abs(x) < LARGE else exp(mp, abs(x)) / 2
 
 
 def truncated(mp: Any, x: Extended) -> Extended:

@@ -81,7 +81,7 @@ def _settled(question: Question, candidates: Candidates, point: dict[str, float]
 def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:
     """Candidates: all solutions are among them. Raises Unclear, and Undefined for what overflows."""
     found: list[dict[str, float]] = [{}]
-    for formula in form.formulas:
+    for formula in form:
         found = [{**one, **more} for one in found for more in _values(formula, {**values, **one})]
     return found
 

@@ -82,14 +82,8 @@ class Circle(NamedTuple):
 Formula = Let | Parabola | Circle
 
 
-class ClosedForm(NamedTuple):
-    """Formulas in order; they end with every unknown."""
-
-    formulas: tuple[Formula, ...]
-
-    @property
-    def branches(self) -> int:
-        return int(2 ** sum(1 for formula in self.formulas if not isinstance(formula, Let)))
+ClosedForm: TypeAlias = tuple[Formula, ...]
+"""Formulas in order; they end with every unknown."""
 
 
 Line: TypeAlias = tuple[Polynomial, Polynomial, Polynomial]
@@ -462,4 +456,4 @@ def _eliminate(system: System, unknowns: Collection[str]) -> ClosedForm | None:
     system.tidy()
     if system.equations:
         return None
-    return ClosedForm((*system.formulas(), *(direction(name, *angle) for name, angle in angles.items())))
+    return (*system.formulas(), *(direction(name, *angle) for name, angle in angles.items()))

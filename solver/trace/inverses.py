@@ -262,7 +262,7 @@ class ClosedForms(Inverses):
         if form is None:
             raise NotCompilable
         found = [(state.fork(), dict(state.values))]
-        for formula in form.formulas:
+        for formula in form:
             found = [after for one, letters in found for after in self._formula(one, letters, formula)]
         return found
 

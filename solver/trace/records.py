@@ -137,7 +137,7 @@ class Refusal(Recording):
     def _no_discriminant(self, state: State, step: SolveBlock) -> int:
         form = kernel_of(self.graph, step).closed
         letters = dict(state.values)
-        for formula in form.formulas if form is not None else ():
+        for formula in form or ():
             match formula:
                 case Let(name):
                     letters[name] = self._let(letters, formula)
