@@ -10,12 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
+from typing import Any, ClassVar, TypeAlias, overload
 
 from rulesheets.syntax import Span
-
-if TYPE_CHECKING:
-    from rulesheets.syntax.forms import Like
 
 # --- arithmetic -----------------------------------------------------------------
 
@@ -231,7 +228,7 @@ class Equality(Node):
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
     span: Span | None = None
-    like: Like | None = None
+    like: Any = None  # a ``Like`` of ``forms``, which stands above
     parts = property(lambda node: (*node.left, *node.right))
 
     def __getattr__(self, name: str) -> tuple[Expression, ...]:

@@ -88,7 +88,8 @@ def bodies(body: RuleBody) -> Iterator[RuleBody]:
 def names_of(body: RuleBody) -> Iterable[str]:
     """The variables of a rule, not of its arms, left to right."""
     if isinstance(body, Equality) and body.like is not None:
-        return body.like.names
+        found: Iterable[str] = body.like.names
+        return found
     return (name for operand in children(body) for name in names(operand))
 
 
