@@ -30,6 +30,7 @@ from solver.numerics.tolerances import (
     MULTIPLE,
     NEARLY,
     ROUNDED,
+    SAME_VALUE,
     SIMPLE,
     VANISHED,
     Outcome,
@@ -189,7 +190,8 @@ class Candidates:
         for index, answer in enumerate(self.answers):
             here = self.question.beside(point, answer.values)
             if self._same(here, answer.values, blur):
-                if found.double and not answer.double and not _equal(here, answer.values):
+                alike = _near(here, answer.values, SAME_VALUE, [0.0] * len(here))
+                if found.double and not answer.double and not alike:
                     self.answers[index] = found  # the other one is what rounding makes of it
                 return
         self.answers.append(found)
@@ -290,11 +292,6 @@ class Candidates:
             direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.question.equations, tuple(moving), moving)
-
-
-def _equal(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
-    """To nine digits."""
-    return _near(one, other, 1e-9, [0.0] * len(one))
 
 
 def _apart(one: Mapping[str, float], other: Mapping[str, float]) -> float:

@@ -9,7 +9,7 @@ is held at the edge of it. Where descent finds nothing, trust regions do."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -259,23 +259,20 @@ CORRECTIONS = 4
 
 def free_curve(question: Question) -> BlockOutcome | None:
     """What a block leaves free at a point that satisfies it; None where no such point is found."""
-    kernel = question.kernel
-    if not kernel.smooth or len(question.unknowns) > MAX_BATCH_UNKNOWNS:
-        return None
-    with np.errstate(all="ignore"):
-        try:
-            return _Curve(question).found()
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-            return None
+    return _curve(question, lambda curve: curve.found())
 
 
 def curve_through(question: Question, point: Mapping[str, float]) -> BlockOutcome | None:
     """What a block leaves free at an answer of it; None where no way leads on from there."""
+    return _curve(question, lambda curve: curve.through(np.array([point[n] for n in question.unknowns])))
+
+
+def _curve(question: Question, look: Callable[[_Curve], BlockOutcome | None]) -> BlockOutcome | None:
     if not question.kernel.smooth or len(question.unknowns) > MAX_BATCH_UNKNOWNS:
         return None
     with np.errstate(all="ignore"):
         try:
-            return _Curve(question).through(np.array([point[name] for name in question.unknowns]))
+            return look(_Curve(question))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
@@ -409,12 +406,8 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     points = [a for a, curve in zip(suspects, found, strict=False) if curve is not None] + suspects[
         MOST_SUSPECTS:
     ]
-    others = _but(outcome.answers, points)
+    others = tuple(answer for answer in outcome.answers if not any(answer is point for point in points))
     if others:
         facts = (*outcome.facts, beside(curves[0]))
         return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
-
-
-def _but(answers: Sequence[Answer], points: Sequence[Answer]) -> tuple[Answer, ...]:
-    return tuple(answer for answer in answers if not any(answer is point for point in points))

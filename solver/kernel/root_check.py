@@ -206,9 +206,12 @@ def check_root(
     start = list(point.values())
     bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, _sizes(question, start), strict=True)]
     try:
-        root, settled = _root(question, start, bars)
+        end = _solved_on(question, start, bars)
+        if not end[0]:  # at the turn of a fold steps are long however near two roots are
+            end = _solved_on(question, start, bars, NUDGE)
     except (Undefined, ValueError, OverflowError):
         return RootCheck.STANDS, dict(point)  # a rule has no slope there: nothing speaks against the point
+    root, settled = end
     if root is None:
         return RootCheck.NO_ROOT, dict(point)
     there = question.named(root)
@@ -290,15 +293,6 @@ def root_beside(
         if root is not None:
             return (question.named(root) if settled else None), False
     return None, True
-
-
-def _root(
-    question: Question, start: Sequence[float], bars: Sequence[float]
-) -> tuple[list[float] | None, bool]:
-    """Where Newton's method ends. At the turn of a fold its step is long however near two roots are, so that
-    a start beside the point may lead to the end that the point does not."""
-    found = _solved_on(question, start, bars)
-    return found if found[0] else _solved_on(question, start, bars, NUDGE)
 
 
 def _sizes(question: Question, start: Sequence[float]) -> list[float]:

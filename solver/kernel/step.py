@@ -200,7 +200,8 @@ class StepSolver(Preimages):
         of a root: floats have no 1/1.5.
         """
         stages = self.isolation.stages
-        if len(stages) < 2 and self.isolation.quadratic is None and not any(map(_takes_root, stages)):
+        takes_root = any(stage.operation in ("power", "root") for stage in stages)
+        if len(stages) < 2 and self.isolation.quadratic is None and not takes_root:
             return number
         miss, slope = self._slope(number)
         for _ in range(2):
@@ -223,10 +224,6 @@ class StepSolver(Preimages):
         except Undefined:
             return None, 0.0
         return left - right, slopes.get(self.isolation.unknown, 0.0)
-
-
-def _takes_root(stage: Stage) -> bool:
-    return stage.operation in ("power", "root")
 
 
 def exact_turn(turn: float, mp: Any) -> Any:

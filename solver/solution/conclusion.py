@@ -164,7 +164,7 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
         left, right = (_without(side, values) for side in (equation.left, equation.right))
         without = replace(equation, left=left, right=right)
         lost = set(equation.names) - set(without.names) - values.keys()
-        if lost and (not _readable(without, values) or check_rule(without, values).holds):
+        if lost and (not values.keys() >= set(without.names) or check_rule(without, values).holds):
             told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
             equation = without
         equations.append(equation)  # one that is left with a contradiction has no value for what it loses
@@ -198,10 +198,6 @@ def _without(side: Expression, values: Mapping[str, float]) -> Expression:
             return multiply(*done)
         case _:
             return rebuilt(side, tuple(done))
-
-
-def _readable(equation: Equation, values: Mapping[str, float]) -> bool:
-    return all(name in values for name in equation.names)
 
 
 def _read(part: Expression, values: Mapping[str, float]) -> bool:

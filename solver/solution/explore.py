@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
@@ -18,7 +18,7 @@ from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.question import MANY, PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
-from solver.kernel.step import solve_step
+from solver.kernel.step import StepOutcome, solve_step
 from solver.leaves import (
     Asked,
     Branch,
@@ -37,15 +37,8 @@ from solver.leaves import (
 )
 from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.path.cases import EQUAL, Pair, activity, value_of_equality
+from solver.path.isolate import Isolation
 from solver.path.planner import planner
-
-if TYPE_CHECKING:
-    from typing import TypeAlias
-
-    from solver.kernel.candidates import BlockOutcome
-    from solver.kernel.step import StepOutcome
-    from solver.path.isolate import Isolation
-
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""

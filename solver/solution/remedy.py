@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
+from solver.facts import Conflict
 from solver.leaves import Asked, Leaf, Patience
 from solver.path import equations_of
 from solver.path.planner import planner
@@ -153,8 +154,6 @@ def _contradictory(
 
 
 def _possible(leaf: Leaf) -> bool:
-    from solver.facts import Conflict
-
     return leaf.solved and not any(isinstance(fact, Conflict) for fact in leaf.branch.void.values())
 
 
