@@ -170,14 +170,8 @@ def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
         note = "put a cell that has a comma in it in double quotes"
         raise RuleSheetError(said("E415", message, line, note))
     by_column = dict(zip(columns, cells, strict=False))
-    row = Row(
-        status=by_column.get("st", "").upper(),
-        input=by_column.get("input", ""),
-        name=by_column.get("name", ""),
-        output=by_column.get("output", ""),
-        unit=by_column.get("unit", ""),
-        comment=by_column.get("comment", ""),
-    )
+    status, *others = (by_column.get(column.lower(), "") for column in COLUMNS)
+    row = Row(status.upper(), *others)
     if row.status == "C" or not (row.name or row.input):
         return None
     if row.status not in _STATUSES:
