@@ -87,6 +87,8 @@ class Graph:
         self.plain = plain
         self.reported = False
         """Whether numbers are taken for what they are rounded to, not for what they were computed from."""
+        self.at: Callable[[int], float | bool] | None = None
+        """The number of a node at the sample of a record, where there is one."""
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finite: list[int] = []

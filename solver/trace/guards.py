@@ -93,6 +93,7 @@ class Guards:
         self.given = frozenset((*pattern.given, *pattern.inputs))
         values = (sample[name] for name in pattern.inputs)
         self._numbers = Numbers(self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)})
+        self.flow.at = self._numbers
         self.wrapped = set[int]()
         """Angles within one turn by the way they are computed."""
 
@@ -236,6 +237,8 @@ class Guards:
         size = quick = flow.constant(0.0)
         for name in equation.names:
             slope = self._slope(state, form, name)
+            if math.isnan(self._numbers(slope)):  # by the whole exponent of a negative base
+                continue
             term = flow.add("abs", flow.add("mul", slope, state.values[name]))
             size = flow.add("add", size, term)
             if flow.value_of(slope) is not None:

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import NotDifferentiable, differentiate, value
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
 from rulesheets.syntax.nodes import Expression, names
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import jumps
@@ -235,7 +235,9 @@ class BlockNewton:
             total = flow.constant(0.0)
             for name in dict.fromkeys(names(form)):
                 column = self.kernel.unknowns.index(name) if name in self.kernel.unknowns else -1
-                slope = slopes.get((row, column)) if column >= 0 else self._slope(flow, places, form, name)
+                slope = slopes.get((row, column))
+                if column < 0 and self._slope_at(form, name) is not None:
+                    slope = self._slope(flow, places, form, name)
                 if slope is not None:
                     term = flow.add("abs", flow.add("mul", slope, places[name]))
                     total = flow.add("add", total, term)
@@ -248,13 +250,19 @@ class BlockNewton:
         except NotDifferentiable:
             raise NotCompilable from None
 
+    def _slope_at(self, form: Expression, name: str) -> float | None:
+        """A slope at the sample; None where there is none (by the whole exponent of a negative base)."""
+        try:
+            return value(differentiate(form, name), self._point())
+        except Undefined:
+            return None
+
     def _terms_of_zeros(self) -> Iterator[float]:
         """Of an unknown that is 0 to rounding a share of the terms that cancel in it; 0 of another."""
         point = self._point()
         sizes = []
         for form in self.kernel.forms:
-            slopes = {name: value(differentiate(form, name), point) for name in names(form)}
-            sizes.append(sum(abs(slope * point[name]) for name, slope in slopes.items()))
+            sizes.append(sum(abs((self._slope_at(form, name) or 0.0) * point[name]) for name in names(form)))
         for x, column in zip(self.start, zip(*self.slopes, strict=True), strict=True):
             shares = (size / abs(slope) for size, slope in zip(sizes, column, strict=True) if slope)
             terms = min(shares, default=0.0)
@@ -266,7 +274,7 @@ class BlockNewton:
         for column, name in enumerate(self.known):
             for row, form in enumerate(self.kernel.forms):
                 if name in names(form):
-                    slopes[row, column] = value(differentiate(form, name), self._point())
+                    slopes[row, column] = self._slope_at(form, name) or 0.0
         return np.linalg.solve(np.array(self.slopes), -slopes)
 
     def _point(self) -> dict[str, float]:

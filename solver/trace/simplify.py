@@ -68,6 +68,8 @@ def _growth(flow: Graph, power: int) -> int | None:
         return None
     base, exponent = (int(part) for part in flow.nodes[power][1:])
     x = flow.beside_one(base)
+    if x is not None and flow.at is not None and not flow.at(x) > -1.0:
+        return None  # a negative base, with whole exponents only
     return None if x is None else flow.add("expm1", flow.add("mul", exponent, flow.add("log1p", x)))
 
 

@@ -198,3 +198,17 @@ def test_angles_beyond_half_a_turn_stay_in_the_turn_that_the_answer_has_them_in(
         wanted = solver.solve(model, {"C": number}).solutions
         assert [row[0] for row in found] == pytest.approx([answer["A"] for answer in wanted])
     assert len(plan.records.programs) == 1
+
+
+def test_a_root_with_a_negative_base_keeps_a_record_of_the_other_one() -> None:
+    """Savings: for an even number of years there is a second rate, below -200 %."""
+    plan: Any = solver.prepare(
+        solver.loads("S = S0*(1 + r)^n + a*((1 + r)^n - 1)/r\n"), ["S0", "n", "a", "S"], ["r"]
+    )
+    for total in (684000.0, 684700.0, 683000.0):
+        rows = plan.all(20000.0, 30.0, 7200.0, total)
+        for (r,) in rows:
+            growth = mpmath.mpf(1 + mpmath.mpf(r)) ** 30
+            assert 20000 * growth + 7200 * (growth - 1) / r == pytest.approx(total, rel=1e-12)
+        assert [r < -2.0 for (r,) in rows] == [False, True]
+    assert len(plan.records.programs) == 1
