@@ -316,7 +316,7 @@ def _line(arguments: Namespace, request: Request) -> tuple[str | None, dict[floa
         name, places = read_approach(arguments.approach, request.model)
     elif arguments.over:
         ((name, axis),) = read_axes([arguments.over], request.model).items()
-        values = axis.cut(0, min(len(axis), MOST + 1)).tolist()
+        values = axis[: MOST + 1].tolist()
         if len(values) > MOST or not all(isinstance(value, float) for value in values):
             said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"
             raise RuleSheetError(Option("over", arguments.over).wrong("E424", said, note))

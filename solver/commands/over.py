@@ -17,7 +17,7 @@ from rulesheets.inputs import parse_input, parse_value, quantities, variable_nam
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
 from solver.commands.inputs import Option, Request
-from solver.files.tables import Array, Chunk, heading, pieces
+from solver.files.tables import Array, Chunk, column_of, heading, pieces
 from solver.sweeps.stream import (
     Axis,
     Grid,
@@ -26,7 +26,6 @@ from solver.sweeps.stream import (
     first_lessons,
     grid_chunks,
     grid_lessons,
-    listed,
 )
 
 LIMIT = 10**12
@@ -82,7 +81,7 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
         if last is not None and not any(map(parted, parts[:-1])):  # 1,2,5 in: the unit of all
             parts = [*(f"{part} [{last[1]}]" for part in parts[:-1]), parts[-1]]
         values = [_listed(option, variable, part, model) for part in parts]
-        return listed(values, variable.name)
+        return column_of(values, variable.name)
     measured = parted(stretch.rpartition(":")[2])
     if measured is not None:
         return _in_unit(
@@ -107,8 +106,8 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
 def _in_unit(option: Option, variable: Variable, stretch: str, unit: str, model: Model) -> Axis:
     """A range in a unit, ``0:90:5deg``, in that of the variable."""
     axis = _axis(option, variable, stretch, model)
-    numbers = axis.cut(0, len(axis)).tolist()
-    return listed(converted(numbers, unit, variable, option.place(unit)), variable.name)
+    numbers = axis[:].tolist()
+    return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
 
 
 def _listed(option: Option, variable: Variable, text: str, model: Model) -> float | str:
@@ -197,7 +196,7 @@ def read_states(
     if moving is not None and len(axes[moving]) > FRAMES:
         said = f"a film has at most {FRAMES:,} frames"
         raise RuleSheetError(Option("over", ranges[0]).wrong("E424", said, "take a larger step"))
-    values = {name: axis.cut(0, len(axis)).tolist() for name, axis in axes.items()}
+    values = {name: axis[:].tolist() for name, axis in axes.items()}
     lists = {name: column for name, column in values.items() if name != moving}
     return lists, {name: column for name, column in values.items() if name == moving}
 

@@ -296,7 +296,7 @@ def follow(arguments: Namespace) -> int:
     ((name, axis),) = read_axes(arguments.over, request.model).items()
     if request.inputs.get(name) is not None:
         raise RuleSheetError(Option("over", name).repeated(name))
-    values = axis.cut(0, len(axis))
+    values = axis[:]
     given = {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(request.model, name, values, request.want, given, request.guesses)
     _write_curves(table, request.model, arguments.output)

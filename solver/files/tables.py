@@ -325,7 +325,7 @@ def _pyarrow(purpose: str) -> tuple[Any, Any]:
 _NUMBERS = "biuf"
 
 
-def column_of(values: Any, name: str) -> Array:
+def column_of(values: Any, name: str = "the input") -> Array:
     """Floats (n,), or objects where symbols are among them; a single value is a column of one.
 
     What is lacking is NaN, among symbols None.

@@ -116,7 +116,7 @@ def _export(arguments: Namespace) -> int:
     request = read_request(arguments)
     axes = read_axes(arguments.over, request.model)
     request.swept(axes)
-    values = {name: axis.cut(0, len(axis)).tolist() for name, axis in axes.items()}
+    values = {name: axis[:].tolist() for name, axis in axes.items()}
     exported = export(request.model, request.inputs, request.guesses, values, request.want)
     path = arguments.output or f"{request.model.name}.html"
     write_file(path, exported.page.encode())

@@ -6,12 +6,11 @@ several, and on a cluster."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm, prod
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -26,7 +25,6 @@ from solver.files.tables import (
     Array,
     Chunk,
     Table,
-    column_of,
     free_name,
     heading,
     pieces,
@@ -38,23 +36,8 @@ _EXACT = 2**53
 """Integers below this are floats."""
 
 
-class Axis(ABC):
-    """The values of one input."""
-
-    @abstractmethod
-    def __len__(self) -> int: ...
-
-    @abstractmethod
-    def at(self, places: Array) -> Array:
-        """The values at these places (n,)."""
-
-    def cut(self, first: int, last: int) -> Array:
-        """The values at the places ``first`` up to, but without, ``last``."""
-        return self.at(np.arange(first, last))
-
-
 @dataclass(frozen=True)
-class Stretch(Axis):
+class Stretch:
     """``start``, ``start + step``, …: ``count`` values, each the float nearest to the exact one."""
 
     start: Fraction
@@ -64,8 +47,10 @@ class Stretch(Axis):
     def __len__(self) -> int:
         return self.count
 
-    def at(self, places: Array) -> Array:
+    def __getitem__(self, places: Array | slice) -> Array:
         """Where numerator and denominator are exact floats (below 2^53), one division rounds once."""
+        if isinstance(places, slice):
+            places = np.arange(*places.indices(self.count))
         bottom = lcm(self.start.denominator, self.step.denominator)
         begin, each = int(self.start * bottom), int(self.step * bottom)
         span = each * (self.count - 1)
@@ -74,17 +59,8 @@ class Stretch(Axis):
         return np.array([float(self.start + self.step * place) for place in places.tolist()])
 
 
-@dataclass(frozen=True, eq=False)
-class Listed(Axis):
-    """Values one by one: floats, or objects where symbols are among them."""
-
-    values: Array
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def at(self, places: Array) -> Array:
-        return self.values[places]
+Axis: TypeAlias = Stretch | Array
+"""The values of one input: in equal steps, or one by one, objects where symbols are among them."""
 
 
 @dataclass(frozen=True)
@@ -108,12 +84,7 @@ class Grid:
     def at(self, places: Array) -> Chunk:
         """The inputs of these rows."""
         along = [places] * len(self.axes) if self.zipped else np.unravel_index(places, self.shape)
-        return tuple(axis.at(there) for axis, there in zip(self.axes, along, strict=True))
-
-
-def listed(values: Any, name: str = "the input") -> Listed:
-    """An axis of the values that ``name`` is given. Raises ValueError for what is no column."""
-    return Listed(column_of(values, name))
+        return tuple(axis[there] for axis, there in zip(self.axes, along, strict=True))
 
 
 SMALLEST, LARGEST = 256, 65_536
@@ -216,18 +187,15 @@ class Earlier:
     names: tuple[str, ...]
     table: Table
 
-    def __len__(self) -> int:
-        return len(self.table.status)
-
     def solved(self) -> Solved:
         counts = np.bincount(self.table.status, minlength=len(WORDS))
         return Solved(tuple(counts.tolist()), self.table)
 
     def after(self, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
         """The rows that are left. Raises RuleSheetError (E448) if the earlier ones are others."""
-        done = 0
+        done, rows = 0, len(self.table.status)
         for chunk in chunks:
-            count = min(len(chunk[0]), len(self) - done)
+            count = min(len(chunk[0]), rows - done)
             for name, column in zip(inputs, chunk, strict=True):
                 before = self.table[name][done : done + count]
                 if count and not _alike(before, column[:count]):
@@ -235,7 +203,7 @@ class Earlier:
             done += count
             if count < len(chunk[0]):
                 yield tuple(column[count:] for column in chunk)
-        if done < len(self):
+        if done < rows:
             raise RuleSheetError(other_sweep(self.path, "it has more rows"))
 
 

@@ -18,11 +18,11 @@ from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units import scaling
 from solver.derivatives import tolerances_of
 from solver.files import missing_extra
-from solver.files.tables import Chunk, Column, Table, joined, one_length
+from solver.files.tables import Chunk, Column, Table, column_of, joined, one_length
 from solver.path.planner import planner
 from solver.result import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
-from solver.sweeps.stream import Grid, grid_chunks, grid_lessons, listed
+from solver.sweeps.stream import Grid, grid_chunks, grid_lessons
 from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
 from solver.sweeps.workers import solved_pieces
 
@@ -72,7 +72,7 @@ def sweep(
             return follow_sweep(model, *next(iter(inputs.items())), want, given, guesses)
     if not len(inputs):
         raise ValueError("a sweep needs an input that varies")
-    axes = tuple(listed(values, name) for name, values in inputs.items())
+    axes = tuple(column_of(values, name) for name, values in inputs.items())
     if not grid:
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)

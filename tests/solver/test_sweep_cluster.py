@@ -20,7 +20,8 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
-from solver.sweeps.stream import Grid, grid_chunks, listed
+from solver.files.tables import column_of
+from solver.sweeps.stream import Grid, grid_chunks
 from solver.sweeps.sweep import work_of
 from solver.sweeps.workers import solved_pieces
 
@@ -75,7 +76,7 @@ def test_a_cluster_writes_the_same_bytes(cluster: Cluster, tmp_path: Path) -> No
 def test_a_worker_that_is_killed_costs_no_rows(cluster: Cluster) -> None:
     model = rulesheets.load("offset_slider_crank")
     work = work_of(solver.prepare(model, ["thetaAO"], ["xB", "vB", "aB"]))
-    rows = Grid((listed(np.linspace(-180, 180, 1500)),), zipped=True)
+    rows = Grid((column_of(np.linspace(-180, 180, 1500)),), zipped=True)
     alone = [piece.table for piece in solved_pieces(work, grid_chunks(rows), 1500, 1)]
     shared = []
     for piece in solved_pieces(work, grid_chunks(rows), 1500, scheduler=cluster.address):

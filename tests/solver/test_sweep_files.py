@@ -31,6 +31,7 @@ from solver.commands.sweep import clock, progress_line
 from solver.files.tables import (
     ParquetFile,
     Table,
+    column_of,
     csv_head,
     csv_rows,
     heading,
@@ -40,7 +41,7 @@ from solver.files.tables import (
 )
 from solver.sweeps import Plan, workers
 from solver.sweeps import sweep as sweeping
-from solver.sweeps.stream import Grid, Outcome, grid_chunks, grid_lessons, listed, run
+from solver.sweeps.stream import Grid, Outcome, grid_chunks, grid_lessons, run
 from solver.sweeps.sweep import work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
@@ -310,7 +311,7 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
     name: str, axes: dict[str, object], given: dict[str, None], want: list[str] | None, every: bool
 ) -> None:
     plan = solver.prepare(rulesheets.load(name), axes, want, given)
-    rows = Grid(tuple(map(listed, axes.values())))
+    rows = Grid(tuple(map(column_of, axes.values())))
     work = work_of(plan, grid_lessons(rows), every=every)
     cuts = [0, 40, 41, 90, len(rows) // 2, len(rows)]
     pieces = [rows.at(np.arange(one, other)) for one, other in pairwise(cuts)]
@@ -351,7 +352,7 @@ def work(model: rulesheets.Model) -> Work:
 
 
 def pieces_of(rows: int) -> Iterator[tuple[np.ndarray, ...]]:
-    return grid_chunks(Grid((listed(np.linspace(100, 200, rows)),), zipped=True))
+    return grid_chunks(Grid((column_of(np.linspace(100, 200, rows)),), zipped=True))
 
 
 def test_a_worker_that_is_killed_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.files.tables import Table, csv_head
-from solver.sweeps.stream import LARGEST, Grid, Stretch, file_chunks, grid_chunks, listed, size
+from solver.files.tables import Table, column_of, csv_head
+from solver.sweeps.stream import LARGEST, Grid, Stretch, file_chunks, grid_chunks, size
 from solver.sweeps.work import Follower
 from tests.solver.conftest import Run
 
@@ -60,17 +60,19 @@ def test_a_value_of_a_range_is_the_float_nearest_to_it(
     axis = Stretch(start, step, count)
     for place in data.draw(st.lists(st.integers(0, count - 1), min_size=1)):
         end = min(count, place + 3)
-        assert axis.cut(place, end).tolist() == [float(start + step * k) for k in range(place, end)]
+        assert axis[place:end].tolist() == [float(start + step * k) for k in range(place, end)]
 
 
 def test_a_range_of_long_decimals_is_exact_too() -> None:
     start, step = Fraction("0.1234567890123456789"), Fraction("1e-19")
-    found = Stretch(start, step, 5).cut(0, 5)
+    found = Stretch(start, step, 5)[0:5]
     assert found.tolist() == [float(start + k * step) for k in range(5)]
 
 
 def test_a_grid_is_every_combination_and_is_not_held() -> None:
-    grid = Grid((listed([1.0, 2.0]), listed(["open", "crossed"]), Stretch(Fraction(0), Fraction(1, 4), 3)))
+    grid = Grid(
+        (column_of([1.0, 2.0]), column_of(["open", "crossed"]), Stretch(Fraction(0), Fraction(1, 4), 3))
+    )
     whole = list(zip(*grid.at(np.arange(len(grid))), strict=True))
     assert whole == [(a, b, c) for a in (1, 2) for b in ("open", "crossed") for c in (0, 0.25, 0.5)]
     assert list(zip(*grid.at(np.arange(5, 8)), strict=True)) == whole[5:8]
@@ -85,12 +87,12 @@ def test_any_rows_of_a_grid_are_those_of_the_whole(lengths: list[int], data: st.
     whole = list(product(*axes))
     first = data.draw(st.integers(0, len(whole)))
     last = data.draw(st.integers(first, len(whole)))
-    columns = Grid(tuple(map(listed, axes))).at(np.arange(first, last))
+    columns = Grid(tuple(map(column_of, axes))).at(np.arange(first, last))
     assert list(zip(*columns, strict=True)) == whole[first:last]
 
 
 def test_a_grid_without_rows_has_its_columns() -> None:
-    columns = Grid((listed([1.0, 2.0]), listed([]))).at(np.arange(0))
+    columns = Grid((column_of([1.0, 2.0]), column_of([]))).at(np.arange(0))
     assert [len(column) for column in columns] == [0, 0]
 
 
