@@ -12,19 +12,16 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 from rulesheets.model import Value
-from solver.ranking.ranking import Key, is_measured
+from solver.ranking.ranking import Key
 from solver.trace.implied import lean
-from solver.trace.order import RANGES, UNORDERED, Range, Ranked
+from solver.trace.order import RANGES, UNORDERED, Range, Ranked, before, spread
 from solver.trace.program import Box, Ending, Program
 from solver.trace.python import compile_scalar
 
 SHARES = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
 """How far the ranges reach, relative to the numbers that they lie around."""
-SAFETY = 2.0
-VAIN = 6
-"""Boxes without a use after which no more are looked for."""
 PRICE = 32
-"""Calls that pay for another box."""
+"""Calls that pay for another box; twice as many for each after one that was not worth it."""
 
 Numbers: TypeAlias = tuple[Value, ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
@@ -42,7 +39,7 @@ class Nearby:
         self.call: Callable[..., Any] | None = None
         """What tells the first answer of rows in the box."""
         self._alone: dict[int, tuple[Box, Callable[..., Any]]] = {}
-        self._vain, self._missed, self._price = 0, 0, 1
+        self._missed, self._price = 0, 1
         self._values = compile_scalar(_reading(program, program.ranked), all_answers=True)
         self._lay(sample)
 
@@ -50,9 +47,8 @@ class Nearby:
         """Take note of numbers outside of the box, and lay it around them where enough of them were asked."""
         told = self.box.told if self.box else 0
         self._missed += 1
-        if self._vain >= VAIN or told + self._missed < self._price:
+        if told + self._missed < self._price:
             return
-        self._vain = 0 if told >= PRICE else self._vain + 1
         self._price = PRICE if told >= PRICE else 2 * self._price
         self._missed = 0
         self._lay(numbers)
@@ -108,7 +104,7 @@ class Nearby:
         told = ranking.keys_on(RANGES, [row[:count] for row in ranges], ranges[0][count:], zero)
         keys = [self._keys(rows) for rows in (here, *there)]
         others = (other for other in range(len(here)) if other != place)
-        return all(_before(told[place], told[k], [(key[place], key[k]) for key in keys]) for k in others)
+        return all(before(told[place], told[k], [(key[place], key[k]) for key in keys]) for k in others)
 
 
 def _reading(program: Program, ranked: Ranked) -> Program:
@@ -123,30 +119,7 @@ def _reading(program: Program, ranked: Ranked) -> Program:
     return program._replace(endings=tuple(endings), order=UNORDERED)
 
 
-def _spread(numbers: Sequence[float]) -> float:
-    """How far all moves together take a number: the first is where it was, then two of each input."""
-    here, there = numbers[0], numbers[1:]
-    pairs = zip(there[::2], there[1::2], strict=True)
-    return SAFETY * sum(max(abs(one - here), abs(other - here)) for one, other in pairs)
-
-
 def _around(*numbers: float) -> Any:
     """A number that is not there stays so."""
-    spread = _spread(numbers)
-    return Range(numbers[0] - spread, numbers[0] + spread) if spread == spread else math.nan
-
-
-def _before(one: Key, other: Key, pairs: Sequence[tuple[Key, Key]]) -> bool:
-    """Whether a key of ranges is the less, or by how far the parts are apart that are no counts."""
-    for place, (a, b) in enumerate(zip(one, other, strict=True)):
-        a, b = (part if isinstance(part, Range) else Range(part, part) for part in (a, b))
-        if a.high < b.low:
-            return True
-        if a.high <= b.low:
-            continue
-        apart = [float(second[place] - first[place]) for first, second in pairs]
-        if not is_measured(place):
-            return False
-        if any(apart):
-            return apart[0] > _spread(apart)
-    return False
+    far = spread(numbers)
+    return Range(numbers[0] - far, numbers[0] + far) if far == far else math.nan

@@ -15,79 +15,101 @@ from functools import partial, reduce
 from itertools import combinations, pairwise, product, starmap
 from typing import Any, NamedTuple, TypeAlias
 
-from solver.ranking.ranking import Ranking
+from solver.ranking.ranking import Key, Ranking, is_measured
 from solver.ranking.sizes import LEAST, MOST, Arithmetic
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
 
 
+class Operand:
+    """What the rule's operators are applied to."""
+
+    def applied(self, operation: str, one: Any, other: Any) -> Any:
+        """The result of an operation of two operands, of which one may be a plain number."""
+        raise NotImplementedError
+
+    def __add__(self, other: Any) -> Any:
+        return self.applied("add", self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        return self.applied("sub", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self.applied("sub", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self.applied("mul", self, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return self.applied("div", self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self.applied("div", other, self)
+
+    def __lt__(self, other: Any) -> Any:
+        return self.applied("lt", self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self.applied("lt", other, self)
+
+    def __le__(self, other: Any) -> Any:
+        return self.applied("le", self, other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self.applied("le", other, self)
+
+    def __ne__(self, other: Any) -> Any:
+        return self.applied("ne", self, other)
+
+    def __and__(self, other: Any) -> Any:
+        return self.applied("and", self, other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Range:
+class Range(Operand):
     """The numbers from ``low`` to ``high``; of what is true or false 1 and 0."""
 
     low: float
     high: float
 
-    def __add__(self, other: Any) -> Range:
-        b = range_of(other)
-        return Range(self.low + b.low, self.high + b.high)
-
-    __radd__ = __add__
-
-    def __neg__(self) -> Range:
-        return Range(-self.high, -self.low)
-
-    def __sub__(self, other: Any) -> Range:
-        return self + -range_of(other)
-
-    def __rsub__(self, other: Any) -> Range:
-        return range_of(other) - self
-
-    def __mul__(self, other: Any) -> Range:
-        b = range_of(other)
-        ends = [x * y if x and y else 0.0 for x, y in product((self.low, self.high), (b.low, b.high))]
-        return Range(min(ends), max(ends))
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Range:
-        b = range_of(other)
-        return self * Range(1.0 / b.high, 1.0 / b.low) if b.low > 0.0 else Range(-math.inf, math.inf)
-
-    def __rtruediv__(self, other: Any) -> Range:
-        return range_of(other) / self
+    def applied(self, operation: str, one: Any, other: Any) -> Range:
+        a, b = range_of(one), range_of(other)
+        match operation:
+            case "add":
+                return Range(a.low + b.low, a.high + b.high)
+            case "sub":
+                return Range(a.low - b.high, a.high - b.low)
+            case "mul":
+                ends = [x * y if x and y else 0.0 for x in (a.low, a.high) for y in (b.low, b.high)]
+                return Range(min(ends), max(ends))
+            case "div":
+                return a * Range(1.0 / b.high, 1.0 / b.low) if b.low > 0.0 else Range(-math.inf, math.inf)
+            case "lt":
+                return Range(float(a.high < b.low), float(a.low < b.high))
+            case "le":
+                return Range(float(a.high <= b.low), float(a.low <= b.high))
+            case "ne":
+                apart = a.high < b.low or b.high < a.low
+                return Range(float(apart), float(apart or a.low < a.high or b.low < b.high))
+            case _:
+                return Range(min(a.low, b.low), min(a.high, b.high))
 
     def __abs__(self) -> Range:
         least = 0.0 if self.low <= 0.0 <= self.high else min(abs(self.low), abs(self.high))
         return Range(least, max(abs(self.low), abs(self.high)))
 
-    def __lt__(self, other: Any) -> Range:
-        b = range_of(other)
-        return Range(float(self.high < b.low), float(self.low < b.high))
-
-    def __gt__(self, other: Any) -> Range:
-        return range_of(other).__lt__(self)
-
-    def __le__(self, other: Any) -> Range:
-        b = range_of(other)
-        return Range(float(self.high <= b.low), float(self.low <= b.high))
-
-    def __ge__(self, other: Any) -> Range:
-        return range_of(other).__le__(self)
-
-    def __ne__(self, other: Any) -> Range:  # type: ignore[override]
-        b = range_of(other)
-        apart = self.high < b.low or b.high < self.low
-        return Range(float(apart), float(apart or self.low < self.high or b.low < b.high))
-
-    def __and__(self, other: Any) -> Range:
-        b = range_of(other)
-        return Range(min(self.low, b.low), min(self.high, b.high))
-
-    __rand__ = __and__
-    __hash__ = None  # type: ignore[assignment]
+    def __neg__(self) -> Range:
+        return Range(-self.high, -self.low)
 
 
+SAFETY = 2.0
+"""By how much farther than moves one by one add up to all of them together are taken to go."""
 ANY = Range(-1e200, 1e200)
 
 
@@ -95,14 +117,30 @@ def range_of(number: Any) -> Range:
     return number if isinstance(number, Range) else Range(float(number), float(number))
 
 
-def before(one: Sequence[Any], other: Sequence[Any]) -> bool:
-    """Whether one key is less than another wherever the numbers of their ranges are."""
-    for a, b in zip(map(range_of, one), map(range_of, other), strict=True):
+def before(one: Key, other: Key, known: Sequence[tuple[Key, Key]] = ()) -> bool:
+    """Whether one key is less than another wherever the numbers of their ranges are.
+
+    ``known`` are both keys at some points, as ``spread`` takes them: of parts that are no counts these tell
+    by how far they are apart where their ranges do not.
+    """
+    for place, (a, b) in enumerate(zip(map(range_of, one), map(range_of, other), strict=True)):
         if a.high < b.low:
             return True
-        if not a.high <= b.low:
+        if a.high <= b.low:
+            continue
+        if not known or not is_measured(place):
             return False
+        apart = [float(second[place] - first[place]) for first, second in known]
+        if any(apart):
+            return apart[0] > spread(apart)
     return False
+
+
+def spread(numbers: Sequence[float]) -> float:
+    """How far all moves together take a number: the first is where it was, then two of each input."""
+    here, there = numbers[0], numbers[1:]
+    pairs = zip(there[::2], there[1::2], strict=True)
+    return SAFETY * sum(max(abs(one - here), abs(other - here)) for one, other in pairs)
 
 
 def _largest(values: Sequence[Any]) -> Range:
@@ -138,7 +176,7 @@ TURNED = 30.0
 """The same for angles, in degrees for a factor of 2."""
 
 
-class Number:
+class Number(Operand):
     """A node of a program, with the operators of numbers; a ``logical`` one counts as 0 or 1."""
 
     def __init__(self, flow: Flow, node: int, logical: bool = False) -> None:
@@ -148,75 +186,40 @@ class Number:
     def number(self) -> int:
         """The node as a number."""
         flow = self.flow
-        return (
-            flow.add("where", self.node, flow.constant(1.0), flow.constant(0.0))
-            if self.logical
-            else self.node
-        )
+        ends = flow.constant(1.0), flow.constant(0.0)
+        return flow.add("where", self.node, *ends) if self.logical else self.node
 
-    def _of(self, other: Any) -> int:
-        return other.number if isinstance(other, Number) else self.flow.constant(float(other))
+    def applied(self, operation: str, one: Any, other: Any) -> Any:
+        flow = self.flow
+        if operation == "mul":
+            return self._times(other)
+        if operation == "and":
+            return Number(flow, flow.add("and", one.node, other.node), True)
+        if operation == "sub" and one is not self and self.logical and one == 1.0:
+            return Number(flow, flow.add("not", self.node), True)
+        nodes = _node(flow, one), _node(flow, other)
+        if operation == "ne":
+            return Number(flow, flow.add("not", flow.add("eq", *nodes)), True)
+        return Number(flow, flow.add(operation, *nodes), operation in ("lt", "le"))
 
-    def _with(self, operation: str, left: Any, right: Any, logical: bool = False) -> Number:
-        return Number(self.flow, self.flow.add(operation, self._of(left), self._of(right)), logical)
-
-    def __add__(self, other: Any) -> Number:
-        return self._with("add", self, other)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Number:
-        return self._with("sub", self, other)
-
-    def __rsub__(self, other: Any) -> Number:
-        if self.logical and other == 1.0:
-            return Number(self.flow, self.flow.add("not", self.node), True)
-        return self._with("sub", other, self)
-
-    def __mul__(self, other: Any) -> Any:
+    def _times(self, other: Any) -> Any:
+        flow = self.flow
         if not isinstance(other, Number):
-            return 0.0 if abs(other) < NOISE else self if other == 1.0 else self._with("mul", self, other)
+            if abs(other) < NOISE or other == 1.0:
+                return self if other == 1.0 else 0.0
+            return Number(flow, flow.add("mul", self.number, flow.constant(other)))
         if self.logical and other.logical:
             return self & other
         if self.logical or other.logical:
             chosen, number = (self, other) if self.logical else (other, self)
-            zero = self.flow.constant(0.0)
-            return Number(self.flow, self.flow.add("where", chosen.node, number.node, zero))
-        return self._with("mul", self, other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Number:
-        return self._with("div", self, other)
-
-    def __rtruediv__(self, other: Any) -> Number:
-        return self._with("div", other, self)
+            return Number(flow, flow.add("where", chosen.node, number.node, flow.constant(0.0)))
+        return Number(flow, flow.add("mul", self.node, other.node))
 
     def __abs__(self) -> Number:
         return Number(self.flow, self.flow.add("abs", self.number))
 
     def __neg__(self) -> Number:
         return Number(self.flow, self.flow.add("neg", self.number))
-
-    def __lt__(self, other: Any) -> Number:
-        return self._with("lt", self, other, True)
-
-    def __gt__(self, other: Any) -> Number:
-        return self._with("lt", other, self, True)
-
-    def __le__(self, other: Any) -> Number:
-        return self._with("le", self, other, True)
-
-    def __ge__(self, other: Any) -> Number:
-        return self._with("le", other, self, True)
-
-    def __ne__(self, other: Any) -> Number:  # type: ignore[override]
-        return Number(self.flow, self.flow.add("not", self._with("eq", self, other, True).node), True)
-
-    def __and__(self, other: Any) -> Number:
-        return Number(self.flow, self.flow.add("and", self.node, other.node), True)
-
-    __hash__ = None  # type: ignore[assignment]
 
 
 Ends: TypeAlias = tuple[tuple[int, float, float], ...]
