@@ -368,7 +368,8 @@ def _branch_and_prune(
             unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
             del opened[CALMEST:]
         front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
-    return settled, at_rounding, unsplit + front, level + 1
+    left = [box for box in unsplit if not function.is_remote(*box)]
+    return settled, at_rounding, left + front, level + 1
 
 
 def _rise(section: Section) -> float:

@@ -88,8 +88,8 @@ def test_a_worker_that_is_killed_costs_no_rows(cluster: Cluster) -> None:
     for one, other in zip(alone, shared, strict=True):
         assert one is not None and other is not None
         assert one.status.tobytes() == other.status.tobytes()
-        for name, column in one.values.items():
-            assert column.tobytes() == other.values[name].tobytes()
+        for name, column in one.items():
+            assert column.tobytes() == other[name].tobytes()
 
 
 def test_a_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
