@@ -199,3 +199,15 @@ def test_rounding_below_the_smallest_float_is_rounding() -> None:
 )
 def test_what_is_beyond_the_digits_looked_at_is_not_there(rule: str, values: dict[str, float]) -> None:
     assert not holds(rule, **values)
+
+
+@pytest.mark.parametrize(
+    "rule", ["a + b - c = 0", "0 = a + b - c", "a*d - c*d + b*d = 0", "d*(a + b - c) = 0"]
+)
+def test_a_rule_that_adds_up_to_nothing_is_judged_by_its_terms(rule: str) -> None:
+    """Kirchhoff's and Newton's laws are often written so; moved to the other side, terms say no more."""
+    a, b, d = 1.7, 2.9000000000000004, 3.3
+    for share in (0.0, 2e-16, 8e-16):
+        assert holds(rule, a=a, b=b, c=(a + b) * (1 + share), d=d)
+    for share in (3e-14, 1e-12, 1e-6):
+        assert not holds(rule, a=a, b=b, c=(a + b) * (1 + share), d=d)
