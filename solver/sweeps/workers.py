@@ -66,10 +66,10 @@ def in_order(
         for chunk in chunks:
             under_way.append(submit(chunk))
             while len(under_way) >= window():
-                yield _whole(under_way[0].result())
+                yield _whole(_awaited(under_way[0]))
                 under_way.popleft()
         while under_way:
-            yield _whole(under_way[0].result())
+            yield _whole(_awaited(under_way[0]))
             under_way.popleft()
     except KeyboardInterrupt:
         if interrupt is None:
@@ -77,6 +77,17 @@ def in_order(
         interrupt()
         kept = tuple(_left(under_way))
         raise Interrupted(sum(sum(piece.counts) for piece in kept), kept) from None
+
+
+def _awaited(future: Any) -> Any:
+    """The result of a future. An interrupt that comes while its lock is let go ends in a RuntimeError
+    ("cannot release un-acquired lock"); it is raised as what it is."""
+    try:
+        return future.result()
+    except RuntimeError as failure:
+        if isinstance(failure.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        raise
 
 
 def _whole(answer: Any) -> Solved:

@@ -501,6 +501,25 @@ def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers() -> None:
     assert reached.value.rows == 356
 
 
+def test_an_interrupt_within_the_lock_of_a_future_is_an_interrupt() -> None:
+    """Python waits with the lock let go; what comes then makes its release fail, after the interrupt."""
+
+    class Future:
+        def result(self, patience: float | None = None) -> Solved:
+            if patience is not None:
+                raise TimeoutError
+            try:
+                raise KeyboardInterrupt
+            finally:
+                raise RuntimeError("cannot release un-acquired lock")
+
+    told: list[str] = []
+    found = in_order(lambda chunk: Future(), [()], lambda: 1, lambda: told.append("stop"))
+    with pytest.raises(Interrupted):
+        next(found)
+    assert told == ["stop"]
+
+
 def test_a_worker_sends_what_it_has_of_a_piece() -> None:
     """Rows of a block that no record is good for take milliseconds: an interrupt comes among them."""
     model = rulesheets.loads(
