@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from struct import pack, unpack
@@ -164,29 +165,13 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
         gentle = sum(reach for move in moves if (reach := BACKWARD * move) <= limit)
         if near and (bound <= limit or abs(miss) + noise <= gentle):
             return RuleCheck(True, miss, abs(miss) / total)
-        if bound <= STEEP * gross(equation, values) and _straddles(equation, values, slopes, noise):
-            return RuleCheck(True, miss, abs(miss) / total)
+        if bound <= STEEP * gross(equation, values):
+            with suppress(Undefined):
+                if _Rule(equation, values).straddles(slopes, 2 * BACKWARD):
+                    return RuleCheck(True, miss, abs(miss) / total)
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, abs(miss) / total if total else math.inf)
     return _look_again(equation, values, noise)
-
-
-def _straddles(
-    equation: Equation, values: Mapping[str, Value], slopes: Mapping[str, float], noise: float
-) -> bool:
-    """Whether F changes its sign, by more than rounding, as all values move along its slopes, and against
-    them, by twice the share that they may be off: what a rule that adds up to 0 is judged by."""
-    numbers = {name: v for name in slopes if isinstance(v := values[name], float)}
-    misses = []
-    for share in (2 * BACKWARD, -2 * BACKWARD):
-        moved = {n: v + math.copysign(share * abs(v), share * slopes[n]) for n, v in numbers.items()}
-        try:
-            misses.append(
-                value(equation.left, {**values, **moved}) - value(equation.right, {**values, **moved})
-            )
-        except Undefined:
-            return False
-    return misses[0] > noise and misses[1] < -noise
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
@@ -451,7 +436,7 @@ class _Rule:
         except Undefined:
             return False
 
-    def straddles(self, moves: Mapping[str, Any], share: Any, digits: int) -> bool:
+    def straddles(self, moves: Mapping[str, Any], share: Any, digits: int = DIGITS) -> bool:
         """Whether F changes its sign as all values move along its slopes, and against them, by that share.
         Raises Undefined."""
         sign = context(digits).sign
