@@ -7,12 +7,11 @@ block has no answer, its equations may be 0/0 where there would be one, or fix a
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.diagnosis import RuleSheetError, error
@@ -218,23 +217,18 @@ TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
 """Shares of its size at which an unknown is tried."""
 MOST = 4
 """Unknowns, and given numbers, that are looked at."""
-ENOUGH = 2
-"""Rows of one plan of which no given number contradicts some rules, after which none is looked for."""
-Vain: TypeAlias = Counter[tuple[tuple[int, ...], tuple[str, ...]]]
-"""How often none was found to, by rules and their unknowns: this hangs on the rules, not on the numbers."""
 _FLAT = named(lambda row: not row.smooth)
 """Functions that are constant, or without a part of their arguments, over a range of them."""
 
 
-def fixed_otherwise(asked: Asked, verdict: Verdict, vain: Vain) -> Verdict | None:
+def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
     """The verdict that a given number contradicts the rules at any value of an unknown; None if none does."""
     patience = Patience()
-    for rules in filter(None, map(_refused, verdict.facts)):
-        if vain[rules] >= ENOUGH or any(_has_pieces(asked.model.equations[e]) for e in rules[0]):
+    for equations, unknowns in filter(None, map(_refused, verdict.facts)):
+        if any(_has_pieces(asked.model.equations[e]) for e in equations):
             continue
-        for found in _fixed(asked, *rules, patience):
+        for found in _fixed(asked, equations, unknowns, patience):
             return verdict._replace(status=Status.INCONSISTENT, facts=(found,))
-        vain[rules] += 1
     return None
 
 
@@ -360,12 +354,10 @@ class Conclusion(NamedTuple):
     model: Model
 
 
-def conclude(
-    asked: Asked, *, prove: bool = False, limits: bool = False, vain: Vain | None = None
-) -> Conclusion:
+def conclude(asked: Asked, *, prove: bool = False, limits: bool = False) -> Conclusion:
     """The verdict on these inputs. When the time is up after the first verdict, that is the last.
 
-    ``vain`` is what rows before it found out. Raises TimeIsUp before there is a verdict.
+    Raises TimeIsUp before there is one.
     """
     found = explore_required(asked, always=prove)
     verdict, by = judge(asked, found), asked.model
@@ -380,5 +372,5 @@ def conclude(
         elif verdict.status is Status.FAILED:
             verdict = at_a_limit(asked, verdict) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
-            verdict = fixed_otherwise(asked, verdict, Counter() if vain is None else vain) or verdict
+            verdict = fixed_otherwise(asked, verdict) or verdict
     return Conclusion(verdict, found, by)

@@ -5,7 +5,6 @@ outputs. Floats go in, checked floats come out.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from itertools import pairwise
@@ -24,7 +23,7 @@ from solver.files.tables import CODES, Column, Table, column_of, free_name, one_
 from solver.leaves import Asked, Exploration
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept
-from solver.solution.conclusion import Vain, conclude
+from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict
 from solver.trace.guards import Pattern
@@ -121,7 +120,6 @@ class Plan:
         self.given, self.guesses, self.timeout = given, guesses, timeout
         self.records = Records(model, planner(model), Pattern(inputs, given, want, guesses))
         self._sweeper: AnswerSweeper | None = None
-        self._vain: Vain = Counter()
         self._bound: tuple[Callable[..., Any], ...] = ()
         self._call(self._primary, self._every)
 
@@ -240,8 +238,7 @@ class Plan:
         try:
             with time_limit(self.timeout):
                 values, limits = self._values(numbers), self.model.limits
-                asked = Asked(self.model, values, self.want, self.guesses, self.want)
-                said = conclude(asked, limits=limits, vain=self._vain)
+                said = conclude(Asked(self.model, values, self.want, self.guesses, self.want), limits=limits)
                 return said.verdict, said.found
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
