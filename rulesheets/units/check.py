@@ -76,11 +76,12 @@ def inferred(model: Model) -> dict[str, str]:
         return {}
     open_ = (name for name, variable in model.variables.items() if variable.posted and not variable.unit)
     found = {name: dimensions.known(name) for name in open_ if name in dimensions.forms}
-    return {name: _inferred(form.known) for name, form in found.items() if form is not None}
+    return {name: _inferred(form) for name, form in found.items() if form is not None}
 
 
-def _inferred(known: Exponents) -> str:
+def _inferred(form: Form) -> str:
     """Numbers in a rule may be factors between units: then only the kind is known."""
+    known = form.sure
     blurred = math.isnan(known.get(SIZE, 0.0)) and len(known) > 1
     text = unit_text(known)
     return "-" if text == NUMBER else f"{text}{' or a multiple' if blurred else ''}"
@@ -234,7 +235,7 @@ class _Message:
     def unit(self, node: Expression, form: Form) -> str:
         """The unit of an expression, as its variables write theirs where that is short."""
         written = self._written(node)
-        return written if written else unit_text(form.known)
+        return written if written else unit_text(form.known if self.found.factor else form.sure)
 
     def _written(self, node: Expression) -> str | None:
         match node:

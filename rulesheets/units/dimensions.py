@@ -42,7 +42,7 @@ Exponents = dict[str, Any]
 """Integers or fractions by the names of base units, and a float for SIZE."""
 
 SIZE = "size"
-"""The exponent that is the logarithm of a unit's size; nan where numbers in a rule leave it open."""
+"""The exponent that is the logarithm of a unit's size; nan where it is open: decibels, shares."""
 ASIDE = frozenset({SIZE, ANGLE, "dB"})
 """Exponents that are no dimensions: an angle is a number."""
 
@@ -81,20 +81,28 @@ def exponents(unit: Unit) -> Exponents:
 class Form:
     """Exponents of an expression: known ones, and multiples of those of variables that are open.
 
-    ``any``: 0, or a bare number in a sum, fits whatever stands beside it.
+    ``any``: 0, or a bare number in a sum, fits whatever stands beside it. ``numbers`` of the rules that it
+    follows from may be factors between units.
     """
 
     known: Exponents = field(default_factory=dict)
     open: Exponents = field(default_factory=dict)
     why: frozenset[int] = frozenset()
     any: bool = False
+    numbers: frozenset[float] = frozenset()
 
     def plus(self, other: Form, times: Any = 1) -> Form:
         why = self.why if len(self.why) > LONGEST_CHAIN or not other.why else self.why | other.why
-        return Form(_sum(self.known, other.known, times), _sum(self.open, other.open, times), why)
+        known, open_ = _sum(self.known, other.known, times), _sum(self.open, other.open, times)
+        return Form(known, open_, why, numbers=self.numbers | other.numbers)
 
     def times(self, exponent: Any) -> Form:
         return Form().plus(self, exponent)
+
+    @property
+    def sure(self) -> Exponents:
+        """What is known, without the size where numbers of rules may be factors between units."""
+        return {**self.known, SIZE: math.nan} if self.numbers else self.known
 
     @property
     def dimension(self) -> Exponents:
@@ -281,10 +289,11 @@ class Dimensions:
             self._compare(form, claim)
             return
         name = min(form.open)
-        rest = Form(form.known, {n: e for n, e in form.open.items() if n != name}, form.why | {index})
+        others = {n: e for n, e in form.open.items() if n != name}
+        rest = Form(form.known, others, form.why | {index}, numbers=form.numbers | self._factors(index))
         found = rest.times(_rational(-1 / form.open[name]))
-        if any(not n.value.is_integer() or abs(n.value) > LARGEST_COUNT for n in self._numbers(index)):
-            found.known = {**found.known, SIZE: math.nan}
+        if found.numbers and not (found.dimension or found.open):
+            found.known = {**found.known, SIZE: math.nan}  # a share or its percents
         self.forms[name] = found
 
     def _compare(self, form: Form, claim: Mismatch) -> None:
@@ -298,7 +307,7 @@ class Dimensions:
             if counted or not abs(size) > 1e-9:  # revolutions may be a number of them
                 return
             factor = float(f"{math.exp(size):.12g}")
-            if self._explained(factor, claim.statement):
+            if self._explained(factor, claim.statement, form.numbers):
                 return
         one, other = (self._resolved(side) for side in claim.forms)
         self.mismatches.append(claim._replace(forms=(one, other), why=form.why, factor=factor))
@@ -306,7 +315,8 @@ class Dimensions:
     def _resolved(self, form: Form) -> Form:
         """The form with variables that were open when it was made, and are not any more, filled in."""
         while ready := [n for n in form.open if self._answered(n)]:
-            found = Form(form.known, {n: e for n, e in form.open.items() if n not in ready}, form.why)
+            others = {n: e for n, e in form.open.items() if n not in ready}
+            found = Form(form.known, others, form.why, numbers=form.numbers)
             for name in ready:
                 found = found.plus(self.forms[name], form.open[name])
             form = found
@@ -322,9 +332,17 @@ class Dimensions:
         statement = self.statements[index]
         return (n for side in (statement.left, statement.right) for n in numbers(side) if n.unit is None)
 
-    def _explained(self, factor: float, index: int) -> bool:
-        """Whether a factor is that of numbers in the rule; turns and degrees may be counted as such."""
-        written = {abs(n.value) for n in self._numbers(index)}
+    def _factors(self, index: int) -> frozenset[float]:
+        """The numbers of a statement that may be factors between units."""
+        written = {abs(number.value) for number in self._numbers(index)}
+        return frozenset(n for n in written if not n.is_integer() or n > LARGEST_COUNT)
+
+    def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
+        """Whether a factor is that of numbers in the rule, or in those before it.
+
+        Turns and degrees may be counted as such.
+        """
+        written = {abs(n.value) for n in self._numbers(index)}.union(before)
         statement = self.statements[index]
         nodes = (*walk(statement.left), *walk(statement.right))
         if any(isinstance(node, Call) and node.function == "pi" for node in nodes):

@@ -255,12 +255,27 @@ def test_ends_of_ranges_are_converted() -> None:
         ("a [deg]", "x = sin(a*pi/180)"),
         ("L10 [Mrev],C [kN],P [kN]", "L10 = (C/P)^3"),
         ("t [s],d [m],v [m/min]", "tm = t/60\nv = d/tm"),
+        ("t [s],d [day]", "tm = t/60\nth = tm/60\nd = th/24"),
+        ("m [kg],v [km/h],E [kJ]", "vm = v/3.6\nE = 0.5*m*vm^2/1000"),
+        ("eff [%],A [EUR],P [EUR]", "eff = 100*((1 + i)^12 - 1)\nP = A*(1 + i)^(-3)"),
         ("x [mm],B [mm^2]", "A = x^2\nB = 2*A"),
         ("g [dB],p [W],q [W]", "g = 10*log(p/q)"),
     ],
 )
 def test_angles_counts_and_inferred_sizes_that_fit_are_not_warned_of(variables: str, rules: str) -> None:
     assert warnings(variables, rules) == []
+
+
+@pytest.mark.parametrize(
+    ("variables", "rules", "factor"),
+    [
+        ("b [mm],F [kN],L [m],E [GPa],w [mm]", "I = b*h^3/12\nh = 2*b\nw = F*L^3/(48*E*I)", "1e+09"),
+        ("m [kg],v [m/s],P [kW],t [s]", "E = 0.5*m*v^2\nP = E/t", "1000"),
+    ],
+)
+def test_numbers_in_a_chain_of_rules_excuse_no_other_factor(variables: str, rules: str, factor: str) -> None:
+    (warning,) = warnings(variables, rules)
+    assert f"a factor of {factor} is missing" in warning
 
 
 def test_what_rules_imply_is_named() -> None:
