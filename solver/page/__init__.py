@@ -9,12 +9,14 @@ point is dragged. The *rail* has every value and every dragged point over one wh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from math import cos, dist, hypot, inf, isfinite, pi, radians, sin, sqrt
+from math import cos, dist, hypot, inf, isfinite, pi, radians, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
@@ -27,6 +29,7 @@ from solver.pictures import Diagram, Place, drawable, variables
 from solver.result import Result
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import sweep
+from solver.sweeps.tracing import CurveTable
 
 
 def outline(figure: Figure) -> dict[str, Any]:
@@ -97,6 +100,8 @@ RIGID = 1e-3
 
 _RIGID_STROKES = ("line", "slot", "body")
 
+Pair = tuple[Diagram, Diagram]
+
 
 class Handle(NamedTuple):
     """A point of a figure, the input that moves it, and the variable that it stands for."""
@@ -119,7 +124,9 @@ class _Motion:
         self.result, self.model = result, result.model
         self.values = dict(result.solutions[answer])
         self.inputs = [name for name, value in result.inputs.items() if isinstance(value, float)]
-        names = tuple(dict.fromkeys((*needed(self.model), *_posted_numbers(self.model, self.values))))
+        posted = (name for name, variable in self.model.variables.items() if variable.posted)
+        numbers = [name for name in posted if isinstance(self.values.get(name), float)]
+        names = dict.fromkeys((*needed(self.model), *numbers))
         moving = [name for name in names if name not in result.inputs]
         self.slopes = result.sensitivity(moving, self.inputs, answer)
         self.before = diagrams(self.model, self.values)
@@ -128,17 +135,23 @@ class _Motion:
     def handles(self) -> Iterator[Handle]:
         taken: set[tuple[int, str]] = set()
         for driver in self.inputs:
-            after = self._displaced(driver)
-            if after is None or not _drives(self.before, after):
+            pairs = self._displaced(driver)
+            if not any(_motion(*pair) for pair in pairs.values()) or not all(map(_rigid, pairs.values())):
                 continue
-            for number, point in self._moved(after):
-                if (number, point) not in taken:
-                    taken.add((number, point))
-                    figure = self.model.figures[number]
-                    yield Handle(number, point, driver, self._variable(figure, point, driver))
+            for number, (here, there) in pairs.items():
+                most = _motion(here, there)
+                for point, kind in here.kinds.items():
+                    moves = dist(here.places[point], there.places[point]) > 1e-2 * most
+                    if kind == "point" and moves and (number, point) not in taken:
+                        taken.add((number, point))
+                        figure = self.model.figures[number]
+                        yield Handle(number, point, driver, self._variable(figure, point, driver))
 
-    def _displaced(self, driver: str) -> Sequence[Diagram | None] | None:
-        """The figures after a small step of one input, to first order; None where a slope is missing."""
+    def _displaced(self, driver: str) -> dict[int, Pair]:
+        """The plane figures by number, before and after a small step of one input, to first order.
+
+        None of them where a slope is missing.
+        """
         start = self.values[driver]
         assert isinstance(start, float)
         step = STEP * max(abs(start), 1.0)
@@ -146,33 +159,25 @@ class _Motion:
         for name in self.slopes.outputs:
             slope, value = self.slopes[name, driver], self.values.get(name)
             if slope is None and name in needed(self.model):
-                return None
+                return {}
             if slope is not None and isinstance(value, float):
                 values[name] = value + step * slope
-        return diagrams(self.model, values)
-
-    def _moved(self, after: Sequence[Diagram | None]) -> Iterator[tuple[int, str]]:
-        for number, (here, there) in enumerate(zip(self.before, after, strict=True)):
-            if here is None or there is None or here.polar:
-                continue
-            most = _motion(here, there)
-            for point, kind in here.kinds.items():
-                if kind == "point" and dist(here.places[point], there.places[point]) > 1e-2 * most:
-                    yield number, point
+        both = enumerate(zip(self.before, diagrams(self.model, values), strict=True))
+        return {number: (here, there) for number, (here, there) in both if here and there and not here.polar}
 
     def _variable(self, figure: Figure, point: str, driver: str) -> str:
-        """The variable that a point stands for: of those beside its coordinates, the one nearest by rules."""
+        """The variable that a point stands for: of those beside its coordinates, the one nearest by rules.
+
+        Better one of which the sheet says something: its unit, its comment or its value.
+        """
         wanted = coordinates(figure, point)
+        known = self.model.variables
         near = {n for e in self.model.equations if set(e.names) & set(wanted) for n in e.names} | {*wanted}
         names = [driver, *(n for n in self.slopes.outputs if self.slopes[n, driver] and n in near)]
-        lengths = {n: self._length(n, driver, wanted) for n in names if self.model.variables[n].posted}
+        lengths = {n: self._length(n, driver, wanted) for n in names if known[n].posted}
         reached = {n: length for n, length in lengths.items() if length is not None}
-        return min(reached, key=lambda n: (not self._declared(n), reached[n])) if reached else driver
-
-    def _declared(self, name: str) -> bool:
-        """Whether the sheet says something of a variable: its unit, its comment or its value."""
-        variable = self.model.variables[name]
-        return bool(variable.unit or variable.comment) or variable.value is not None
+        silent = {n for n in reached if not (known[n].unit or known[n].comment) and known[n].value is None}
+        return min(reached, key=lambda n: (n in silent, reached[n]), default=driver)
 
     def _length(self, name: str, driver: str, wanted: tuple[str, ...]) -> int | None:
         """The rules that lead from a variable as the input to the coordinates; None where they do not.
@@ -187,40 +192,26 @@ class _Motion:
         return sum(len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps)
 
 
-def _posted_numbers(model: Model, values: Mapping[str, Value]) -> list[str]:
-    return [n for n, v in model.variables.items() if v.posted and isinstance(values.get(n), float)]
-
-
-def _drives(before: Sequence[Diagram | None], after: Sequence[Diagram | None]) -> bool:
-    pairs = [(a, b) for a, b in zip(before, after, strict=True) if a and b and not a.polar]
-    return any(_motion(a, b) > 0.0 for a, b in pairs) and all(_rigid(a, b) for a, b in pairs)
-
-
 def _motion(before: Diagram, after: Diagram) -> float:
     """How far the point goes that goes farthest."""
     return max((dist(before.places[n], after.places[n]) for n in before.places), default=0.0)
 
 
-def _rigid(before: Diagram, after: Diagram) -> bool:
-    slack = RIGID * _motion(before, after)
-    return all(change <= slack for change in _changes(before, after))
-
-
-def _changes(before: Diagram, after: Diagram) -> Iterator[float]:
-    """What rigid links, pins and fixed guides keep at 0."""
-    for name, kind in before.kinds.items():
-        if kind == "pin":
-            yield dist(before.places[name], after.places[name])
-    for here in before.strokes:
-        if here.kind in _RIGID_STROKES:
-            for a, b in combinations(here.points, 2):
-                yield abs(dist(before.places[a], before.places[b]) - dist(after.places[a], after.places[b]))
-        elif here.kind == "slider":
-            (x, y), (u, v) = before.places[here.points[0]], after.places[here.points[0]]
-            along = radians(here.angle)
-            yield abs((v - y) * cos(along) - (u - x) * sin(along))
-        elif here.kind == "trunnion":
-            yield dist(before.places[here.points[0]], after.places[here.points[0]])
+def _rigid(pair: Pair) -> bool:
+    """Whether links, pins and fixed guides are what they were after a motion."""
+    before, after = (one.places for one in pair)
+    changes = [dist(before[name], after[name]) for name, kind in pair[0].kinds.items() if kind == "pin"]
+    for stroke in pair[0].strokes:
+        first = stroke.points[0]
+        if stroke.kind in _RIGID_STROKES:
+            ends = combinations(stroke.points, 2)
+            changes += [abs(dist(before[a], before[b]) - dist(after[a], after[b])) for a, b in ends]
+        elif stroke.kind == "slider":
+            (x, y), (u, v), along = before[first], after[first], radians(stroke.angle)
+            changes.append(abs((v - y) * cos(along) - (u - x) * sin(along)))
+        elif stroke.kind == "trunnion":
+            changes.append(dist(before[first], after[first]))
+    return max(changes, default=0.0) <= RIGID * _motion(*pair)
 
 
 _TURNS = {"deg": 360.0, "°": 360.0, "rad": 2 * pi}
@@ -231,18 +222,6 @@ Row = dict[str, Value]
 def turn(model: Model, name: str) -> float:
     """A full turn of an angle, 0 for what is none."""
     return _TURNS.get(model.variables[name].unit or "", 0.0)
-
-
-def nearest(plan: Plan, at: float, like: Mapping[str, Value]) -> Row | None:
-    """The answer of a plan with one input that is nearest to given values."""
-    try:
-        answers = plan.all(at)
-    except Unsolved:
-        return None
-    rows = [
-        dict(plan.given) | {plan.inputs[0]: at} | dict(zip(plan.want, one, strict=True)) for one in answers
-    ]
-    return min(rows, key=lambda row: apart(plan.model, row, like), default=None)
 
 
 def apart(model: Model, one: Mapping[str, Value], other: Mapping[str, Value]) -> float:
@@ -258,21 +237,6 @@ def apart(model: Model, one: Mapping[str, Value], other: Mapping[str, Value]) ->
         else:
             total += a != b
     return total
-
-
-def golden_section(size: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function with one minimum between ``low`` and ``high`` has it (Kiefer 1953).
-
-    Its value there is as good as a float can be; the place to half of the digits, as for any method.
-    """
-    share = (sqrt(5.0) - 1.0) / 2.0
-    while abs(high - low) > 1e-9 * (abs(low) + abs(high) + 1e-9):
-        left, right = high - share * (high - low), low + share * (high - low)
-        if size(left) <= size(right):
-            high = right
-        else:
-            low = left
-    return (low + high) / 2.0
 
 
 ROWS = 73
@@ -296,174 +260,128 @@ class Rail(NamedTuple):
 
 
 def rail(
-    model: Model,
-    given: Mapping[str, Value],
-    values: Mapping[str, Value],
-    handles: Sequence[Handle],
+    model: Model, given: Mapping[str, Value], values: Mapping[str, Value], handles: Sequence[Handle]
 ) -> Rail | None:
-    """The motion through an answer (``values``), the other inputs as ``given``.
-
-    None where it cannot be followed.
+    """The motion through an answer (``values``) that the handles of one driver make, the other inputs as
+    ``given``. None where it cannot be followed.
     """
     driver = handles[0].driver
-    choices = list(dict.fromkeys((driver, *(h.variable for h in handles if h.driver == driver))))
-    turning = [n for n in choices if turn(model, n) and isinstance(values.get(n), float)]
-    return _Course(model, given, values, driver, (turning or choices)[0], choices).rail()
+    followed = tuple(dict.fromkeys((driver, *(handle.variable for handle in handles))))
+    turning = [n for n in followed if turn(model, n) and isinstance(values.get(n), float)]
+    parameter = (turning or followed)[0]
+    own = {name: None for name, variable in model.variables.items() if variable.value is not None}
+    fixed = {n: v for n, v in {**own, **given, driver: None}.items() if n != parameter}
+    guesses = {n: v for n, v in values.items() if isinstance(v, float) and n not in (*fixed, parameter)}
+    names = tuple(dict.fromkeys((*followed, *needed(model, polar=False))))
+    want = [name for name in names if name != parameter and fixed.get(name) is None]
+    along = {parameter: _range(model, parameter, float(values[parameter]))}
+    table = sweep(model, along, want=want, follow=True, given=fixed, guesses=guesses)
+    assert isinstance(table, CurveTable)
+    kept = {name: value for name, value in fixed.items() if value is not None}
+    columns = [table[name].tolist() for name in table]
+    every = [{**kept, **dict(zip(table, row, strict=True))} for row in zip(*columns, strict=True)]
+    branches = [[r for r in every[one.first : one.last] if _whole(r, names)] for one in table.branches]
+    solid = [rows for rows in branches if len(rows) > 1]
+    if not solid:
+        return None
+    rows = min(solid, key=lambda some: min(apart(model, row, values) for row in some))
+    closed = _meets(model, rows[0], rows[-1])
+    rows = rows[:-1] if closed else rows
+    more = [n for n in needed(model) if n != parameter and fixed.get(n) is None]
+    want = list(dict.fromkeys((*want, *more)))
+    plan = prepare(model, [parameter], want=want, given=fixed, guesses=guesses)
+    limits = {
+        name: _limits(plan, name, rows, closed)
+        for name in followed
+        if name != parameter and all(isinstance(row.get(name), float) for row in rows)
+    }
+    return Rail(parameter, followed, tuple(rows), closed, limits, _rests_on(model, fixed, parameter), plan)
 
 
-class _Course:
-    def __init__(
-        self,
-        model: Model,
-        given: Mapping[str, Value],
-        values: Mapping[str, Value],
-        driver: str,
-        parameter: str,
-        followed: Sequence[str],
-    ) -> None:
-        self.model, self.values, self.parameter, self.followed = model, values, parameter, followed
-        self.names = tuple(dict.fromkeys((*followed, *needed(model, polar=False))))
-        own = {name: None for name, variable in model.variables.items() if variable.value is not None}
-        self.fixed: dict[str, Value | None] = {**own, **given}
-        self.fixed[driver] = None
-        self.fixed.pop(parameter, None)
-        self.guesses = {n: v for n, v in values.items() if isinstance(v, float) and n not in self.fixed}
-        self.guesses.pop(parameter, None)
-
-    def rail(self) -> Rail | None:
-        want = [name for name in self.names if name != self.parameter and self.fixed.get(name) is None]
-        table = sweep(
-            self.model,
-            {self.parameter: self._range()},
-            want=want,
-            follow=True,
-            given=self.fixed,
-            guesses=self.guesses,
-        )
-        kept = {name: value for name, value in self.fixed.items() if value is not None}
-        branches = [
-            [
-                {
-                    **kept,
-                    **{n: table[n][k].item() if hasattr(table[n][k], "item") else table[n][k] for n in table},
-                }
-                for k in range(branch.first, branch.last)
-            ]
-            for branch in table.branches  # type: ignore[attr-defined]
-        ]
-        solid = [[row for row in rows if _whole(row, self.names)] for rows in branches]
-        solid = [rows for rows in solid if len(rows) > 1]
-        if not solid:
-            return None
-        rows = min(solid, key=lambda some: min(apart(self.model, row, self.values) for row in some))
-        closed = self._meets(rows[0], rows[-1])
-        return self._with_limits(rows[:-1] if closed else rows, closed, want)
-
-    def _range(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        now, whole = float(self.values[self.parameter]), turn(self.model, self.parameter)
-        variable = self.model.variables[self.parameter]
-        reach = whole / 2 if whole else max(1.0, 2 * abs(now))
-        start = -reach if whole else now - reach
-        low, high = max(variable.low, start), min(variable.high, start + 2 * reach)
-        return np.unique(np.append(np.linspace(low, high, ROWS), now))
-
-    def _meets(self, first: Row, last: Row) -> bool:
-        """Whether the figures at both ends of the rows are the same."""
-        here, there = diagrams(self.model, first), diagrams(self.model, last)
-        pairs = [(a, b) for a, b in zip(here, there, strict=True) if a and b and not a.polar]
-        size = max((hypot(*place) for a, _ in pairs for place in a.places.values()), default=0.0)
-        return bool(pairs) and all(
-            hypot(a.places[n][0] - b.places[n][0], a.places[n][1] - b.places[n][1]) <= 1e-6 * size
-            for a, b in pairs
-            for n in a.places
-        )
-
-    # --- where a variable turns back ---
-
-    def _with_limits(self, rows: list[Row], closed: bool, want: Sequence[str]) -> Rail:
-        limits: dict[str, tuple[float | None, float | None]] = {}
-        more = [n for n in needed(self.model) if n != self.parameter and self.fixed.get(n) is None]
-        want = tuple(dict.fromkeys((*want, *more)))
-        plan = prepare(self.model, [self.parameter], want=want, given=self.fixed, guesses=self.guesses)
-        for name in self.followed:
-            if name != self.parameter and all(isinstance(row.get(name), float) for row in rows):
-                limits[name] = self._limits(plan, name, rows, closed)
-        return Rail(self.parameter, tuple(self.followed), tuple(rows), closed, limits, self._rests_on(), plan)
-
-    def _rests_on(self) -> tuple[str, ...]:
-        """The numbers among the fixed inputs that the figures of the motion depend on."""
-        fixed = {name for name, value in self.fixed.items() if isinstance(value, float)}
-        known = frozenset({n for n, v in self.fixed.items() if v is not None} | {self.parameter})
-        path = planner(self.model).path(known, {}, want=frozenset(needed(self.model, polar=False)) - known)
-        used = {index for step in path.steps for index in equations_of(step)}
-        names = {name for index in used for name in self.model.equations[index].names}
-        return tuple(name for name in self.model.variables if name in names & fixed)
-
-    def _limits(
-        self, plan: Plan, name: str, rows: list[Row], closed: bool
-    ) -> tuple[float | None, float | None]:
-        """The least and the greatest value that is reached between rows; both join the rows."""
-        if turn(self.model, name) and _winds(rows, name, turn(self.model, name)):
-            return None, None
-        found: list[float | None] = []
-        for sign in (1.0, -1.0):
-            place = min(range(len(rows)), key=lambda k: sign * float(rows[k][name]))
-            if not closed and place in (0, len(rows) - 1):
-                found.append(None)
-                continue
-            row = self._extreme(plan, name, rows, place, sign)
-            if row is not None:
-                rows[place] = row
-            found.append(float(rows[place][name]))
-        return found[0], found[1]
-
-    def _extreme(self, plan: Plan, name: str, rows: list[Row], place: int, sign: float) -> Row | None:
-        whole = turn(self.model, self.parameter)
-        middle = float(rows[place][self.parameter])
-        low = middle - _gap(rows, place, place - 1, self.parameter, whole)
-        high = middle + _gap(rows, place + 1, place, self.parameter, whole)
-
-        def size(at: float) -> float:
-            row = nearest(plan, at, rows[place])
-            return inf if row is None else sign * float(row[name])
-
-        return nearest(plan, golden_section(size, low, high), rows[place])
+def _range(model: Model, name: str, now: float) -> NDArray[np.float64]:
+    whole, variable = turn(model, name), model.variables[name]
+    reach = whole / 2 if whole else max(1.0, 2 * abs(now))
+    start = -reach if whole else now - reach
+    low, high = max(variable.low, start), min(variable.high, start + 2 * reach)
+    return np.unique(np.append(np.linspace(low, high, ROWS), now))
 
 
-def extents(model: Model, curve: Rail) -> list[list[float] | None]:
-    """The rectangle (left, bottom, right, top) that every figure needs over the motion.
-
-    Of velocities and accelerations the largest few are left out: they may grow without bound.
-    """
-    drawn = [diagrams(model, row) for row in _spread(curve)]
-    found: list[list[float] | None] = []
-    for number in range(len(model.figures)):
-        figures = [some[number] for some in drawn]
-        places = [place for one in figures if one for place in one.places.values()]
-        polar = any(one.polar for one in figures if one)
-        found.append(rectangle(places, polar) if places else None)
-    return found
-
-
-def _spread(curve: Rail) -> Iterator[Row]:
-    table = curve.plan.sweep([row[curve.parameter] for row in curve.rows])
-    for number in np.flatnonzero(table.solved):
-        yield {**curve.plan.given, **{name: table[name][number] for name in table}}
-
-
-def _whole(row: Mapping[str, Value], names: Sequence[str]) -> bool:
+def _whole(row: Row, names: Sequence[str]) -> bool:
     return all(isinstance(row.get(n), str) or isfinite(float(row.get(n, inf))) for n in names)
 
 
-def _winds(rows: Sequence[Row], name: str, whole: float) -> bool:
-    """Whether an angle goes round as the curve does."""
-    total = 0.0
-    for here, there in zip(rows, (*rows[1:], rows[0]), strict=True):
-        step = float(there[name]) - float(here[name])
-        total += step - whole * round(step / whole)
-    return abs(total) > whole / 2
+def _meets(model: Model, first: Row, last: Row) -> bool:
+    """Whether the figures at both ends of the rows are the same."""
+    both = zip(diagrams(model, first), diagrams(model, last), strict=True)
+    pairs = [(a, b) for a, b in both if a and b and not a.polar]
+    size = max((hypot(*place) for a, _ in pairs for place in a.places.values()), default=0.0)
+    return bool(pairs) and all(_motion(a, b) <= 1e-6 * size for a, b in pairs)
 
 
-def _gap(rows: Sequence[Row], upper: int, lower: int, name: str, whole: float) -> float:
-    step = float(rows[upper % len(rows)][name]) - float(rows[lower][name])
-    return step - whole * round(step / whole) if whole else step
+def _rests_on(model: Model, fixed: Mapping[str, Value | None], parameter: str) -> tuple[str, ...]:
+    """The numbers among the fixed inputs that the figures of the motion depend on."""
+    known = frozenset({n for n, v in fixed.items() if v is not None} | {parameter})
+    path = planner(model).path(known, {}, want=frozenset(needed(model, polar=False)) - known)
+    used = {index for step in path.steps for index in equations_of(step)}
+    names = {name for index in used for name in model.equations[index].names}
+    return tuple(n for n in model.variables if n in names and isinstance(fixed.get(n), float))
+
+
+def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float | None, float | None]:
+    """The least and the greatest value that is reached between rows; both join the rows.
+
+    None where it does not turn back: at an end of the rows, and for an angle that goes round with them.
+    """
+    whole = turn(plan.model, name)
+    values = np.array([float(row[name]) for row in rows])
+    if whole and abs(np.unwrap([*values, values[0]], period=whole)[-1] - values[0]) > whole / 2:
+        return None, None
+    at = np.array([float(row[plan.inputs[0]]) for row in (rows[-1], *rows, rows[0])])
+    if about := turn(plan.model, plan.inputs[0]):
+        at = np.unwrap(at, period=about)
+    found: list[float | None] = []
+    for sign in (1.0, -1.0):
+        place = int(np.argmin(sign * values))
+        if closed or 0 < place < len(rows) - 1:
+            rows[place] = _extreme(plan, name, rows[place], sign, sorted((at[place], at[place + 2])))
+            found.append(float(rows[place][name]))
+        else:
+            found.append(None)
+    return found[0], found[1]
+
+
+def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) -> Row:
+    """The row of the least value (of the greatest for ``sign`` -1) between two values of the parameter."""
+
+    def size(at: float) -> float:
+        near = nearest(plan, float(at), row)
+        return inf if near is None else sign * float(near[name])
+
+    with np.errstate(invalid="ignore"):
+        best = minimize_scalar(
+            size, bounds=ends, method="bounded", options={"xatol": 1e-9 * max(map(abs, ends))}
+        )
+    return nearest(plan, float(best.x), row) or row
+
+
+def nearest(plan: Plan, at: float, like: Row) -> Row | None:
+    """The answer of a plan with one input that is nearest to given values."""
+    try:
+        answers = plan.all(at)
+    except Unsolved:
+        return None
+    rows = [{**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))} for one in answers]
+    return min(rows, key=lambda row: apart(plan.model, row, like), default=None)
+
+
+def extents(model: Model, curve: Rail) -> list[list[float] | None]:
+    """The rectangle (left, bottom, right, top) that every figure needs over the motion."""
+    table = curve.plan.sweep([row[curve.parameter] for row in curve.rows])
+    solved = np.flatnonzero(table.solved)
+    drawn = [diagrams(model, {**curve.plan.given, **{n: table[n][k] for n in table}}) for k in solved]
+    found: list[list[float] | None] = []
+    for number in range(len(model.figures)):
+        figures = [one for some in drawn if (one := some[number])]
+        places = [place for one in figures for place in one.places.values()]
+        found.append(rectangle(places, figures[0].polar) if places else None)
+    return found
