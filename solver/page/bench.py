@@ -14,9 +14,9 @@ import threading
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import lru_cache
 from math import isfinite
 from queue import SimpleQueue
-from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,7 @@ from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import sweep
 
 Json = dict[str, Any]
+Answers = tuple[Status, list[tuple[Value, ...]]]
 
 ROWS = 2000
 """Rows of a sweep that a page draws at most."""
@@ -46,14 +47,15 @@ ROWS = 2000
 PLANS = 8
 """Prepared plans that are kept."""
 
-KEPT = 1000
-"""Such answers that are kept of a plan."""
+KEPT = 20_000
+"""Answers of a plan that are kept: each is a solve where it has no record, as where a length is 0."""
 
 MEMORY = 4 * 2**30
 """Bytes of address space that a sheet may come to need."""
 
-HARD = 0.002
-"""Seconds from which on an answer is kept: its plan has no record there, as where a length is exactly 0."""
+QUICK = "check", "value", "frame", "warm"
+SLOW = "solve", "typeset", "motion", "rail", "swap", "sweep", "sensitivity", "why"
+"""What a page asks while something is typed or dragged, and what may take its time."""
 
 
 class Bench:
@@ -65,28 +67,16 @@ class Bench:
     def __init__(self, python: bool = False) -> None:
         self.python = python
         self.model: Model | None = None
-        self.plans: dict[str, _Dragged] = {}
+        self.plans: dict[str, tuple[Plan, Callable[[tuple[float]], Answers]]] = {}
         self.last: tuple[str, Result] | None = None
-        self.answers: dict[str, Callable[[Json], Json]] = {
-            "load": self.load,
-            "check": self.check,
-            "value": self.value,
-            "solve": self.solve,
-            "frame": self.frame,
-            "warm": self.warm,
-            "typeset": self.typeset,
-            "motion": self.motion,
-            "rail": self.rail,
-            "swap": self.swap,
-            "sweep": self.sweep,
-            "sensitivity": self.sensitivity,
-            "why": self.why,
-        }
 
     def answer(self, question: Json) -> Json:
         """The reply to one message; what is wrong with the sheet or its inputs comes as diagnoses."""
         try:
-            return self.answers[question["do"]](question)
+            if question["do"] not in ("load", *QUICK, *SLOW):
+                raise LookupError("no such question")
+            reply: Json = getattr(self, question["do"])(question)
+            return reply
         except RuleSheetError as wrong:
             return {"wrong": [complaint(diagnosis) for diagnosis in wrong.diagnoses]}
 
@@ -198,9 +188,7 @@ class Bench:
     def motion(self, question: Json) -> Json:
         """The handles of the figures."""
         result = self._result(question)
-        if not result.solutions:
-            return {"handles": []}
-        return {"handles": [handle._asdict() for handle in handles(result, _answer(question, result))]}
+        return {"handles": [one._asdict() for one in handles(result, _answer(question, result))]}
 
     def rail(self, question: Json) -> Json:
         """The curve that the points of one driver are dragged along, and the room that the figures need."""
@@ -216,8 +204,8 @@ class Bench:
     def frame(self, question: Json) -> Json:
         """All values and figures for one value of the dragged variable, on the branch of ``near``."""
         name, value = str(question["name"]), float(question["value"])
-        dragged = self._dragged(question, name)
-        plan, (status, answers) = dragged.plan, dragged.outcome(value)
+        plan, outcome = self._dragged(question, name)
+        status, answers = outcome((value,))
         if status is not Status.SOLVED:
             return {"status": str(status), "value": value}
         rows = [dict(zip(plan.want, answer, strict=True)) for answer in answers]
@@ -230,12 +218,13 @@ class Bench:
     def warm(self, question: Json) -> Json:
         """Prepare for frames at such values, so that the first of them does not wait for it."""
         name = str(question["name"])
-        dragged, whole = self._dragged(question, name), turn(self._model(), name)
+        (_, outcome), whole = self._dragged(question, name), turn(self._model(), name)
         for value in (*question["values"], *(whole * k / 4 for k in range(-2, 3))):
-            dragged.outcome(float(value))
+            outcome((float(value),))
         return {}
 
-    def _dragged(self, question: Json, name: str) -> _Dragged:
+    def _dragged(self, question: Json, name: str) -> tuple[Plan, Callable[[tuple[float]], Answers]]:
+        """The plan with the dragged variable as its input, and what it comes to at a value."""
         model = self._model()
         given = {n: v for n, v in _values(question, "inputs").items() if n != name}
         key = json.dumps([name, given], sort_keys=True)
@@ -246,26 +235,9 @@ class Bench:
             want = [n for n in names if n != name and inputs[n] is None]
             if len(self.plans) >= PLANS:
                 del self.plans[next(iter(self.plans))]
-            self.plans[key] = _Dragged(prepare(model, [name], want=want, given=given))
+            plan = prepare(model, [name], want=want, given=given)
+            self.plans[key] = plan, lru_cache(KEPT)(plan.outcome)
         return self.plans[key]
-
-
-class _Dragged:
-    """A plan with one input, and its answers at the values that it has no record for."""
-
-    def __init__(self, plan: Plan) -> None:
-        self.plan = plan
-        self.hard: dict[float, tuple[Status, list[tuple[Value, ...]]]] = {}
-
-    def outcome(self, value: float) -> tuple[Status, list[tuple[Value, ...]]]:
-        """Status and answers at a value."""
-        if value in self.hard:
-            return self.hard[value]
-        began = monotonic()
-        found = self.plan.outcome((value,))
-        if monotonic() - began > HARD and len(self.hard) < KEPT:
-            self.hard[value] = found
-        return found
 
 
 def _values(question: Json, key: str) -> dict[str, Value | None]:
@@ -305,41 +277,32 @@ def main() -> None:
     """Answer until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the server, with which this ends
     replies, sys.stdout = sys.stdout, sys.stderr
-    _bound_memory()
+    with suppress(ImportError):  # no such limit on this system
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     waiting: SimpleQueue[str] = SimpleQueue()
-    threading.Thread(target=_listen, args=(waiting,), daemon=True).start()
+
+    def listen() -> None:
+        for line in sys.stdin:
+            waiting.put(line)
+        os._exit(0)
+
+    threading.Thread(target=listen, daemon=True).start()
     bench = Bench()
-    reply: dict[str, Any] = {"ready": True}
+    reply: Json = {"ready": True}
     while True:
         replies.write(json.dumps(reply, allow_nan=False, separators=(",", ":")) + "\n")
         replies.flush()
-        reply = _reply(bench, waiting.get())
-
-
-def _listen(waiting: SimpleQueue[str]) -> None:
-    for line in sys.stdin:
-        waiting.put(line)
-    os._exit(0)
-
-
-def _reply(bench: Bench, line: str) -> dict[str, Any]:
-    try:
-        return bench.answer(json.loads(line))
-    except MemoryError:
-        return {"failed": "this sheet needs more memory than a page may take"}
-    except RecursionError:
-        return {"failed": "this sheet is nested too deeply"}
-    except (ValueError, TypeError, KeyError, LookupError) as wrong:
-        traceback.print_exc()
-        return {"failed": str(wrong)}
-
-
-def _bound_memory() -> None:
-    try:
-        import resource
-    except ImportError:  # no such limit on this system
-        return
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        try:
+            reply = bench.answer(json.loads(waiting.get()))
+        except MemoryError:
+            reply = {"failed": "this sheet needs more memory than a page may take"}
+        except RecursionError:
+            reply = {"failed": "this sheet is nested too deeply"}
+        except (ValueError, TypeError, KeyError, LookupError) as wrong:
+            traceback.print_exc()
+            reply = {"failed": str(wrong)}
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from solver.path import equations_of
 from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Together
 from solver.report.path import Places, Plain, Tex, rule_text, told
-from solver.report.why import Line, Page
+from solver.report.why import Page
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps.sweep import sweep
@@ -44,7 +44,15 @@ def described(model: Model) -> dict[str, Any]:
     return {
         "name": model.name,
         "variables": [_variable(variable) for variable in model.variables.values()],
-        "rules": [_rule(model, group) for group in rule_groups(model)],
+        "rules": [
+            {
+                "text": rule_text(group[0].rule),
+                "place": Places(model).of(group[0]),
+                "scope": group[0].scope,
+                "names": sorted({name for equation in group for name in equation.names}),
+            }
+            for group in rule_groups(model)
+        ],
         "figures": [outline(figure) for figure in model.figures],
     }
 
@@ -72,28 +80,18 @@ def rule_groups(model: Model) -> list[list[Equation]]:
     return list(groups.values())
 
 
-def _rule(model: Model, group: list[Equation]) -> dict[str, Any]:
-    first = group[0]
-    return {
-        "text": rule_text(first.rule),
-        "place": Places(model).of(first),
-        "scope": first.scope,
-        "names": sorted({name for equation in group for name in equation.names}),
-    }
-
-
 def typeset(model: Model) -> list[list[str]]:
     """Every rule as LaTeX, a line for each of its equations with the condition that selects it."""
-    return [[_typeset(model, equation) for equation in group] for group in rule_groups(model)]
-
-
-def _typeset(model: Model, equation: Equation) -> str:
     notation = Tex()
-    body = f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
-    if equation.guard:
-        outcomes = [(model.conditions[premise.condition], premise.holds) for premise in equation.guard]
-        body += rf"\quad \text{{if }} {notation.conditions(outcomes)}"
-    return _SCOPE.sub("", body)
+
+    def line(equation: Equation) -> str:
+        body = f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
+        if equation.guard:
+            outcomes = [(model.conditions[premise.condition], premise.holds) for premise in equation.guard]
+            body += rf"\quad \text{{if }} {notation.conditions(outcomes)}"
+        return _SCOPE.sub("", body)
+
+    return [list(map(line, group)) for group in rule_groups(model)]
 
 
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -105,12 +103,7 @@ def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
         "notes": [NO_CODE] if diagnosis.code == "E313" else list(diagnosis.notes),
         "variables": list(diagnosis.variables),
         "places": [
-            {
-                "file": label.span.file,
-                "start": label.span.start,
-                "end": label.span.end,
-                "line": label.span.line,
-            }
+            {name: getattr(label.span, name) for name in ("file", "start", "end", "line")}
             for label in diagnosis.labels
         ],
         "printed": render(diagnosis),
@@ -168,21 +161,15 @@ def derived(derivation: Derivation) -> dict[str, Any]:
     """The inputs that a number rests on, then every step with its formula, its rule and its conditions."""
     page = Page(derivation, Tex())
     given = [page.known(known) for known in (*derivation.inputs, *derivation.assumed)]
-    lines = [
-        _line_of(page, line, isinstance(link, Together))
-        for link in derivation.links
-        for line in page.lines(link)
-    ]
+    lines = []
+    for link in derivation.links:
+        for line in page.lines(link):
+            shown = {"tex": line.formula, "unit": line.unit, "within": isinstance(link, Together)}
+            if line.equation is not None:
+                shown["place"], shown["rule"] = page.rule(line.equation)
+                shown["because"] = [f"{word} {said}" for word, said, _ in page.guards(line.guards, Plain())]
+            lines.append(shown)
     return {"head": page.head(), "given": given, "lines": lines}
-
-
-def _line_of(page: Page, line: Line, within: bool) -> dict[str, Any]:
-    shown = {"tex": line.formula, "unit": line.unit, "within": within}
-    if line.equation is None:
-        return shown
-    place, rule = page.rule(line.equation)
-    because = [f"{word} {said}" for word, said, _ in page.guards(line.guards, Plain())]
-    return {**shown, "place": place, "rule": rule, "because": because}
 
 
 STATIC = Path(__file__).parent / "static"
@@ -231,9 +218,18 @@ def export(
         notes = ("take larger steps, or fewer sliders",)
         message = f"{states:,} states are more than the {STATES:,} that a page holds"
         raise RuleSheetError(error("E445", message, notes=notes))
-    rows = _solved(model, inputs, guesses, axes, want)
-    solved = sum(row is not None for row in rows)
-    return Exported(_page(model.name, _document(model, inputs, axes, rows)), states, solved)
+    given = {name: value for name, value in inputs.items() if name not in axes}
+    known = override(model, given, guesses).values
+    wanted = dict.fromkeys((*(want or [v.name for v in _shown(model)]), *needed(model)))
+    names = [n for n in wanted if n not in known and n not in axes]
+    table = sweep(model, axes, names, grid=True, given=given, guesses=guesses)
+    columns = {name: table[name].tolist() for name in (*axes, *names)}  # the last axis runs fastest
+    rows = [
+        {**known, **dict(zip(columns, row, strict=True))} if solved else None
+        for *row, solved in zip(*columns.values(), table.solved, strict=True)
+    ]
+    document = _document(model, inputs, axes, rows)
+    return Exported(_page(model.name, document), states, int(table.solved.sum()))
 
 
 def first_axes(model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]) -> Axes:
@@ -253,24 +249,6 @@ def _range(model: Model, name: str, value: float, points: int) -> list[Value]:
     low, high = (value / 2, value * 1.5) if value else (-1.0, 1.0)
     low, high = max(min(low, high), variable.low), min(max(low, high), variable.high)
     return [low + (high - low) * k / (points - 1) for k in range(points)]
-
-
-def _solved(
-    model: Model,
-    inputs: Mapping[str, Value | None],
-    guesses: Mapping[str, float],
-    axes: Axes,
-    want: Sequence[str] | None,
-) -> list[dict[str, Value] | None]:
-    """The values of every state, None where there is no answer; the last axis runs fastest."""
-    given = {name: value for name, value in inputs.items() if name not in axes}
-    known = override(model, given, guesses).values
-    wanted = dict.fromkeys((*(want or [v.name for v in _shown(model)]), *needed(model)))
-    names = [n for n in wanted if n not in known and n not in axes]
-    table = sweep(model, axes, names, grid=True, given=given, guesses=guesses)
-    columns = {name: table[name].tolist() for name in (*axes, *names)}
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    return [{**known, **row} if solved else None for row, solved in zip(rows, table.solved, strict=True)]
 
 
 def _shown(model: Model) -> list[Variable]:
@@ -299,12 +277,7 @@ def _document(
             for name, values in axes.items()
         ],
         "variables": [
-            {
-                "name": v.name,
-                "unit": v.display_unit or v.unit or "",
-                "comment": v.comment,
-                "scale": displaying(v),
-            }
+            {key: told for key, told in _variable(v).items() if key in ("name", "unit", "comment", "scale")}
             for v in shown
         ],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],

@@ -38,6 +38,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.loading import MAIN_SHEET, read_source, shipped_model, shipped_models
 from solver.files import write_file
 from solver.lane import Lane, Workers
+from solver.page.bench import QUICK, SLOW
 from solver.page.description import complaint
 
 LARGEST = 500_000
@@ -224,9 +225,6 @@ def _guarded(send: Send) -> Send:
 Json = dict[str, Any]
 
 STATIC = Path(__file__).parent / "static"
-
-QUICK = frozenset({"check", "value", "frame", "warm"})
-SLOW = frozenset({"solve", "typeset", "motion", "rail", "swap", "sweep", "sensitivity", "why"})
 
 KEPT = 200_000
 """Characters of a tab's state that the server keeps for a sheet."""

@@ -12,7 +12,7 @@ from traitlets import Dict
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.model import Model, Value
-from solver.page.bench import Bench
+from solver.page.bench import QUICK, SLOW, Bench
 
 STATIC = Path(__file__).parent / "static"
 
@@ -49,39 +49,27 @@ class Cell(AnyWidget):
         self.send({**self._answer(message), "id": message.get("id")})
 
     def _answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """The reply to a question of the page."""
+        """The reply to a question of the page. Of texts the last one stays that is a sheet."""
         do = message.get("do")
         try:
             with time_limit(self._timeout):
-                if do == "edit":
-                    return self._edit(str(message["text"]))
-                if do == "keep":
-                    return self._keep(message["state"])
-                if do == "check":
-                    return self._bench.answer(self._sheet("check", str(message["text"])))
-                if do != "load" and do in self._bench.answers:
+                if do in ("edit", "check"):
+                    text = str(message["text"])
+                    sheet = {"text": text, "name": self.opened["name"], "base": self._base}
+                    reply = self._bench.answer({**sheet, "do": "load" if do == "edit" else "check"})
+                    self.text = text if "variables" in reply else self.text
+                    return reply
+                if do == "keep":  # what the page has come to is shown again where the cell is
+                    self.inputs = dict(message["state"]["doc"]["inputs"])
+                    self.opened = {**self.opened, "kept": dict(message["state"])}
+                    return {}
+                if do in (*QUICK, *SLOW):
                     return self._bench.answer({**message, "timeout": SHARE * self._timeout})
                 return {"failed": "a cell has no such request"}
         except TimeIsUp:
             return {"gave_up": self._timeout}
         except (ValueError, TypeError, KeyError, LookupError) as wrong:
             return {"failed": str(wrong)}
-
-    def _edit(self, text: str) -> dict[str, Any]:
-        """Take another text; the last one stays where there is something wrong with it."""
-        reply = self._bench.answer(self._sheet("load", text))
-        if "variables" in reply:
-            self.text = text
-        return reply
-
-    def _sheet(self, do: str, text: str) -> dict[str, Any]:
-        return {"do": do, "text": text, "name": self.opened["name"], "base": self._base}
-
-    def _keep(self, state: Mapping[str, Any]) -> dict[str, Any]:
-        """What the page has come to: shown again where the cell is shown again."""
-        self.inputs = dict(state["doc"]["inputs"])
-        self.opened = {**self.opened, "kept": dict(state)}
-        return {}
 
 
 def _text(model: Model) -> str:
