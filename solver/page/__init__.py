@@ -11,12 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from math import cos, dist, hypot, inf, isfinite, pi, radians, sin
+from math import cos, dist, hypot, inf, isfinite, pi, radians, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
@@ -343,7 +342,7 @@ def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float
     for sign in (1.0, -1.0):
         place = int(np.argmin(sign * values))
         if closed or 0 < place < len(rows) - 1:
-            rows[place] = _extreme(plan, name, rows[place], sign, sorted((at[place], at[place + 2])))
+            rows[place] = _extreme(plan, name, rows[place], sign, sorted(at[place : place + 3 : 2].tolist()))
             found.append(float(rows[place][name]))
         else:
             found.append(None)
@@ -354,14 +353,14 @@ def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) ->
     """The row of the least value (of the greatest for ``sign`` -1) between two values of the parameter."""
 
     def size(at: float) -> float:
-        near = nearest(plan, float(at), row)
+        near = nearest(plan, at, row)
         return inf if near is None else sign * float(near[name])
 
-    with np.errstate(invalid="ignore"):
-        best = minimize_scalar(
-            size, bounds=ends, method="bounded", options={"xatol": 1e-9 * max(map(abs, ends))}
-        )
-    return nearest(plan, float(best.x), row) or row
+    share, (low, high) = (sqrt(5.0) - 1.0) / 2.0, ends  # golden section (Kiefer 1953)
+    while high - low > 1e-9 * (abs(low) + abs(high) + 1e-9):
+        left, right = high - share * (high - low), low + share * (high - low)
+        low, high = (low, right) if size(left) <= size(right) else (left, high)
+    return nearest(plan, (low + high) / 2.0, row) or row
 
 
 def nearest(plan: Plan, at: float, like: Row) -> Row | None:
