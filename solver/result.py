@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rulesheets.model import Value
 from solver.facts import Status, UnknownName
-from solver.files.tables import Table
 from solver.path import Shown
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from solver.derivatives import Sensitivities, ToleranceBands
     from solver.derivatives.total_derivatives import Near
     from solver.facts import Attempt, Proof
+    from solver.files.tables import Table
     from solver.path import Path, SolveBlock, Step
 
 

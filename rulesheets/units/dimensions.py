@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -77,16 +76,15 @@ def exponents(unit: Unit) -> Exponents:
     return found
 
 
-@dataclass(slots=True)
-class Form:
+class Form(NamedTuple):
     """Exponents of an expression: known ones, and multiples of those of variables that are open.
 
     ``any``: 0, or a bare number in a sum, fits whatever stands beside it. ``numbers`` of the rules that it
     follows from may be factors between units.
     """
 
-    known: Exponents = field(default_factory=dict)
-    open: Exponents = field(default_factory=dict)
+    known: Exponents = {}  # noqa: RUF012
+    open: Exponents = {}  # noqa: RUF012
     why: frozenset[int] = frozenset()
     any: bool = False
     numbers: frozenset[float] = frozenset()
@@ -293,7 +291,7 @@ class Dimensions:
         rest = Form(form.known, others, form.why | {index}, numbers=form.numbers | self._factors(index))
         found = rest.times(_rational(-1 / form.open[name]))
         if found.numbers and not (found.dimension or found.open):
-            found.known = {**found.known, SIZE: math.nan}  # a share or its percents
+            found = found._replace(known={**found.known, SIZE: math.nan})  # a share or its percents
         self.forms[name] = found
 
     def _compare(self, form: Form, claim: Mismatch) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
@@ -50,14 +49,13 @@ class BlockCondition(NamedTuple):
     condition: float
 
 
-@dataclass(frozen=True)
-class ForwardErrors:
+class ForwardErrors(NamedTuple):
     """``error``: an estimate of the absolute error of every variable that has a number, infinite where
     nothing can be said. ``blocks``: the conditions of the blocks, by their unknowns. ``cancelled``: some
     variable is next to nothing beside the terms that it was computed from."""
 
     error: Mapping[str, float]
-    blocks: Mapping[tuple[str, ...], BlockCondition] = field(default_factory=dict)
+    blocks: Mapping[tuple[str, ...], BlockCondition] = {}
     cancelled: bool = False
 
 

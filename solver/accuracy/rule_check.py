@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import pairwise
 from struct import pack, unpack
 from typing import Any, NamedTuple
@@ -86,13 +85,13 @@ class Sides(NamedTuple):
     noise: float
 
 
-@dataclass(slots=True)
 class _Last:
     """What is known of an equation at the values it was last asked about: several ask of one answer."""
 
-    at: tuple[Value, ...]
-    sides: Sides | None = None
-    check: RuleCheck | None = None
+    def __init__(self, at: tuple[Value, ...]) -> None:
+        self.at = at
+        self.sides: Sides | None = None
+        self.check: RuleCheck | None = None
 
 
 def _last(equation: Equation, values: Mapping[str, Value]) -> _Last:

@@ -14,8 +14,6 @@ from rulesheets.loading import decoded, find_variable_sheet, load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 from rulesheets.units import with_display_unit, with_display_units
-from rulesheets.variables import read_variable_sheet
-from solver.files import expect_no_input
 
 
 class Option(NamedTuple):
@@ -70,6 +68,8 @@ class Request(NamedTuple):
     def expect_output(self, path: str | None) -> None:
         """Raise RuleSheetError (E418) if a file to write is one that was read."""
         if path is not None:
+            from solver.files import expect_no_input  # most commands write none
+
             expect_no_input(path, self.files)
 
 
@@ -138,6 +138,8 @@ def read_request(arguments: Namespace) -> Request:
     tolerances: dict[str, Tolerance] = {}
     files = model.files
     if arguments.variables:
+        from rulesheets.variables import read_variable_sheet  # most commands read none
+
         beside = "." if arguments.sheet == "-" else arguments.sheet
         filled_in = find_variable_sheet(arguments.variables, beside)
         files = (*files, filled_in)

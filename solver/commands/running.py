@@ -68,6 +68,8 @@ class _Parser(ArgumentParser):
         for word in words[: words.index("--")] if "--" in words else words:
             if word.startswith("--") and word.partition("=")[0] not in options:
                 raise SystemExit(_unknown_option(self._command, word.partition("=")[0], options))
+        if not {"-h", "--help"}.intersection(words):
+            self.usage = ""  # else it is made up for messages that do without
         return self.parse_intermixed_args(words)
 
     def error(self, message: str) -> NoReturn:

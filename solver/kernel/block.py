@@ -12,7 +12,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -326,7 +325,7 @@ class ReducedKernel(BlockKernel):
     """The kernel of a block that one chain with one tear covers."""
 
     def __init__(self, graph: ModelGraph, block: SolveBlock, chain: Chain) -> None:
-        super().__init__(graph, replace(block, tears=chain.tears))
+        super().__init__(graph, block._replace(tears=chain.tears))
         self.chains = (chain,)
         self.exhaustive = True  # every isolation of the chain has one preimage
 

@@ -24,13 +24,13 @@ from solver.kernel.enclosure import ARRAYS
 from solver.kernel.question import Budget, Question, rank_loss
 from solver.numerics.multistart import GAUSS_NEWTON, Array, arrivals, spread, starting_points
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
-from solver.numerics.subdivision import BoxFunction, SubdivisionLimits, branch_and_prune
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
 
 # --- box by box ---
 
-LIMITS = SubdivisionLimits(boxes=20_000, alive=2_000)
-THOROUGH = SubdivisionLimits(boxes=600_000, alive=400_000)
+LIMITS = 20_000, 2_000
+"""Boxes in all, and at once."""
+THOROUGH = 600_000, 400_000
 
 
 def search_boxes(question: Question, candidates: Candidates, thorough: bool = False) -> bool:
@@ -38,20 +38,22 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
 
     ``thorough``: with thirty times the boxes.
     """
+    from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune  # few blocks come to this
+
     kernel = question.kernel
     ranges = [question.domain(name) for name in question.unknowns]
     partials = [partial for partial in kernel.partials if partial is not None]
     n = len(question.unknowns)
     residual = _bounds(kernel.forms, question, (n,))
     jacobian = _bounds(partials, question, (n, n))
-    limits = THOROUGH if thorough else LIMITS
+    limits = SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
     found = branch_and_prune(residual, jacobian, ranges, limits)
     for root in found.roots:
         candidates.refine(list(root))
     return found.complete
 
 
-def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> BoxFunction:
+def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> Any:
     """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
     emitter = IntervalEmitter(question.unknowns, question.kernel.known, ARRAYS)
     ends = [end for form in forms for end in emitter.of(form)]

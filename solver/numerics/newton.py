@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -92,8 +91,7 @@ SLOW = 6
 """So many full steps without fast contraction tell a multiple root from a simple one."""
 
 
-@dataclass(frozen=True, slots=True)
-class NewtonLimits:
+class NewtonLimits(NamedTuple):
     """``escapes`` is how often Levenberg–Marquardt may take over."""
 
     iterations: int = 100

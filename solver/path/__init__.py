@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 
 class Shown:
@@ -21,8 +21,7 @@ class Shown:
         return str(report.latex(self))
 
 
-@dataclass(frozen=True, slots=True)
-class Evaluate:
+class Evaluate(NamedTuple):
     """Solve one equation for one unknown by isolation; ``branches`` is how many preimages it can have."""
 
     equation: int
@@ -30,8 +29,7 @@ class Evaluate:
     branches: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Select:
+class Select(NamedTuple):
     """Solve for ``unknown`` whichever of the guarded ``equations`` turns out to be active."""
 
     equations: tuple[int, ...]
@@ -39,8 +37,7 @@ class Select:
     branches: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class SolveBlock:
+class SolveBlock(NamedTuple):
     """Solve ``equations`` simultaneously for as many ``unknowns``.
 
     ``tears`` are iterated on; ``order`` lists the explicit steps that follow from them and
@@ -56,22 +53,19 @@ class SolveBlock:
     others: tuple[SolveBlock, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Decide:
+class Decide(NamedTuple):
     """Evaluate conditions whose variables are known; what follows depends on how they come out."""
 
     conditions: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Assume:
+class Assume(NamedTuple):
     """Solve case by case on a condition that waits on an unknown; an answer is kept if it fits its case."""
 
     condition: int
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
+class Check(NamedTuple):
     """Evaluate an equation all of whose variables are known: a redundant rule."""
 
     equation: int

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import count
 from math import gcd, lcm
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -237,7 +236,7 @@ class ModelGraph:
         Several of them where a rule reads a part of the angle: ``sind(theta/2)`` repeats itself after 720.
         """
         found = self._angle(name)
-        return None if found is None else found.turn * found.count
+        return None if found is None else found.turn * found.turns
 
     def single_turn(self, name: str) -> float | None:
         """360 or 2π for a variable that is nothing but an angle, else None."""
@@ -247,7 +246,7 @@ class ModelGraph:
     def is_turning(self, name: str) -> bool:
         """Whether a variable is nothing but an angle, and a single turn of it makes no difference."""
         found = self._angle(name)
-        return found is not None and found.count == 1
+        return found is not None and found.turns == 1
 
     def is_weighed(self, name: str) -> bool:
         """Whether it is nothing but an angle to the rules, but larger or smaller than something to one of
@@ -268,12 +267,11 @@ class ModelGraph:
         return self._turns.get(name)
 
 
-@dataclass(frozen=True, slots=True)
-class _Angle:
-    """An angle in the unit of ``turn``; all that reads it repeats itself after ``count`` turns."""
+class _Angle(NamedTuple):
+    """An angle in the unit of ``turn``; all that reads it repeats itself after so many ``turns``."""
 
     turn: float
-    count: int = 1
+    turns: int = 1
 
 
 class _Angles:
@@ -286,7 +284,7 @@ class _Angles:
     def learn(self, name: str, turn: float, count: int = 1) -> None:
         """One more occurrence under a function of period ``turn``, or ``count`` of them."""
         known = self.found.setdefault(name, _Angle(turn, count))
-        together = lcm(known.count, count)
+        together = lcm(known.turns, count)
         if known.turn != turn or together > MAX_TURNS:
             self.plain.add(name)
         else:

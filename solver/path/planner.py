@@ -77,7 +77,7 @@ class _Remaining:
             )
             for tearing in tearings(incidence, weights, limit=TEARINGS)
         )
-        return replace(first, others=tuple(others)) if len(first.tears) == 1 else first
+        return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
 
     def _resolvable(self, block: Block) -> Incidence:
         """The part that is a block, with what each of its equations can be solved for."""
