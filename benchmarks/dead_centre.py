@@ -136,10 +136,9 @@ def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) 
         for distance, (said, wrong, seconds) in zip(DISTANCES, row, strict=True):
             status = said or ("solved" if wrong <= FALSE else "false")
             marks.append(Mark(name, name, None, status, wrong, None, seconds, distance))
-    places = {distance: distance for distance in DISTANCES}
     label = "relative distance of the slider from dead centre"
     title = "the crank driven by its slider"
-    stability_picture(marks, title, label, places).savefig(path, dpi=130)
+    stability_picture(marks, title, label, towards=True).savefig(path, dpi=130)
 
 
 def main() -> None:

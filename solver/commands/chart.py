@@ -36,7 +36,7 @@ from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
 from solver.report import table
 from solver.report.text import result_text
-from solver.result import Result, Solution
+from solver.result import Solution
 from solver.solution.conclusion import can_prove
 from solver.solving import solve
 from solver.sweeps import Plan, prepare
@@ -49,14 +49,13 @@ TOLERANCES, FEW = tuple(10.0**-k for k in range(2, 16)), (1e-6, 1e-12)
 """Of Newton's method at one set of inputs, and along an input."""
 NONE = 1e-30
 """What a number of 50 digits may be instead of 0; errors beside it are absolute."""
-LEAST_TIME, LEAST_RUNS, MOST_RUNS = 0.02, 3, 200
 MOST = 2_000
 """Values of a chart over an input: each is solved by every method several times."""
 
 State: TypeAlias = Mapping[str, Any]
 """Numbers by name, exact ones of many digits, and symbols."""
-Run: TypeAlias = Callable[[], tuple[Sequence[State], str, "int | None"]]
-"""A solve: its answers, what is said where there are none, and its iterations."""
+Method: TypeAlias = tuple[str, float | None, Callable[[], tuple[Sequence[State], str, Any]]]
+"""A family, its own tolerance, and a run: answers, what is said where there are none, iterations."""
 
 
 class Mode(NamedTuple):
@@ -66,61 +65,32 @@ class Mode(NamedTuple):
     state: State
 
 
-class Case(NamedTuple):
-    """An answered sheet: its exact states, that of the primary answer first; errors of ``judged`` count."""
-
-    result: Result
-    judged: tuple[str, ...]
-    modes: tuple[Mode, ...]
-
-    def error(self, answer: State) -> float:
-        """The worst relative error over the judged variables, against the state to which it is least."""
-        turn = planner(self.result.model).graph.turn
-        return min(
-            max((_relative(answer[n], mode.state[n], turn(n)) for n in self.judged), default=0.0)
-            for mode in self.modes
-        )
-
-
-def measure(
-    model: Model,
-    inputs: Mapping[str, Value | None],
-    want: Sequence[str] | None,
-    guesses: Mapping[str, float],
-    name: str | None = None,
-    numbers: Sequence[float] = (),
-) -> Iterator[Mark]:
+def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = ()) -> Iterator[Mark]:
     """Every method at one set of inputs, or at each of the ``numbers`` of the input ``name``.
 
-    Iterations begin at the exact state of the number before, or 5 % off where other rules are active. Where
-    the sheet has no regular answer nothing is measured, and along an input that is said of ``solve``.
+    Every answer is another exact state, the primary one first. Where the sheet has no regular answer nothing
+    is measured, and along an input that is said of ``solve``.
     """
     plan: Plan | None = None
     before: Mode | None = None
     names = () if name is None else (name,)
     for number in numbers if names else (None,):
-        given: dict[str, Any] = {**inputs, **dict.fromkeys(names, number)}
+        given: dict[str, Any] = {**asked.inputs, **dict.fromkeys(names, number)}
         began = perf_counter()
-        result = solve(model, given, want=want, guesses=guesses)
+        result = solve(asked.model, given, asked.want, asked.guesses)
         seconds = perf_counter() - began
-        case = _case(result)
-        if case is not None:
-            plan = plan or prepare(model, names, case.judged, given, dict(guesses))
-            for family, tolerance, run in _methods(case, plan, given, _start(case.modes[0], before)):
-                yield _mark(case, family, tolerance, run, number)
-            before = case.modes[0]
+        answers = result.solutions if result.status is Status.SOLVED else ()
+        found = (mode_at(asked.model, answer, result.inputs) for answer in answers)
+        modes = [mode for mode in found if mode is not None]
+        if modes:
+            want = [n for n in result.wanted if all(n in mode.rules.unknowns for mode in modes)]
+            plan = plan or prepare(asked.model, names, want, given, asked.guesses)
+            others = _others(plan, modes[0], before, result.inputs)
+            for method in (*_ours(plan, given, result.inputs), *others):
+                yield _mark(plan, modes, method, number)
+            before = modes[0]
         elif names:
             yield Mark(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
-
-
-def _case(result: Result) -> Case | None:
-    """The primary answer, with every other one as another exact state; None where none is regular."""
-    if result.status is not Status.SOLVED:
-        return None
-    found = (mode_at(result.model, solution, result.inputs) for solution in result.solutions)
-    modes = tuple(mode for mode in found if mode is not None)
-    judged = tuple(n for n in result.wanted if all(n in mode.rules.unknowns for mode in modes))
-    return Case(result, judged, modes) if modes else None
 
 
 def mode_at(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]) -> Mode | None:
@@ -136,27 +106,38 @@ def mode_at(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Valu
     return Mode(rules, state) if rules.blocks else None
 
 
-def _start(mode: Mode, before: Mode | None) -> list[float]:
-    """Where iterations begin: at the state before, if it has the same rules; else beside the answer."""
-    unknowns = mode.rules.unknowns
-    if before is not None and sorted(before.rules.equations) == sorted(mode.rules.equations):
-        return [float(before.state[name]) for name in unknowns]
-    numbers = [float(mode.state[name]) for name in unknowns]
-    return [n * (1 + (OFF if k % 2 else -OFF)) if n else OFF for k, n in enumerate(numbers)]
+def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]) -> Iterator[Method]:
+    """``solver.solve`` from the model on, the prepared plan, and answers that are proved."""
 
+    def solved(**more: Any) -> tuple[Sequence[State], str, None]:
+        result = solve(plan.model, given, plan.want, plan.guesses, **more)
+        if result.status is not Status.SOLVED:
+            return (), str(result.status), None
+        kept = [s for s in result.solutions if not more or (s.proof is not None and s.proof.proved)]
+        return kept, "not proved", None
 
-def _methods(
-    case: Case, plan: Plan, given: Mapping[str, Value | None], start: Sequence[float]
-) -> Iterator[tuple[str, float | None, Run]]:
-    """The family of each method, its own tolerance, and what runs it."""
-    model, inputs, rules = plan.model, case.result.inputs, case.modes[0].rules
-    asked = {"want": plan.want, "guesses": plan.guesses}
-    yield OURS, None, lambda: _solved(model, given, asked)
-    yield f"{OURS}, prepared", None, lambda: _prepared(plan, [inputs[name] for name in plan.inputs])
+    def prepared() -> tuple[Sequence[State], str, None]:
+        try:
+            rows = plan.all(*(inputs[name] for name in plan.inputs))
+        except Unsolved as unsolved:
+            return (), str(unsolved.status), None
+        return [dict(zip(plan.want, row, strict=True)) for row in rows], "", None
+
+    yield OURS, None, solved
+    yield f"{OURS}, prepared", None, prepared
     if can_prove():
-        yield f"{OURS}, proved", None, lambda: _solved(model, given, {**asked, "prove": True})
-    kernel = BlockKernel(planner(model).graph, SolveBlock(rules.equations, rules.unknowns, ()))
+        yield f"{OURS}, proved", None, partial(solved, prove=True)
+
+
+def _others(plan: Plan, mode: Mode, before: Mode | None, inputs: Mapping[str, Value]) -> Iterator[Method]:
+    """Iterations, from the exact state before if it has the same rules, else from beside the answer."""
+    rules = mode.rules
+    kernel = BlockKernel(planner(plan.model).graph, SolveBlock(rules.equations, rules.unknowns, ()))
     known = [v for name in kernel.known if isinstance(v := inputs[name], float)]
+    numbers = [float(mode.state[name]) for name in rules.unknowns]
+    start = [n * (1 + (OFF if k % 2 else -OFF)) if n else OFF for k, n in enumerate(numbers)]
+    if before is not None and sorted(before.rules.equations) == sorted(rules.equations):
+        start = [float(before.state[name]) for name in rules.unknowns]
     system = kernel.residual(known), kernel.jacobian(known), start
 
     def ended(run: Callable[[], ScipyRoot]) -> tuple[Sequence[State], str, int | None]:
@@ -178,52 +159,37 @@ def plain_newton(
         expect_time()
         point = system.point(x)
         if point is None:
-            return ScipyRoot(tuple(x), False, used)
+            break
         step = point.correction(point.residual)
         x = [v + d for v, d in zip(x, step, strict=True)]
         if scaled_norm(step, point.weight) <= tolerance:
             return ScipyRoot(tuple(x), True, used)
-    return ScipyRoot(tuple(x), False, most)
+    return ScipyRoot(tuple(x), False, used)
 
 
-def _solved(model: Model, given: Mapping[str, Value | None], asked: dict[str, Any]) -> tuple[Any, str, None]:
-    """``solver.solve``, from the model on; where proof is asked for an answer is one that is proved."""
-    result = solve(model, given, **asked)
-    if result.status is not Status.SOLVED:
-        return (), str(result.status), None
-    kept = [s for s in result.solutions if "prove" not in asked or (s.proof is not None and s.proof.proved)]
-    return kept, "not proved", None
-
-
-def _prepared(plan: Plan, numbers: Sequence[Value]) -> tuple[Sequence[State], str, None]:
-    try:
-        return [dict(zip(plan.want, row, strict=True)) for row in plan.all(*numbers)], "", None
-    except Unsolved as unsolved:
-        return (), str(unsolved.status), None
-
-
-def _mark(case: Case, family: str, tolerance: float | None, run: Run, at: float | None) -> Mark:
+def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -> Mark:
+    """A method with its worst relative error over what is wanted, against the state where that is least."""
+    family, tolerance, run = method
     answers, said, iterations = run()  # once without the clock: what is compiled at first use is compiled
-    error = min(map(case.error, answers), default=math.nan)
-    limit = max(FALSE, 1e3 * (tolerance or 0.0))
-    status = said if not answers else "solved" if error <= limit else "false"
-    radii = (
-        answer.radius[name] / (abs(float(answer[name])) or 1.0)
+    names = [name for name in plan.want if all(name in mode.state for mode in modes)]
+    errors = (
+        max((_off(plan, name, answer[name], mode.state[name]) for name in names), default=0.0)
         for answer in answers
-        if isinstance(answer, Solution) and answer.radius
-        for name in case.judged
+        for mode in modes
     )
-    method = family if tolerance is None else f"{family} to {tolerance:.0e}"
-    taken: list[float] = []
-    while len(taken) < LEAST_RUNS or (len(taken) < MOST_RUNS and sum(taken) < LEAST_TIME):
-        taken.append(Timer(run).timeit(1))
-    return Mark(
-        method, family, tolerance, status, error, iterations, min(taken), at, max(radii, default=None)
-    )
+    error = min(errors, default=math.nan)
+    status = said if not answers else "solved" if error <= max(FALSE, 1e3 * (tolerance or 0.0)) else "false"
+    proved = (answer for answer in answers if isinstance(answer, Solution) and answer.radius)
+    radii = (a.radius[n] / (abs(float(a[n])) or 1.0) for a in proved for n in names)
+    told = family if tolerance is None else f"{family} to {tolerance:.0e}"
+    runs = 1 + min(199, int(max(2.0, 0.02 / Timer(run).timeit(1))))
+    seconds, radius = min(Timer(run).repeat(runs, 1)), max(radii, default=None)
+    return Mark(told, family, tolerance, status, error, iterations, seconds, at, radius)
 
 
-def _relative(found: Any, exact: Any, turn: float | None) -> float:
-    mp = context(DIGITS)
+def _off(plan: Plan, name: str, found: Any, exact: Any) -> float:
+    """The relative error of a value, whole turns apart."""
+    mp, turn = context(DIGITS), planner(plan.model).graph.turn(name)
     miss = mp.mpf(found) - exact
     if turn:
         miss -= turn * mp.nint(miss / turn)
@@ -234,33 +200,31 @@ def _relative(found: Any, exact: Any, turn: float | None) -> float:
 
 COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds", "radius")
 KINDS = (".png", ".svg", ".csv")
-DPI = 130.0
 
 
 def chart_table(marks: Sequence[Mark]) -> str:
     """One line a method, at one set of inputs."""
+    sizes = (map(_short, (mark.error, mark.radius)) for mark in marks)
     rows = (
-        (m.method, m.status, _short(m.error), _short(m.radius), str(m.iterations or ""), _micro(m.seconds))
-        for m in marks
+        (m.method, m.status, *errors, str(m.iterations or ""), f"{1e6 * m.seconds:.1f}")
+        for m, errors in zip(marks, sizes, strict=True)
     )
     return table(("Method", "Status", "Error", "Radius", "Iterations", "µs"), rows)
 
 
 def stability_table(marks: Sequence[Mark], name: str) -> str:
     """One line a method: values of the input that it solved, where it is worst, and the median time."""
-    methods = dict.fromkeys(mark.method for mark in marks)
-    heads = ("Method", "Solved", "False", "Nothing", "Worst error", f"at {name}", "µs")
-    return table(heads, (_row(method, [m for m in marks if m.method == method]) for method in methods))
-
-
-def _row(method: str, marks: Sequence[Mark]) -> tuple[str, ...]:
-    said = Counter(mark.status for mark in marks)
-    silent = len(marks) - said["solved"] - said["false"]
-    worst = max(marks, key=lambda mark: -1.0 if math.isnan(mark.error) else mark.error)
-    median = sorted(mark.seconds for mark in marks)[len(marks) // 2]
-    at = "" if math.isnan(worst.error) else f"{worst.at:.10g}"
-    counts = f"{said['solved']} of {len(marks)}", str(said["false"]), str(silent)
-    return method, *counts, _short(worst.error), at, _micro(median)
+    rows = []
+    for method in dict.fromkeys(mark.method for mark in marks):
+        mine = [mark for mark in marks if mark.method == method]
+        said = Counter(mark.status for mark in mine)
+        silent = len(mine) - said["solved"] - said["false"]
+        worst = max(mine, key=lambda mark: -1.0 if math.isnan(mark.error) else mark.error)
+        at = "" if math.isnan(worst.error) else f"{worst.at:.10g}"
+        median = sorted(mark.seconds for mark in mine)[len(mine) // 2]
+        counts = f"{said['solved']} of {len(mine)}", str(said["false"]), str(silent)
+        rows.append((method, *counts, _short(worst.error), at, f"{1e6 * median:.1f}"))
+    return table(("Method", "Solved", "False", "Nothing", "Worst error", f"at {name}", "µs"), rows)
 
 
 def chart_csv(marks: Iterable[Mark]) -> str:
@@ -268,17 +232,12 @@ def chart_csv(marks: Iterable[Mark]) -> str:
     text = StringIO()
     writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
-    for mark in marks:
-        writer.writerow({**mark._asdict(), "error": "" if math.isnan(mark.error) else mark.error})
+    writer.writerows({**m._asdict(), "error": "" if math.isnan(m.error) else m.error} for m in marks)
     return text.getvalue()
 
 
 def _short(error: float | None) -> str:
     return "" if error is None or math.isnan(error) else f"{error:.0e}" if error else "0"
-
-
-def _micro(seconds: float) -> str:
-    return f"{1e6 * seconds:.1f}"
 
 
 def _arguments(parser: ArgumentParser) -> None:
@@ -295,51 +254,43 @@ def _run(arguments: Namespace) -> int:
     kind = "" if path is None else picture_kind(path, KINDS, "chart")
     request = read_request(arguments)
     request.expect_output(path)
-    name, places = _line(arguments, request)
-    marks = tuple(measure(request.model, request.inputs, request.want, request.guesses, name, list(places)))
+    name, numbers, distances = _line(arguments, request)
+    marks = tuple(measure(request, name, numbers))
     if all(math.isnan(mark.error) for mark in marks):
-        first = {**request.inputs, name: next(iter(places))} if name and places else request.inputs
-        print(result_text(solve(request.model, first, want=request.want, guesses=request.guesses)))
+        first = {**request.inputs, name: numbers[0]} if name and numbers else request.inputs
+        print(result_text(solve(request.model, first, request.want, request.guesses)))
         print("\nthere is no isolated answer to measure methods by")
         return 1
     print(chart_table(marks) if name is None else stability_table(marks, name))
     if path is not None:
-        data = chart_csv(marks).encode() if kind == ".csv" else _drawn(request, marks, name, places, kind)
+        if kind == ".csv":
+            data = chart_csv(marks).encode()
+        else:
+            from solver.pictures.plot import chart_picture
+
+            data = chart_picture(marks, request.model, name, distances, kind[1:])
         write_file(path, data)
         print(f"\n{escaped(path)}")
     return 0
 
 
-def _line(arguments: Namespace, request: Request) -> tuple[str | None, dict[float, float]]:
-    """The varied input, and where each of its values is drawn: at itself, or at its distance from a limit."""
+def _line(
+    arguments: Namespace, request: Request
+) -> tuple[str | None, list[float], dict[float, float] | None]:
+    """The varied input, its values, and the distance of each from a limit that they approach."""
     if arguments.approach:
-        name, places = read_approach(arguments.approach, request.model)
-    elif arguments.over:
-        ((name, axis),) = read_axes([arguments.over], request.model).items()
-        values = axis[: MOST + 1].tolist()
-        if len(values) > MOST or not all(isinstance(value, float) for value in values):
-            said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"
-            raise RuleSheetError(Option("over", arguments.over).wrong("E424", said, note))
-        places = {value: value for value in values}
-    else:
-        return None, {}
+        name, distances = read_approach(arguments.approach, request.model)
+        request.swept([name])
+        return name, list(distances), distances
+    if not arguments.over:
+        return None, [], None
+    ((name, axis),) = read_axes([arguments.over], request.model).items()
+    values = axis[: MOST + 1].tolist()
+    if len(values) > MOST or not all(isinstance(value, float) for value in values):
+        said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"
+        raise RuleSheetError(Option("over", arguments.over).wrong("E424", said, note))
     request.swept([name])
-    return name, places
-
-
-def _drawn(
-    request: Request, marks: Sequence[Mark], name: str | None, places: dict[float, float], kind: str
-) -> bytes:
-    from solver.pictures.page import encode
-    from solver.pictures.plot import speed_picture, stability_picture
-
-    if name is None:
-        return encode(speed_picture(marks, request.model.name), kind[1:], DPI)
-    near = any(place != value for value, place in places.items())
-    unit = request.model.variables[name].unit
-    label = f"relative distance of {name} from its limit" if near else f"{name}, {unit}" if unit else name
-    picture = stability_picture(marks, request.model.name, label, places if near else None)
-    return encode(picture, kind[1:], DPI)
+    return name, values, None
 
 
 COMMANDS = {"chart": Command(_arguments, _run)}

@@ -16,6 +16,7 @@ import rulesheets
 import solver
 from solver.__main__ import main
 from solver.commands.chart import COLUMNS, chart_csv, measure, mode_at, plain_newton, stability_table
+from solver.commands.inputs import Request
 from solver.facts import Mark
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.newton import METHODS, scipy_root
@@ -34,7 +35,7 @@ def crank() -> rulesheets.Model:
 
 @pytest.fixture(scope="module")
 def marks(crank: rulesheets.Model) -> tuple[Mark, ...]:
-    return tuple(measure(crank, {}, None, {}))
+    return tuple(measure(Request(crank, {}, {}, None)))
 
 
 def test_the_reference_is_right_to_fifty_digits(crank: rulesheets.Model) -> None:
@@ -70,14 +71,14 @@ def test_without_the_extra_there_is_no_proof_on_the_chart(
     crank: rulesheets.Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("solver.commands.chart.can_prove", lambda: False)
-    found = list(measure(crank, {}, ["xB"], {}))
+    found = list(measure(Request(crank, {}, {}, ("xB",))))
     assert "backsolve" in {mark.family for mark in found}
     assert "backsolve, proved" not in {mark.family for mark in found}
 
 
 def test_over_an_input_the_references_follow_the_guards(crank: rulesheets.Model) -> None:
     """At 90° the rod's angular velocity is 0, and the rules that give its sign change."""
-    found = list(measure(crank, {}, None, {}, "thetaAO", [80.0, 90.0, 100.0]))
+    found = list(measure(Request(crank, {}, {}, None), "thetaAO", [80.0, 90.0, 100.0]))
     for method in ("backsolve", "backsolve, prepared", "backsolve, proved"):
         ours = [mark for mark in found if mark.method == method]
         assert [mark.at for mark in ours] == [80.0, 90.0, 100.0]
@@ -119,29 +120,27 @@ def test_pictures_hold_every_method(marks: tuple[Mark, ...]) -> None:
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert {"backsolve", "Newton", "scipy hybr"} <= set(labels)
     points = [
-        Mark("backsolve", "backsolve", None, "solved", 1e-16, None, 1e-6, 1.0),
-        Mark("backsolve", "backsolve", None, "singular", math.nan, None, 1e-6, 2.0),
-        Mark("scipy lm", "scipy lm", None, "false", 0.5, 7, 1e-4, 1.0),
-        Mark("scipy lm", "scipy lm", None, "no convergence", math.nan, 70, 1e-4, 2.0),
+        Mark("backsolve", "backsolve", None, "solved", 1e-16, None, 1e-6, 0.1),
+        Mark("backsolve", "backsolve", None, "singular", math.nan, None, 1e-6, 0.01),
+        Mark("scipy lm", "scipy lm", None, "false", 0.5, 7, 1e-4, 0.1),
+        Mark("scipy lm", "scipy lm", None, "no convergence", math.nan, 70, 1e-4, 0.01),
     ]
-    top, times, status = stability_picture(points, "crank", "x", {1.0: 1e-1, 2.0: 1e-2}).axes
-    crosses = [line.get_xydata().tolist() for line in status.lines if line.get_marker() == "x"]
-    assert crosses == [[[0.01, 0]], [[0.01, 1]]]
-    for axes, height in ((top, 0.5), (status, 1)):
-        rings = [line for line in axes.lines if line.get_markerfacecolor() == "none"]
-        assert [line.get_xydata().tolist() for line in rings] == [[[0.1, height]]]
-    told = [text.get_text() for text in top.get_legend().get_texts()]
-    assert told == ["called an answer, off by more than 1e-6", "no answer"]
-    assert [tick.get_text() for tick in status.get_yticklabels()] == ["backsolve", "scipy lm"]
-    assert [text.get_text() for text in status.texts] == ["1 false"]
-    assert status.xaxis_inverted()
+    errors, times = stability_picture(points, "crank", "x", towards=True).axes
+    crosses = [line.get_xydata().tolist() for line in times.lines if line.get_marker() == "x"]
+    assert crosses == [[[0.01, 1.0], [0.01, 100.0]]]
+    rings = [line for line in errors.lines if line.get_markerfacecolor() == "none"]
+    assert [line.get_xydata().tolist() for line in rings] == [[[0.1, 0.5]], []]
+    told = [text.get_text() for text in errors.get_legend().get_texts()]
+    false = "called an answer,\noff by more than 1e-6"
+    assert told == ["backsolve", "scipy lm", "no answer", false]
+    assert times.xaxis_inverted()
     assert times.lines[0].get_ydata().tolist() == [1.0, 1.0]
     rows = [line.split() for line in stability_table(points, "x").splitlines()[2:]]
     assert rows == [
-        ["backsolve", "1", "of", "2", "0", "1", "1e-16", "1", "1.0"],
-        ["scipy", "lm", "0", "of", "2", "1", "1", "5e-01", "1", "100.0"],
+        ["backsolve", "1", "of", "2", "0", "1", "1e-16", "0.1", "1.0"],
+        ["scipy", "lm", "0", "of", "2", "1", "1", "5e-01", "0.1", "100.0"],
     ]
-    assert chart_csv(points).splitlines()[4] == "scipy lm,,2.0,no convergence,,70,0.0001,"
+    assert chart_csv(points).splitlines()[4] == "scipy lm,,0.01,no convergence,,70,0.0001,"
 
 
 def run(*words: str) -> int:
