@@ -44,22 +44,19 @@ def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expressi
     if isinstance(answer, str):
         return None
     known = {name: found for name, found in values.items() if name != isolation.unknown}
-    nearest, distance = None, math.inf
-    for form in _candidates(isolation, known, answer):
-        off = abs(_value(form, known) - answer)
-        if off < distance:
-            nearest, distance = form, off
-    return nearest if distance <= CLOSE * _size(nearest, answer, known) else None
-
-
-def _candidates(isolation: Isolation, known: Mapping[str, Value], answer: float) -> Iterator[Expression]:
-    yield from isolation.forms()
-    if isolation.period is not None:
-        yield from _turned(isolation, known, answer)
+    forms = [*isolation.forms(), *_turned(isolation, known, answer)]
+    offs = [abs(_value(form, known) - answer) for form in forms]
+    off, place = min(((off, k) for k, off in enumerate(offs) if off == off), default=(math.inf, 0))
+    if not math.isfinite(off):
+        return None
+    numbers = (abs(v) for name in names(forms[place]) if not isinstance(v := known[name], str))
+    return forms[place] if off <= CLOSE * (max((abs(answer), *numbers)) or 1.0) else None
 
 
 def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> Iterator[Expression]:
     """The forms with as many whole turns as bring them nearest to the answer."""
+    if isolation.period is None:
+        return
     at = next(i for i, stage in enumerate(isolation.stages) if stage.period)
     period = isolation.stages[at].period or 0.0
     for inside in _through(isolation, (isolation.start,), 0, at + 1):
@@ -69,7 +66,10 @@ def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> 
         if not math.isfinite(stride) or stride == 0.0:
             continue
         turns = round((answer - _value(plain, known)) / stride)
-        whole = _whole(abs(turns), period)
+        whole: Expression = Number(abs(turns) * period)
+        halves = round(period / math.pi)
+        if math.isclose(period, halves * math.pi, rel_tol=1e-12):  # in radians: multiples of pi
+            whole = multiply(Number(float(abs(turns) * halves)), call("pi"))
         moved = add(inside, whole) if turns >= 0 else subtract(inside, whole)
         yield from _through(isolation, (moved,), at + 1, None)
 
@@ -82,27 +82,12 @@ def _through(
     return targets
 
 
-def _whole(turns: int, period: float) -> Expression:
-    """So many periods, those of radians as multiples of pi."""
-    halves = round(period / math.pi)
-    if math.isclose(period, halves * math.pi, rel_tol=1e-12):
-        return multiply(Number(float(turns * halves)), call("pi"))
-    return Number(turns * period)
-
-
 def _value(form: Expression, known: Mapping[str, Value]) -> float:
     """The value of a form, nan where it has none."""
     try:
         return value(form, known)
     except Undefined:
         return math.nan
-
-
-def _size(form: Expression | None, answer: float, known: Mapping[str, Value]) -> float:
-    """How large the numbers are that a form is made of."""
-    read = () if form is None else names(form)
-    numbers = (abs(found) for name in read if not isinstance(found := known[name], str))
-    return max(abs(answer), max(numbers, default=0.0)) or 1.0
 
 
 class Known(NamedTuple):
@@ -183,14 +168,9 @@ def why(result: Result, name: str) -> Derivation:
     """
     variable_named(name, result.model)
     if result[name] is None:
-        return Derivation(result.model, name, None, diagnoses=_reasons(result, name))
+        about = tuple(diagnosis for diagnosis in result.diagnoses if name in diagnosis.variables)
+        return Derivation(result.model, name, None, diagnoses=about or result.diagnoses)
     return _Tracing(result).derivation(name)
-
-
-def _reasons(result: Result, name: str) -> tuple[Diagnosis, ...]:
-    """The diagnoses that speak of a name, or all where none does."""
-    about = tuple(diagnosis for diagnosis in result.diagnoses if name in diagnosis.variables)
-    return about or result.diagnoses
 
 
 class _Tracing:
@@ -204,7 +184,14 @@ class _Tracing:
             self.place.setdefault(step, number)
 
     def derivation(self, name: str) -> Derivation:
-        needed = self._ancestors(name)
+        needed: set[str] = set()
+        waiting = [name]
+        while waiting:
+            one = waiting.pop()
+            if one not in needed:
+                needed.add(one)
+                if (step := self.origins.get(one)) is not None:
+                    waiting.extend(n for n in self._reads(step) if n in self.values)
         steps = {step for n in needed if (step := self.origins.get(n)) is not None}
         given = [n for n in self.model.variables if n in needed and n not in self.origins]
         return Derivation(
@@ -219,18 +206,6 @@ class _Tracing:
     def _known(self, read: Iterable[str]) -> tuple[Known, ...]:
         return tuple(Known(name, self.values[name]) for name in read)
 
-    def _ancestors(self, name: str) -> set[str]:
-        needed: set[str] = set()
-        waiting = [name]
-        while waiting:
-            one = waiting.pop()
-            if one not in needed:
-                needed.add(one)
-                step = self.origins.get(one)
-                if step is not None:
-                    waiting.extend(n for n in self._reads(step) if n in self.values)
-        return needed
-
     def _reads(self, step: Step) -> Iterator[str]:
         """Variables of the equations that a step solved, and of the conditions that selected them."""
         for equation in self._solved(step):
@@ -239,64 +214,47 @@ class _Tracing:
                 yield from names(self.model.conditions[premise.condition])
 
     def _solved(self, step: Step) -> tuple[Equation, ...]:
-        match step:
-            case Evaluate(equation=index):
-                return (self.model.equations[index],)
-            case Select(equations=indices):
-                return (self._selected([self.model.equations[index] for index in indices]),)
-            case SolveBlock(equations=indices):
-                return tuple(self.model.equations[index] for index in indices)
-            case _:
-                return ()
-
-    def _selected(self, equations: list[Equation]) -> Equation:
-        """The first that is active at the answer."""
+        """The equations that a step solved: of several to select from, the first active at the answer."""
+        if isinstance(step, Evaluate):
+            return (self.model.equations[step.equation],)
+        if not isinstance(step, Select | SolveBlock):
+            return ()
+        equations = tuple(self.model.equations[index] for index in step.equations)
+        if isinstance(step, SolveBlock):
+            return equations
         decided = outcomes(self.model, self.values, self.inputs)
-        return next((e for e in equations if activity(e, decided)), equations[0])
-
-    # --- links ---
+        return (next((e for e in equations if activity(e, decided)), equations[0]),)
 
     def _link(self, step: Step) -> Link:
-        if isinstance(step, SolveBlock):
-            return self._together(step)
-        assert isinstance(step, Evaluate | Select)
-        (equation,) = self._solved(step)
-        return self._direct(equation, step.unknown, self._guards(equation, step))
-
-    def _together(self, block: SolveBlock) -> Together:
+        if not isinstance(step, SolveBlock):
+            assert isinstance(step, Evaluate | Select)
+            return self._direct(*self._solved(step), step.unknown, step)
         equations = self.model.equations
-        order = tuple(
-            self._direct(equation, inner.unknown, self._guards(equation, block))
-            for inner in block.order
-            for equation in (equations[inner.equation],)
-        )
-        closing = tuple(
-            Closing(equations[index], self._guards(equations[index], block))
-            for index in (block.residuals if block.order else block.equations)
-        )
-        return Together(self._known(block.unknowns), block.tears or block.unknowns, order, closing)
+        order = tuple(self._direct(equations[inner.equation], inner.unknown, step) for inner in step.order)
+        closing = (equations[index] for index in (step.residuals if step.order else step.equations))
+        closed = tuple(Closing(equation, self._guards(equation, step)) for equation in closing)
+        return Together(self._known(step.unknowns), step.tears or step.unknowns, order, closed)
 
-    def _direct(self, equation: Equation, unknown: str, guards: tuple[Guard, ...]) -> Direct:
+    def _direct(self, equation: Equation, unknown: str, step: Step) -> Direct:
         isolation = isolate(equation.left, equation.right, unknown)
-        form = None if isolation is None else explicit_form(isolation, self._at(equation.names))
-        numbers = {} if form is None else self._at(names(form))
-        return Direct(Known(unknown, self.values[unknown]), equation, form, numbers, guards)
-
-    def _at(self, read: Iterable[str]) -> dict[str, Value]:
-        return {name: self.values[name] for name in read}
+        at = {name: self.values[name] for name in equation.names}
+        form = None if isolation is None else explicit_form(isolation, at)
+        numbers = {} if form is None else {name: self.values[name] for name in names(form)}
+        found = Known(unknown, self.values[unknown])
+        return Direct(found, equation, form, numbers, self._guards(equation, step))
 
     def _guards(self, equation: Equation, step: Step) -> tuple[Guard, ...]:
-        return tuple(
-            self._guard(premise.condition, premise.holds, self.place[step]) for premise in equation.guard
-        )
-
-    def _guard(self, index: int, outcome: bool, place: int) -> Guard:
-        condition = self.model.conditions[index]
-        read = self._known(n for n in dict.fromkeys(names(condition)) if n in self.values)
-        before = {known.name: known.value for known in read if self._place_of(known.name) < place}
-        return Guard(condition, outcome, index not in outcomes(self.model, before, self.inputs), read)
-
-    def _place_of(self, name: str) -> int:
-        """The place on the path of the step that gave a value, -1 for what was known from the start."""
-        step = self.origins.get(name)
-        return -1 if step is None else self.place[step]
+        """The conditions; assumed are those that what was known before the step does not decide."""
+        guards = []
+        for premise in equation.guard:
+            condition = self.model.conditions[premise.condition]
+            read = self._known(n for n in dict.fromkeys(names(condition)) if n in self.values)
+            origins = ((known, self.origins.get(known.name)) for known in read)
+            before = {
+                known.name: known.value
+                for known, origin in origins
+                if origin is None or self.place[origin] < self.place[step]
+            }
+            assumed = premise.condition not in outcomes(self.model, before, self.inputs)
+            guards.append(Guard(condition, premise.holds, assumed, read))
+        return tuple(guards)

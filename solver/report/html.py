@@ -284,7 +284,7 @@ def _derivation_grid(derivation: Derivation) -> Grid:
 
 def _row_of(page: Page, line: Line) -> tuple[str, str, str]:
     said = f"{'such that ' * line.closing}{line.formula}{line.unit}"
-    place, rule = ("by iteration", "") if line.equation is None else page.rule(line.equation)
+    place, rule = ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
     return said, rule, place
 
 

@@ -97,30 +97,13 @@ def _filled(node: Expression, values: Mapping[str, Value], first: bool) -> Expre
         text = readable(values[node.name])
         return Name(f"({text})" if text.startswith("-") and not first else text)
     parts = children(node)
-    places = _first_places(node, first, len(parts))
-    if isinstance(node, Sum):
-        parts = (parts[0], *map(_subtracted, node.terms[1:]))
-    return rebuilt(
-        node,
-        tuple(_filled(part, values, place) for part, place in zip(parts, places, strict=True)),
-    )
-
-
-def _subtracted(term: Expression) -> Expression:
-    """A negative number as one that is subtracted."""
-    return Negative(Number(-term.value)) if isinstance(term, Number) and term.value < 0 else term
-
-
-def _first_places(node: Expression, first: bool, count: int) -> tuple[bool, ...]:
-    match node:
-        case Sum():  # anything but the first term of another sum stands in parentheses
-            return (True, *(False,) * (count - 1))
-        case Product() | Quotient():
-            return (first, *(False,) * (count - 1))
-        case Power() | Negative():
-            return (False,) * count
-        case _:
-            return (True,) * count
+    head = first if isinstance(node, Product | Quotient) else not isinstance(node, Power | Negative)
+    tail = not isinstance(node, Sum | Product | Quotient | Power | Negative)
+    if isinstance(node, Sum):  # anything but the first term of another sum stands in parentheses
+        negative = (isinstance(t, Number) and t.value < 0 and Negative(Number(-t.value)) for t in parts[1:])
+        parts = (parts[0], *(minus or term for minus, term in zip(negative, parts[1:], strict=True)))
+    inner = (_filled(part, values, head if not k else tail) for k, part in enumerate(parts))
+    return rebuilt(node, tuple(inner))
 
 
 def rule_text(span: Span) -> str:
@@ -157,6 +140,10 @@ class Places:
     def of(self, rule: Equation | Requirement) -> str:
         return f"{self._short[rule.rule.file]}:{rule.rule.line}"
 
+    def rule(self, equation: Equation) -> tuple[str, str]:
+        """The place of a rule, and what it says."""
+        return self.of(equation), self.said(equation)
+
     def said(self, equation: Equation) -> str:
         """The rule of an equation; of a rule with several arms the arm that the equation stands in."""
         left, right = equation.left.span, equation.right.span
@@ -179,9 +166,6 @@ def _bare(text: str) -> str:
         if depth == 0:
             return text[1:-1] if place == len(text) - 1 and text[0] == "(" else text
     return text
-
-
-Row = tuple[str, str, str, str, str]
 
 
 def path_text(result: Result) -> str:
@@ -211,17 +195,22 @@ def told(path: Path) -> tuple[Step, ...]:
 
 def branches_line(path: Path) -> str:
     """How many answers the path can have; only a block leaves that open."""
-    if any(isinstance(step, SolveBlock) for step in path.steps):
+    blocks = any(isinstance(step, SolveBlock) for step in path.steps)
+    return _at_most(None if blocks else path.branches)
+
+
+def _at_most(branches: int | None) -> str:
+    if branches is None:
         return "Blocks can have any number of answers."
-    return "One answer at most." if path.branches == 1 else f"At most {path.branches} answers."
+    return "One answer at most." if branches == 1 else f"At most {branches} answers."
 
 
-def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row]:
+def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[tuple[str, ...]]:
     match step:
         case Evaluate(equation, unknown, branches):
-            yield (str(number), unknown, _ways(branches), *_rule(places, model.equations[equation]))
+            yield (str(number), unknown, _ways(branches), *places.rule(model.equations[equation]))
         case Select(equations, unknown, branches):
-            first, *others = dict.fromkeys(_rule(places, model.equations[index]) for index in equations)
+            first, *others = dict.fromkeys(places.rule(model.equations[index]) for index in equations)
             yield (str(number), unknown, _ways(branches), *first)
             yield from (("", "  or by", "", *other) for other in others)
         case SolveBlock():
@@ -234,18 +223,18 @@ def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[Row
             condition = format_condition(model.conditions[index])
             yield (str(number), "(case by case)", "", "", f"assuming {condition}, and not")
         case Check(equation):
-            yield (str(number), "(checks)", "", *_rule(places, model.equations[equation]))
+            yield (str(number), "(checks)", "", *places.rule(model.equations[equation]))
 
 
-def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[Row]:
+def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[tuple[str, ...]]:
     tears = block.tears if len(block.tears) < len(block.unknowns) else ()
     iterated = f", iterating on {', '.join(tears)}" if tears else ""
     heading = f"{', '.join(block.unknowns)}{iterated}"
     yield (str(number), f"block of {len(block.unknowns)}", "", "", heading)
     for step in block.order:
-        yield ("", f"  {step.unknown}", _ways(step.branches), *_rule(places, model.equations[step.equation]))
+        yield ("", f"  {step.unknown}", _ways(step.branches), *places.rule(model.equations[step.equation]))
     for index in block.residuals or block.equations:
-        yield ("", "  (closes)", "", *_rule(places, model.equations[index]))
+        yield ("", "  (closes)", "", *places.rule(model.equations[index]))
     yield ("", "  (tries)", "", "", _methods(model, block))
 
 
@@ -261,15 +250,15 @@ def _ways(branches: int) -> str:
     return "" if branches == 1 else str(branches)
 
 
-def _rule(places: Places, equation: Equation) -> tuple[str, str]:
-    return places.of(equation), places.said(equation)
-
-
 def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
     """A table for the path and one for each case under its conditions, then how many answers there can be."""
     parts = list(_parts(model, tree, wanted, (), 1))
+    if any(end.open for end in tree.ends()):
+        last = "What follows depends on how the conditions come out, and on how many answers there are then."
+    else:
+        last = _at_most(tree.branches)
     if tree.path.steps:
-        parts.append(_answers(tree))
+        parts.append(last)
     return "\n\n".join(parts) if tree.cases else "\n".join(parts)
 
 
@@ -287,7 +276,8 @@ def unreached(path: Path, wanted: Sequence[str]) -> tuple[str, ...]:
 def _parts(
     model: Model, tree: PathTree, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
 ) -> Iterator[str]:
-    lines = [f"Where {_said(model, outcomes)}:"] if outcomes else []
+    read = ((model.conditions[premise.condition], premise.holds) for premise in outcomes)
+    lines = [f"Where {Plain().conditions(read)}:"] if outcomes else []
     if tree.path.steps:
         lines.append(path_table(model, tree.path, first))
     else:
@@ -299,16 +289,3 @@ def _parts(
     after = first + len(told(tree.path))
     for case in tree.cases:
         yield from _parts(model, case.tree, wanted, (*outcomes, *case.outcomes), after)
-
-
-def _said(model: Model, outcomes: tuple[Premise, ...]) -> str:
-    """``x > 0 and not (y > 0)``."""
-    return Plain().conditions((model.conditions[premise.condition], premise.holds) for premise in outcomes)
-
-
-def _answers(tree: PathTree) -> str:
-    if any(end.open for end in tree.ends()):
-        return "What follows depends on how the conditions come out, and on how many answers there are then."
-    if tree.branches is None:
-        return "Blocks can have any number of answers."
-    return "One answer at most." if tree.branches == 1 else f"At most {tree.branches} answers."

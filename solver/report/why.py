@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import plural
 from rulesheets.model import Equation
@@ -20,22 +19,35 @@ MARGIN = "    "
 
 def why_text(derivation: Derivation) -> str:
     """The inputs, then the numbered steps, each with its rule and what selected it."""
-    return "\n\n".join(_Text(derivation, Plain()).parts())
+    return "\n\n".join(Page(derivation, Plain()).parts())
 
 
 def why_markdown(derivation: Derivation) -> str:
     """The same as a numbered list; mathematics between dollars, rules as code."""
-    return "\n\n".join(_Markdown(derivation, Tex()).parts())
+    return "\n\n".join(Page(derivation, Tex(), markdown=True).parts())
 
 
 def why_latex(derivation: Derivation) -> str:
     """Rows of an ``align*`` environment, the places of the rules in comments."""
-    rows = " \\\\\n".join(_Latex(derivation, Tex()).rows())
+    rows = " \\\\\n".join(_rows(Page(derivation, Tex())))
     return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+def _rows(page: Page) -> Iterator[str]:
+    derivation = page.derivation
+    given = [page.value_line(known) for known in (*derivation.inputs, *derivation.assumed)]
+    for line in (*given, *(line for link in derivation.links for line in page.lines(link))):
+        row = f"  {line.left} &= {' = '.join(line.chain)}"
+        if unit := line.unit.strip().translate(ESCAPED):
+            row += rf"\ \text{{{unit}}}"
+        if line.equation is not None:
+            place = "  ".join(page.places.rule(line.equation))
+            row = f"  % {'closes the block: ' * line.closing}{place}\n{row}"
+        said = [rf"\text{{{word} }} {condition}" for word, condition, _ in page.guards(line.guards)]
+        yield row + " && " + r",\ ".join(said) if said else row
+
+
+class Line(NamedTuple):
     """One equation of a step: ``left`` equals each of the ``chain``, the last in the ``unit``.
 
     ``closing``: a rule that an iteration has made hold. What the iteration itself gave has no ``equation``.
@@ -54,30 +66,28 @@ class Line:
 
 
 class Page:
-    """What the forms have in common: one derivation, one notation."""
+    """One derivation in one notation, with the signs of Markdown where they are asked for."""
 
-    def __init__(self, derivation: Derivation, notation: Notation) -> None:
-        self.derivation, self.notation = derivation, notation
+    def __init__(self, derivation: Derivation, notation: Notation, *, markdown: bool = False) -> None:
+        self.derivation, self.notation, self.markdown = derivation, notation, markdown
         self.model = derivation.model
         self.places = Places(derivation.model)
 
-    def code(self, text: str) -> str:
-        """A text of the sheet as it stands."""
-        return text
+    # --- the equations, alike in every form ---
 
     def head(self) -> str:
         """``vB = -41.46, from 7 inputs by 12 of 38 rules``, or that there is no value."""
-        name, value = self.derivation.name, self.derivation.value
-        if value is None:
-            return f"{self.code(name)} has no value"
-        whole = self.code(f"{name} = {Plain().value(value)}{self.unit(self.derivation)}")
-        if any(known.name == name for known in self.derivation.inputs):
+        found = self.derivation
+        if found.value is None:
+            return f"{self.code(found.name)} has no value"
+        whole = self.code(f"{found.name} = {Plain().value(found.value)}{self.unit(found)}")
+        if any(known.name == found.name for known in found.inputs):
             return f"{whole} is an input"
-        if any(known.name == name for known in self.derivation.assumed):
+        if any(known.name == found.name for known in found.assumed):
             return f"{whole} is what its case says"
-        used = sum(1 if isinstance(link, Direct) else len(link.found) for link in self.derivation.links)
-        inputs = plural(len(self.derivation.inputs), "input")
-        return f"{whole}, from {inputs} by {used} of {plural(len(self.model.equations), 'rule')}"
+        used = sum(1 if isinstance(link, Direct) else len(link.found) for link in found.links)
+        inputs, rules = plural(len(found.inputs), "input"), plural(len(self.model.equations), "rule")
+        return f"{whole}, from {inputs} by {used} of {rules}"
 
     def unit(self, known: Known | Derivation) -> str:
         """`` N``, or `` N = 2.25 lbf`` where it is shown in another unit than that of the rules."""
@@ -87,45 +97,29 @@ class Page:
             return unit
         return f"{unit} = {Plain().value(shown(known.value, variable))} {variable.display_unit}"
 
-    def name(self, name: str) -> str:
-        return self.notation.expression(Name(name))
-
-    def known(self, known: Known) -> str:
-        """``AO = 3 mm``."""
-        return f"{known.name} = {Plain().value(known.value)}{self.unit(known)}"
-
     def lines(self, link: Link) -> Iterator[Line]:
         """The equations of a step: of a block what follows from tears, what closes it, and what it gave."""
         for one in (link,) if isinstance(link, Direct) else link.order:
-            yield self.known_line(one.found, self._chain(one), one.equation, one.guards)
+            chain = [self.notation.value(one.found.value)]
+            if one.form is not None:  # the form, the form with numbers, the value; each said once
+                filled = self.notation.filled(one.form, one.numbers)
+                chain = [self.notation.expression(one.form), filled, *chain]
+            yield self._line(one.found, tuple(dict.fromkeys(chain)), one.equation, one.guards)
         if isinstance(link, Direct):
             return
         for closing in link.closing:
             left, right = map(self.notation.expression, (closing.equation.left, closing.equation.right))
             yield Line(left, (right,), "", closing.equation, closing.guards, closing=True)
         explicit = {inner.found.name for inner in link.order}
-        for known in link.found:
-            if known.name not in explicit:
-                yield self.known_line(known, (self.notation.value(known.value),))
+        yield from (self.value_line(known) for known in link.found if known.name not in explicit)
 
-    def known_line(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
-        return Line(self.name(known.name), chain, self.unit(known), *rule)
+    def value_line(self, known: Known) -> Line:
+        return self._line(known, (self.notation.value(known.value),))
 
-    def _chain(self, link: Direct) -> tuple[str, ...]:
-        """What equals the unknown: its form, the form with numbers, its value; each said once."""
-        value = self.notation.value(link.found.value)
-        if link.form is None:
-            return (value,)
-        form = self.notation.expression(link.form)
-        filled = self.notation.filled(link.form, link.numbers)
-        return tuple(dict.fromkeys((form, filled, value)))
+    def _line(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
+        return Line(self.notation.expression(Name(known.name)), chain, self.unit(known), *rule)
 
-    def rule(self, equation: Equation) -> tuple[str, str]:
-        return self.places.of(equation), self.places.said(equation)
-
-    def guards(
-        self, guards: Sequence[Guard], notation: Notation | None = None
-    ) -> Iterator[tuple[str, str, str]]:
+    def guards(self, guards: Sequence[Guard]) -> Iterator[tuple[str, str, str]]:
         """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in guards if guard.assumed is assumed]
@@ -133,154 +127,82 @@ class Page:
                 outcomes = [(guard.condition, guard.holds) for guard in group]
                 known = dict.fromkeys(known for guard in group for known in guard.read)
                 read = ", ".join(f"{one.name} = {Plain().value(one.value)}" for one in known)
-                said = (notation or self.notation).conditions(outcomes)
+                said = self.notation.conditions(outcomes)
                 yield word, said, "" if read == Plain().conditions(outcomes) else read
 
-
-class _Listed(Page):
-    """Steps as a list, in text or in Markdown."""
-
-    given, by_case = "Given\n", "Case by case\n"
+    # --- a list of steps, in text or in Markdown ---
 
     def parts(self) -> Iterator[str]:
         yield self.head()
-        if self.derivation.inputs and self.derivation.links:
-            yield self.given + self.table(self.derivation.inputs)
-        if self.derivation.assumed:
-            yield self.by_case + self.table(self.derivation.assumed)
-        if self.derivation.links:
-            yield "\n".join(self.steps())
-
-    def steps(self) -> Iterator[str]:
-        links = self.derivation.links
-        for number, link in enumerate(links, 1):
-            bullet = self.bullet(number, len(links))
-            first, *rest = self.step(link)
-            yield bullet + first
-            yield from (" " * len(bullet) + line if line else "" for line in rest)
-
-    def step(self, link: Link) -> Iterator[str]:
-        if isinstance(link, Together):
-            yield from self.heading(link)
-        for line in self.lines(link):
-            told = self.told(line)
-            yield from told if isinstance(link, Direct) else self.within(told)
-
-    def word(self, line: Line) -> str:
-        return "such that " if line.closing else "" if line.equation else "which gives "
-
-    def table(self, knowns: Iterable[Known]) -> str:
-        raise NotImplementedError
-
-    def bullet(self, number: int, count: int) -> str:
-        raise NotImplementedError
-
-    def heading(self, link: Together) -> Iterator[str]:
-        raise NotImplementedError
-
-    def told(self, line: Line) -> list[str]:
-        """An equation with its rule, and what selected that."""
-        raise NotImplementedError
-
-    def within(self, told: Sequence[str]) -> Iterator[str]:
-        """The same as a part of a block."""
-        raise NotImplementedError
-
-
-class _Text(_Listed):
-    def table(self, knowns: Iterable[Known]) -> str:
-        variables = self.model.variables
-        return columns((f"{MARGIN}{self.known(known)}", variables[known.name].comment) for known in knowns)
-
-    def bullet(self, number: int, count: int) -> str:
-        return f"{number:>{len(str(count))}}  "
-
-    def told(self, line: Line) -> list[str]:
-        found = [f"{self.word(line)}{line.formula}{line.unit}"]
-        if line.equation is not None:
-            found.append(MARGIN + "  ".join(self.rule(line.equation)))
-        for word, condition, read in self.guards(line.guards):
-            found.append(f"{MARGIN}{word} {condition}" + (f"   ({read})" if read else ""))
-        return found
-
-    def within(self, told: Sequence[str]) -> Iterator[str]:
-        return (MARGIN + line for line in told)
-
-    def heading(self, link: Together) -> Iterator[str]:
-        if len(link.found) == 1:
-            yield f"{link.found[0].name}: by iteration"
-        else:
-            names = ", ".join(known.name for known in link.found)
-            yield f"{names}: together, iterating on {', '.join(link.tears)}"
-
-
-class _Markdown(_Listed):
-    given, by_case = "Given:\n\n", "Case by case:\n\n"
+        found, colon = self.derivation, ":\n" * self.markdown
+        if found.inputs and found.links:
+            yield f"Given{colon}\n{self._table(found.inputs)}"
+        if found.assumed:
+            yield f"Case by case{colon}\n{self._table(found.assumed)}"
+        if found.links:
+            yield "\n".join(self._steps(found.links))
 
     def code(self, text: str) -> str:
-        return code_span(text)
+        """A text of the sheet as it stands."""
+        return code_span(text) if self.markdown else text
+
+    def _plain(self, text: str) -> str:
+        """Words of a sheet as themselves in Markdown: no emphasis, no links, no HTML."""
+        return _SPECIAL.sub(r"\\\1", text) if self.markdown else text
+
+    def _formula(self, line: Line) -> str:
+        return f"${line.formula}${self._plain(line.unit)}" if self.markdown else line.formula + line.unit
 
     def known(self, known: Known) -> str:
-        value = self.notation.value(known.value)
-        return f"${self.name(known.name)} = {value}${_plain(self.unit(known))}"
+        """``AO = 3 mm``."""
+        return self._formula(self.value_line(known))
 
-    def table(self, knowns: Iterable[Known]) -> str:
-        comments = {known.name: _plain(self.model.variables[known.name].comment) for known in knowns}
-        return "\n".join(
-            f"- {self.known(known)}" + (f": {comment}" if (comment := comments[known.name]) else "")
-            for known in knowns
-        )
+    def _table(self, knowns: Iterable[Known]) -> str:
+        rows = [(self.known(known), self.model.variables[known.name].comment) for known in knowns]
+        if not self.markdown:
+            return columns((MARGIN + known, comment) for known, comment in rows)
+        return "\n".join(f"- {known}" + f": {self._plain(said)}" * bool(said) for known, said in rows)
 
-    def bullet(self, number: int, count: int) -> str:
-        return f"{number}. "
+    def _steps(self, links: Sequence[Link]) -> Iterator[str]:
+        for number, link in enumerate(links, 1):
+            bullet = f"{number}. " if self.markdown else f"{number:>{len(str(len(links)))}}  "
+            lines = self._heading(link) if isinstance(link, Together) else []
+            for line in self.lines(link):
+                first, *rest = self._told(line)
+                dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
+                if isinstance(link, Direct):
+                    dash = indent = ""
+                lines += [dash + first, *(indent + more for more in rest)]
+            yield bullet + lines[0]
+            yield from (" " * len(bullet) + line if line else "" for line in lines[1:])
 
-    def told(self, line: Line) -> list[str]:
-        found = [f"{self.word(line)}${line.formula}${_plain(line.unit)}"]
+    def _told(self, line: Line) -> list[str]:
+        """An equation with its rule, and what selected that."""
+        word = "such that " if line.closing else "" if line.equation else "which gives "
+        told = [word + self._formula(line)]
         if line.equation is not None:
-            place, rule = self.rule(line.equation)
-            found.append(f"{code_span(rule)} ({_plain(place)})")
+            place, rule = self.places.rule(line.equation)
+            told.append(f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}")
         for word, condition, read in self.guards(line.guards):
-            found.append(f"{word} ${condition}$" + (f" ({code_span(read)})" if read else ""))
-        return [*(f"{line}  " for line in found[:-1]), found[-1]]
+            said, gap = (f"${condition}$", " ") if self.markdown else (condition, "   ")
+            told.append(f"{word} {said}" + f"{gap}({self.code(read)})" * bool(read))
+        if self.markdown:
+            return [*(f"{line}  " for line in told[:-1]), told[-1]]
+        return [told[0], *(MARGIN + line for line in told[1:])]
 
-    def within(self, told: Sequence[str]) -> Iterator[str]:
-        return (f"{'  ' if number else '- '}{line}" for number, line in enumerate(told))
-
-    def heading(self, link: Together) -> Iterator[str]:
-        names = ", ".join(f"${self.name(known.name)}$" for known in link.found)
-        tears = ", ".join(f"${self.name(name)}$" for name in link.tears)
-        yield f"{names} by iteration:" if len(link.found) == 1 else f"{names} together, iterating on {tears}:"
-        yield ""
-
-
-class _Latex(Page):
-    def rows(self) -> Iterator[str]:
-        for known in (*self.derivation.inputs, *self.derivation.assumed):
-            yield self._row(self.known_line(known, (self.notation.value(known.value),)))
-        for link in self.derivation.links:
-            yield from map(self._row, self.lines(link))
-
-    def _row(self, line: Line) -> str:
-        row = f"  {line.left} &= {' = '.join(line.chain)}"
-        if unit := line.unit.strip().translate(ESCAPED):
-            row += rf"\ \text{{{unit}}}"
-        if line.equation is not None:
-            place = "  ".join(self.rule(line.equation))
-            row = f"  % {'closes the block: ' * line.closing}{place}\n{row}"
-        guards = self.guards(line.guards)
-        said = r",\ ".join(rf"\text{{{word} }} {condition}" for word, condition, _ in guards)
-        return f"{row} && {said}" if said else row
+    def _heading(self, link: Together) -> list[str]:
+        """What a block gives, and what was iterated on."""
+        maths = [f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in link.tears]
+        found = [known.name for known in link.found]
+        names = [f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in found]
+        how = "by iteration" if len(found) == 1 else f"together, iterating on {', '.join(maths)}"
+        return [f"{', '.join(names)} {how}:", ""] if self.markdown else [f"{', '.join(names)}: {how}"]
 
 
 ESCAPED = str.maketrans(
     {**{mark: f"\\{mark}" for mark in "%_#&${}"}, "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}"}
 )
 _SPECIAL = re.compile(r"([\\`*_\[\]<>|$~&])")
-
-
-def _plain(text: str) -> str:
-    """Words of a sheet as themselves in Markdown: no emphasis, no links, no HTML."""
-    return _SPECIAL.sub(r"\\\1", text)
 
 
 def code_span(text: str) -> str:
