@@ -166,7 +166,7 @@ def derived(derivation: Derivation) -> dict[str, Any]:
         for line in page.lines(link):
             shown = {"tex": line.formula, "unit": line.unit, "within": isinstance(link, Together)}
             if line.equation is not None:
-                shown["place"], shown["rule"] = page.rule(line.equation)
+                shown["place"], shown["rule"] = page.places.rule(line.equation)
                 shown["because"] = [f"{word} {said}" for word, said, _ in page.guards(line.guards, Plain())]
             lines.append(shown)
     return {"head": page.head(), "given": given, "lines": lines}

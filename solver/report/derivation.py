@@ -228,7 +228,7 @@ class _Tracing:
     def _link(self, step: Step) -> Link:
         if not isinstance(step, SolveBlock):
             assert isinstance(step, Evaluate | Select)
-            return self._direct(*self._solved(step), step.unknown, step)
+            return self._direct(self._solved(step)[0], step.unknown, step)
         equations = self.model.equations
         order = tuple(self._direct(equations[inner.equation], inner.unknown, step) for inner in step.order)
         closing = (equations[index] for index in (step.residuals if step.order else step.equations))

@@ -11,7 +11,7 @@ from rulesheets.diagnosis import plural, render
 from rulesheets.format import readable
 from rulesheets.model import Equation, Requirement
 from rulesheets.syntax import Span, escaped
-from solver.facts import Attempt, Proof, ProvedRoots, Status
+from solver.facts import Proof, Status
 from solver.path import Evaluate, Path, Select, SolveBlock
 from solver.report import SCREEN, fits, table
 from solver.report.path import Places, path_text, rule_text
@@ -54,10 +54,17 @@ def rule_statuses(result: Result) -> tuple[RuleStatus, ...]:
     """The rules that are not satisfied, those blamed first and once, others once a call."""
     if result.status is Status.SOLVED:
         return ()
+    blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
+    (known,) = answers(result, every=False)
+    partial = result.status is Status.PARTIAL
     found: dict[tuple[Span, str], RuleStatus] = {}
-    for status in _statuses(result):
-        scope = "" if status.mark == BLAMED else status.equation.scope
-        found.setdefault((status.equation.rule, scope), status)
+    rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
+    for equation in rules:
+        rule, waits_for = equation.rule, tuple(name for name in equation.names if name not in known)
+        if (rule.file, rule.start) in blamed:
+            found.setdefault((rule, ""), RuleStatus(BLAMED, equation, waits_for))
+        elif partial and waits_for:
+            found.setdefault((rule, equation.scope), RuleStatus(WAITING, equation, waits_for))
     return tuple(sorted(found.values(), key=lambda status: status.mark != BLAMED))
 
 
@@ -68,29 +75,14 @@ def rule_status_table(result: Result) -> str:
         return ""
     places = Places(result.model)
     shown = statuses[:LIMIT]
-    rows = ((s.mark, places.of(s.equation), _clipped(s.equation), _few(s.waits_for, NAMED)) for s in shown)
+    rows = []
+    for mark, equation, waits_for in shown:
+        text = rule_text(equation.rule)
+        text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
+        rows.append((mark, places.of(equation), text, _few(waits_for, NAMED)))
     head = ("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else "")
-    text = table(head, rows, soft=(2, 3))
     hidden = len(statuses) - len(shown)
-    return f"{text}\n… and {hidden} more" if hidden else text
-
-
-def _statuses(result: Result) -> Iterator[RuleStatus]:
-    blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
-    (known,) = answers(result, every=False)
-    partial = result.status is Status.PARTIAL
-    rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
-    for equation in rules:
-        waits_for = tuple(name for name in equation.names if name not in known)
-        if (equation.rule.file, equation.rule.start) in blamed:
-            yield RuleStatus(BLAMED, equation, waits_for)
-        elif partial and waits_for:
-            yield RuleStatus(WAITING, equation, waits_for)
-
-
-def _clipped(equation: Equation | Requirement) -> str:
-    text = rule_text(equation.rule)
-    return text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
+    return table(head, rows, soft=(2, 3)) + (f"\n… and {hidden} more" if hidden else "")
 
 
 NAMED, NAMES = 4, 6
@@ -103,37 +95,32 @@ def _few(names: Sequence[str], most: int) -> str:
 
 def attempts_text(result: Result) -> str:
     """A table of blocks and methods; nothing where no block was solved."""
-    rows = [row for block, attempts in result.attempts.items() for row in _rows(block, attempts)]
+    rows = []
+    for block, attempts in result.attempts.items():
+        names = _few(block.unknowns, NAMED)
+        for place, attempt in enumerate(attempts):
+            method = attempt.method.told.format(tear=", ".join(block.tears))
+            if attempt.iterations:
+                method += f", {plural(attempt.iterations, 'iteration')}"
+            found = plural(attempt.found, "answer") if attempt.found else "nothing"
+            found += ", proven to be all" * attempt.complete
+            rows.append(("" if place else names, method, found))
     return "Methods\n" + table(("Block", "Method", "Found"), rows) if rows else ""
 
 
-def _rows(block: SolveBlock, attempts: tuple[Attempt, ...]) -> Iterator[tuple[str, ...]]:
-    names = _few(block.unknowns, NAMED)
-    for place, attempt in enumerate(attempts):
-        method = attempt.method.told.format(tear=", ".join(block.tears))
-        if attempt.iterations:
-            method += f", {plural(attempt.iterations, 'iteration')}"
-        yield ("" if place else names, method, _found(attempt))
-
-
-def _found(attempt: Attempt) -> str:
-    found = plural(attempt.found, "answer") if attempt.found else "nothing"
-    return f"{found}, proven to be all" if attempt.complete else found
-
-
-def conditions_text(result: Result) -> Iterator[str]:
+def conditions_text(result: Result) -> str:
     """A table of the blocks of the primary answer, where it has any.
 
     The condition is that of the Jacobian of the block by its unknowns, rules and unknowns scaled: how
     many times larger a rounding error comes out than it went in.
     """
     if not result.solutions or not (blocks := result.solutions[0].accuracy.blocks):
-        return
+        return ""
     rows = []
     for block in blocks.values():
         condition = f"{block.condition:.1e}" if isfinite(block.condition) else "infinite"
         rows.append((_few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition))
-    yield "Blocks\n" + table(("Unknowns", "Rank", "Condition"), rows)
+    return "Blocks\n" + table(("Unknowns", "Rank", "Condition"), rows)
 
 
 def proof_lines(result: Result) -> Iterator[str]:
@@ -162,17 +149,13 @@ def _singular(proofs: list[Proof]) -> Iterator[str]:
             names = ", ".join(proof.double)
             yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
         elif proof.beside is not None:
-            yield f"proved: for the numbers exactly as they are {_beside(proof.beside)}"
+            apart = (f"{name} {distance:.2g}" for name, distance in proof.beside.apart.items() if distance)
+            said = f"there is no answer here for {', '.join(proof.beside.unknowns)}, but only just"
+            if proof.beside.roots:
+                said = f"there are two answers, this far apart: {', '.join(apart)}"
+            yield f"proved: for the numbers exactly as they are {said}"
     if not any(proof.double or proof.beside for proof in proofs):
         yield "not proved: a hair decides whether there are two answers, one or none"
-
-
-def _beside(found: ProvedRoots) -> str:
-    """What is next to a double root that is not there."""
-    if not found.roots:
-        return f"there is no answer here for {', '.join(found.unknowns)}, but only just"
-    far = ", ".join(f"{name} {distance:.2g}" for name, distance in found.apart.items() if distance)
-    return f"there are two answers, this far apart: {far}"
 
 
 def work_line(result: Result) -> str:
@@ -181,50 +164,29 @@ def work_line(result: Result) -> str:
     Rules are counted by equation: a tuple counts for each of its halves, a rule function
     once a call. The last part is there where there is an answer, or a part of one.
     """
-    rules = plural(len(result.model.equations), "rule")
-    line = f"{rules}: {', '.join(_parts(result))}"
-    if not result.solutions or not result.solutions[0].checked:
-        return line
-    answer = result.solutions[0]
-    satisfied = "all" if result.status is Status.SOLVED else str(answer.checked)
-    return f"{line}; {satisfied} satisfied, worst residual {magnitude(answer.worst_residual)}"
-
-
-def used(path: Path) -> int:
-    """How many equations the path solves with."""
-    return direct(path) + sum(block_sizes(path))
-
-
-def direct(path: Path) -> int:
-    return sum(isinstance(step, Evaluate | Select) for step in path.steps)
-
-
-def block_sizes(path: Path) -> tuple[int, ...]:
-    """Number of unknowns of each simultaneous block, in order."""
-    return tuple(len(step.unknowns) for step in path.steps if isinstance(step, SolveBlock))
-
-
-def _parts(result: Result) -> list[str]:
-    path, total = result.path, len(result.model.equations)
-    sizes = block_sizes(path)
-    parts = [f"{direct(path)} direct"] if direct(path) or not sizes else []
+    direct, sizes, total = *_counted(result.path), len(result.model.equations)
+    parts = [f"{direct} direct"] if direct or not sizes else []
     if sizes:
-        parts.append(_blocks(sizes))
-    if not result.solutions:
-        return parts
-    active = result.solutions[0].checked
-    checks, idle = active - used(path), total - max(active, used(path))
-    if checks > 0:
-        parts.append(plural(checks, "check"))
-    if idle > 0:
-        parts.append(f"{idle} idle")
-    return parts
+        low, high = min(sizes), max(sizes)
+        parts.append(f"{plural(len(sizes), 'block')} of {low}" + (f" to {high}" if low < high else ""))
+    checked = result.solutions[0].checked if result.solutions else 0
+    if result.solutions:
+        used = direct + sum(sizes)
+        if checked > used:
+            parts.append(plural(checked - used, "check"))
+        if total > max(checked, used):
+            parts.append(f"{total - max(checked, used)} idle")
+    line = f"{plural(total, 'rule')}: {', '.join(parts)}"
+    if not checked:
+        return line
+    satisfied = "all" if result.status is Status.SOLVED else str(checked)
+    return f"{line}; {satisfied} satisfied, worst residual {magnitude(result.solutions[0].worst_residual)}"
 
 
-def _blocks(sizes: Sequence[int]) -> str:
-    low, high = min(sizes), max(sizes)
-    size = f"{low}" if low == high else f"{low} to {high}"
-    return f"{plural(len(sizes), 'block')} of {size}"
+def _counted(path: Path) -> tuple[int, list[int]]:
+    """The direct steps of a path, and the number of unknowns of each of its blocks, in order."""
+    direct = sum(isinstance(step, Evaluate | Select) for step in path.steps)
+    return direct, [len(step.unknowns) for step in path.steps if isinstance(step, SolveBlock)]
 
 
 NUMBER_WIDTH = 16
@@ -263,15 +225,10 @@ def result_text(
     if explain:
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
-    if result.status is not Status.SOLVED or result.diagnoses:
-        parts.extend(_complaints(result, color))
-    return "\n\n".join(part for part in parts if part)
-
-
-def _complaints(result: Result, color: bool) -> Iterator[str]:
-    yield rule_status_table(result)
+    parts.append(rule_status_table(result))
     width = SCREEN.get().width
-    yield from (render(diagnosis, color=color, width=width) for diagnosis in result.diagnoses)
+    parts.extend(render(diagnosis, color=color, width=width) for diagnosis in result.diagnoses)
+    return "\n\n".join(part for part in parts if part)
 
 
 def sheet_table(rows: Iterable[SheetRow]) -> str:
@@ -288,28 +245,19 @@ def sheet_table(rows: Iterable[SheetRow]) -> str:
 
 
 def _turned(rows: Sequence[SheetRow]) -> str:
-    """Many answers on a narrow screen: what is given, then a line for each answer."""
+    """Many answers on a narrow screen: what is given, then tables of variables that fit side by side, a line
+    for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
-    found = [row for row in rows if row not in given]
     parts = [sheet_table(row._replace(outputs=(None,), errors=()) for row in given)] if given else []
-    parts += [_answers(group) for group in _groups(found)]
+    groups: list[list[SheetRow]] = []
+    for row in (row for row in rows if row not in given):
+        if groups and fits(*_lines([*groups[-1], row])):
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+    for group in groups:
+        parts.append(table(*_lines(group), styles=("dim", *(ANSWER,) * len(group)), soft=()))
     return "\n\n".join(parts)
-
-
-def _groups(rows: Sequence[SheetRow]) -> Iterator[list[SheetRow]]:
-    """Variables in groups that fit side by side, one at least."""
-    group: list[SheetRow] = []
-    for row in rows:
-        if group and not fits(*_lines([*group, row])):
-            yield group
-            group = []
-        group.append(row)
-    if group:
-        yield group
-
-
-def _answers(rows: Sequence[SheetRow]) -> str:
-    return table(*_lines(rows), styles=("dim", *(ANSWER,) * len(rows)), soft=())
 
 
 def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -334,18 +282,13 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)
     yield attempts_text(result)
-    yield from conditions_text(result)
+    yield conditions_text(result)
     yield from (render(gap) for gap in result.gaps if gap not in result.diagnoses)
-    yield _used(result)
-
-
-def _used(result: Result) -> str:
-    """How many of the rules were used, and what for where not everything was asked for."""
-    count, whole = used(result.path), len(result.model.equations)
-    said = f"Used {count} of {plural(whole, 'rule')}"
-    if result.status is not Status.SOLVED or not pruned(result) or count == whole:
-        return f"{said}."
-    return f"{said}: no more is needed for {_few(result.wanted, NAMES)}."
+    direct, sizes = _counted(result.path)
+    used, whole = direct + sum(sizes), len(result.model.equations)
+    few = result.status is Status.SOLVED and pruned(result) and used != whole
+    enough = f": no more is needed for {_few(result.wanted, NAMES)}" if few else ""
+    yield f"Used {used} of {plural(whole, 'rule')}{enough}."
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
@@ -356,14 +299,10 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
     if any(solution.proof for solution in result.solutions):
         yield from proof_lines(result)
     yield from _others(result, every)
-    yield from _unlikely(result, every)
-
-
-def _unlikely(result: Result, every: bool) -> Iterator[str]:
-    """Which of the answers shown have numbers far from anything that the inputs suggest."""
-    for number, answer in enumerate(result.solutions if every else result.solutions[:1], start=1):
+    shown = result.solutions if every else result.solutions[:1]
+    for number, answer in enumerate(shown, start=1):
         if answer.unlikely:
-            which = f"answer {number}" if every and len(result.solutions) > 1 else "this answer"
+            which = f"answer {number}" if len(shown) > 1 else "this answer"
             yield f"{which} is of unlikely size: {', '.join(answer.unlikely[:NAMES])}"
 
 
@@ -373,18 +312,15 @@ def _others(result: Result, every: bool) -> Iterator[str]:
     if others > 0 and not every:
         more = "" if result.complete else ", maybe more"
         yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
-    if result.status is not Status.SOLVED or result.complete:
+    if result.status is not Status.SOLVED or result.complete or (others > 0 and not every):
         return
-    if others <= 0 or every:
-        some = "these are not known to be all the answers" if others else "there may be other answers"
-        yield f"{some}{_open_block(result)}"
-
-
-def _open_block(result: Result) -> str:
-    """Of which unknowns, by which rule, there may be more values than were found."""
+    some = "these are not known to be all the answers" if others else "there may be other answers"
     gap = next((gap for gap in result.gaps if gap.labels), None)
     if gap is None:
-        return next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
-    span = gap.labels[0].span
-    place = f"{escaped(os.path.basename(span.file))}:{span.line}"
-    return f": {_few(gap.variables, NAMES)} by {place}, which could not be searched whole (--explain)"
+        notes = (f": {note.message}" for note in result.diagnoses if note.code == "S597")
+        yield some + next(notes, "")
+    else:  # of which unknowns, by which rule
+        span = gap.labels[0].span
+        place = f"{escaped(os.path.basename(span.file))}:{span.line}"
+        names = _few(gap.variables, NAMES)
+        yield f"{some}: {names} by {place}, which could not be searched whole (--explain)"

@@ -119,7 +119,9 @@ class Page:
     def _line(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
         return Line(self.notation.expression(Name(known.name)), chain, self.unit(known), *rule)
 
-    def guards(self, guards: Sequence[Guard]) -> Iterator[tuple[str, str, str]]:
+    def guards(
+        self, guards: Sequence[Guard], notation: Notation | None = None
+    ) -> Iterator[tuple[str, str, str]]:
         """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in guards if guard.assumed is assumed]
@@ -127,7 +129,7 @@ class Page:
                 outcomes = [(guard.condition, guard.holds) for guard in group]
                 known = dict.fromkeys(known for guard in group for known in guard.read)
                 read = ", ".join(f"{one.name} = {Plain().value(one.value)}" for one in known)
-                said = self.notation.conditions(outcomes)
+                said = (notation or self.notation).conditions(outcomes)
                 yield word, said, "" if read == Plain().conditions(outcomes) else read
 
     # --- a list of steps, in text or in Markdown ---
@@ -154,8 +156,10 @@ class Page:
         return f"${line.formula}${self._plain(line.unit)}" if self.markdown else line.formula + line.unit
 
     def known(self, known: Known) -> str:
-        """``AO = 3 mm``."""
-        return self._formula(self.value_line(known))
+        """``AO = 3 mm``, in Markdown between dollars, else as in a sheet."""
+        if self.markdown:
+            return self._formula(self.value_line(known))
+        return f"{known.name} = {Plain().value(known.value)}{self.unit(known)}"
 
     def _table(self, knowns: Iterable[Known]) -> str:
         rows = [(self.known(known), self.model.variables[known.name].comment) for known in knowns]
