@@ -15,7 +15,7 @@ from rulesheets.model import Model, Tolerance, Value, Variable
 from rulesheets.syntax import Span
 from rulesheets.units import shown
 from solver.facts import Proof
-from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step
+from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.report.path import rule_text, told
 from solver.result import Result, Solution
 
@@ -39,18 +39,11 @@ def certain(value: Value | None, error: float) -> str:
     place = ceil(log10(2.0 * error))
     if abs(value) < 0.5 * 10.0**place:
         return f"±{error:.0e}"
-    return _to_place(value, place)
-
-
-def _to_place(value: float, place: int) -> str:
-    """Rounded to a multiple of ten to the ``place``, in plain digits where that is readable."""
     wide = Context(prec=1100, Emin=-2000, Emax=2000)
-    number = Decimal(value)
-    rounded = number.quantize(Decimal((0, (1,), place)), context=wide)
+    rounded = Decimal(value).quantize(Decimal((0, (1,), place)), context=wide)
     if place <= 0 and -5 <= rounded.adjusted() < 16:
         return f"{rounded:f}"
-    text = f"{rounded:.{rounded.adjusted() - place}e}"
-    return text.replace("e+", "e")
+    return f"{rounded:.{rounded.adjusted() - place}e}".replace("e+", "e")
 
 
 def magnitude(value: float) -> str:
@@ -144,29 +137,28 @@ def local_rows(result: Result, *, every: bool = False, digits: bool = False) -> 
     found = answers(result, every=every)
     there = {row.name for row in sheet_rows(result, every=every)}
     whole = not pruned(result)
-    rest = (
-        variable
+    return tuple(
+        _row(result, variable, found, digits)
         for name, variable in result.model.variables.items()
         if name not in there and (whole or any(name in answer for answer in found))
     )
-    return tuple(_row(result, variable, found, digits) for variable in rest)
 
 
 def _row(
     result: Result, variable: Variable, found: tuple[Mapping[str, Value], ...], digits: bool
 ) -> SheetRow:
-    name = variable.name
-    given = result.inputs.get(name)
+    name, given = variable.name, result.inputs.get(variable.name)
     guess = None if given is not None else result.guesses.get(name)
-    outputs = (None,) * len(found) if given is not None else tuple(answer.get(name) for answer in found)
+    # the error bar of a part of an answer is not known
+    errors = (a.error.get(name, 0.0) if isinstance(a, Solution) else inf for a in found)
     return SheetRow(
         status="" if guess is None else GUESS,
         input=given if given is not None else guess,
         name=name,
-        outputs=outputs,
+        outputs=tuple(None if given is not None else answer.get(name) for answer in found),
         unit=variable.unit or "",
         comment=variable.comment,
-        errors=tuple(_error(answer, name) for answer in found) if digits else (),
+        errors=tuple(errors) if digits else (),
         tolerance=variable.tolerance if isinstance(given, float) else None,
     )
 
@@ -174,11 +166,6 @@ def _row(
 def displayed(result: Result, rows: Iterable[SheetRow]) -> tuple[SheetRow, ...]:
     """The rows in the display units of their variables."""
     return tuple(row.displayed(result.model.variables[row.name]) for row in rows)
-
-
-def _error(answer: Mapping[str, Value], name: str) -> float:
-    """The error bar of a value; that of a part of an answer is not known."""
-    return answer.error.get(name, 0.0) if isinstance(answer, Solution) else inf
 
 
 def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:
@@ -201,14 +188,10 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(sheet_heads(rows))
     for row in rows:
-        outputs = map(exact, row.outputs)
-        texts = map(guarded, (row.status, _given(row), row.name, *outputs, row.unit, row.comment))
-        writer.writerow(texts)
+        given = tolerated(exact(row.input), row.tolerance)
+        cells = (row.status, given, row.name, *map(exact, row.outputs), row.unit, row.comment)
+        writer.writerow(map(guarded, cells))
     return text.getvalue()
-
-
-def _given(row: SheetRow) -> str:
-    return tolerated(exact(row.input), row.tolerance)
 
 
 Json = dict[str, object]
@@ -221,19 +204,34 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
-    solutions = [_solution(result, answer, explain) for answer in result.solutions]
+    rows, variables = named(result), result.model.variables
+    solutions: list[Json] = [
+        {
+            name: value
+            for name in variables
+            if name in answer
+            and (explain or name in rows)
+            and (isinstance(value := answer[name], str) or isfinite(value))
+        }
+        for answer in result.solutions
+    ]
+    both = list(zip(result.solutions, solutions, strict=True))
+    unlikely = [list(answer.unlikely) for answer in result.solutions]
+    # the units in which the rules compute, whatever a table shows
+    units = {n: v.unit for n, v in variables.items() if v.unit and any(n in some for some in solutions)}
+    proofs = [_proof(answer, answer.proof, some) for answer, some in both if answer.proof is not None]
     return _dump(
         {
             "status": str(result.status),
             "solutions": solutions,
-            **({"errors": list(map(_errors, result.solutions, solutions))} if digits else {}),
-            **_proofs(result, solutions),
-            **_unlikely(result),
+            **({"errors": [_errors(answer, some) for answer, some in both]} if digits else {}),
+            **({"proofs": proofs} if any(answer.proof for answer in result.solutions) else {}),
+            **({"unlikely": unlikely} if any(unlikely) else {}),
             "complete": result.complete,
             "undetermined": list(result.undetermined),
             "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
             "path": [_step(result.model, step) for step in told(result.path)],
-            **_units(result, solutions),
+            **({"units": units} if units else {}),
             **(also or {}),
         }
     )
@@ -250,61 +248,22 @@ def _dump(document: Json) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def _solution(result: Result, answer: Mapping[str, Value], explain: bool) -> Json:
-    rows = named(result)
-    return {
-        name: answer[name]
-        for name in result.model.variables
-        if name in answer and (explain or name in rows) and _finite(answer[name])
+def _proof(answer: Solution, proof: Proof, shown: Json) -> Json:
+    """What was proved of an answer, and what is next to a double root that is not there."""
+    found: Json = {
+        "proved": proof.proved,
+        "radius": {n: answer.radius[n] for n in shown if n in answer.radius},
     }
-
-
-def _units(result: Result, shown: list[Json]) -> Json:
-    """The unit of each value: that in which the rules compute, whatever a table shows."""
-    variables = result.model.variables
-    found = {name: variables[name].unit for name in variables if any(name in some for some in shown)}
-    units = {name: unit for name, unit in found.items() if unit}
-    return {"units": units} if units else {}
-
-
-def _proofs(result: Result, shown: list[Json]) -> Json:
-    """What was proved of every answer, where that was asked for."""
-    if not any(answer.proof for answer in result.solutions):
-        return {}
-    found = [
-        {
-            "proved": answer.proof.proved,
-            "radius": {n: answer.radius[n] for n in some if n in answer.radius},
-            **_beside(answer.proof, some),
-        }
-        for answer, some in zip(result.solutions, shown, strict=True)
-        if answer.proof is not None
-    ]
-    return {"proofs": found}
-
-
-def _beside(proof: Proof, shown: Json) -> Json:
-    """What is next to a double root that is not there."""
-    if proof.beside is None:
-        return {}
-    apart = {name: distance for name, distance in proof.beside.apart.items() if name in shown}
-    return {"beside": {"roots": proof.beside.roots, "apart": apart}}
-
-
-def _unlikely(result: Result) -> Json:
-    """The names of unlikely size of every answer, where there are any."""
-    names = [list(answer.unlikely) for answer in result.solutions]
-    return {"unlikely": names} if any(names) else {}
+    if proof.beside is not None:
+        apart = {name: distance for name, distance in proof.beside.apart.items() if name in shown}
+        found["beside"] = {"roots": proof.beside.roots, "apart": apart}
+    return found
 
 
 def _errors(answer: Solution, shown: Json) -> Json:
     """The error bars of the numbers shown, null where nothing can be said."""
     bars = {name: answer.error.get(name) for name in shown}
     return {name: bar if isfinite(bar) else None for name, bar in bars.items() if bar is not None}
-
-
-def _finite(value: Value) -> bool:
-    return isinstance(value, str) or isfinite(value)
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> Json:
@@ -323,27 +282,18 @@ def _place(span: Span) -> Json:
 
 
 def _step(model: Model, step: Step) -> Json:
+    found: Json
     match step:
-        case Evaluate(equation, unknown, branches):
-            found: Json = {"step": "evaluate", "unknowns": [unknown], "branches": branches}
-            return found | _rules(model, (equation,))
-        case Select(equations, unknown, branches):
+        case Evaluate(_, unknown, branches):
+            found = {"step": "evaluate", "unknowns": [unknown], "branches": branches}
+        case Select(_, unknown, branches):
             found = {"step": "select", "unknowns": [unknown], "branches": branches}
-            return found | _rules(model, equations)
-        case SolveBlock(equations, unknowns, tears):
+        case SolveBlock(_, unknowns, tears):
             found = {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
-            return found | _rules(model, equations)
-        case Decide(conditions):
-            return {"step": "decide", "conditions": [_condition(model, index) for index in conditions]}
-        case Assume(condition):
-            return {"step": "assume", "conditions": [_condition(model, condition)]}
-        case Check(equation):
-            return {"step": "check"} | _rules(model, (equation,))
-
-
-def _rules(model: Model, equations: Iterable[int]) -> Json:
-    return {"rules": [_place(model.equations[index].rule) for index in equations]}
-
-
-def _condition(model: Model, index: int) -> str:
-    return format_condition(model.conditions[index])
+        case Decide() | Assume():
+            asked = step.conditions if isinstance(step, Decide) else (step.condition,)
+            conditions = [format_condition(model.conditions[index]) for index in asked]
+            return {"step": type(step).__name__.lower(), "conditions": conditions}
+        case Check():
+            found = {"step": "check"}
+    return found | {"rules": [_place(model.equations[index].rule) for index in equations_of(step)]}
