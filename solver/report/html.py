@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import singledispatch
 from html import escape
 from typing import Any, NamedTuple
@@ -10,19 +10,18 @@ from typing import Any, NamedTuple
 from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
 from rulesheets.format import readable
-from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import Name
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.files.tables import Table
-from solver.path import Check, Path, SolveBlock, Step, equations_of
+from solver.path import Check, Path, SolveBlock, equations_of
 from solver.path.planner import given_by
 from solver.report import table
 from solver.report.derivation import Derivation
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import displayed, sheet_heads, sheet_rows
-from solver.report.why import ESCAPED, Line, Page, why_latex
+from solver.report.why import ESCAPED, Page, why_latex
 from solver.result import Result, Samples
 
 NONE = "none"
@@ -35,44 +34,30 @@ WIDE = 6
 def sensitivity_text(found: Sensitivities, *, color: bool = False) -> str:
     """The table, and under it why a derivative is missing."""
     groups = [found.inputs[i : i + WIDE] for i in range(0, len(found.inputs), WIDE)]
-    tables = [_table(found, group) for group in groups] if found.outputs else []
-    if not tables:
+    if not groups or not found.outputs:
         return "Sensitivities: there is no output with a number, or no input"
-    head = "Sensitivities: units of the output for one unit of the input, the other inputs held"
-    return "\n\n".join(
-        [f"{head}\n{tables[0]}", *tables[1:], *(render(d, color=color) for d in found.diagnoses)]
-    )
+    head = "Sensitivities: units of the output for one unit of the input, the other inputs held\n"
+    tables = (table(header, rows) for header, *rows in (cells(found, group) for group in groups))
+    return head + "\n\n".join([*tables, *(render(d, color=color) for d in found.diagnoses)])
 
 
-def cells(found: Sensitivities, inputs: Iterable[str]) -> list[tuple[str, ...]]:
-    """The heading and the rows for these inputs."""
-    inputs = tuple(inputs)
-    rows = (
-        (_named(found.model, output), *(_cell(_shown(found, output, given)) for given in inputs))
-        for output in found.outputs
-    )
-    return [("", *(_named(found.model, given) for given in inputs)), *rows]
+def cells(found: Sensitivities, inputs: Sequence[str]) -> list[tuple[str, ...]]:
+    """The heading and the rows for these inputs, in display units."""
+    variables = found.model.variables
 
+    def told(name: str) -> str:
+        unit = variables[name].shown_unit
+        return f"{name} [{unit}]" if unit else name
 
-def _table(found: Sensitivities, inputs: Iterable[str]) -> str:
-    header, *rows = cells(found, inputs)
-    return table(header, rows)
+    def cell(output: str, given: str) -> str:
+        slope = found[output, given]
+        above, below = (shown(1.0, variables[name], difference=True) for name in (output, given))
+        if slope is None:
+            return NONE
+        return readable(slope if above == below else slope * above / below)
 
-
-def _named(model: Model, name: str) -> str:
-    unit = model.variables[name].shown_unit
-    return f"{name} [{unit}]" if unit else name
-
-
-def _shown(found: Sensitivities, output: str, given: str) -> float | None:
-    """A slope in display units."""
-    slope, variables = found[output, given], found.model.variables
-    above, below = (shown(1.0, variables[name], difference=True) for name in (output, given))
-    return slope if slope is None or above == below else slope * above / below
-
-
-def _cell(slope: float | None) -> str:
-    return NONE if slope is None else readable(slope)
+    rows = ((told(output), *(cell(output, given) for given in inputs)) for output in found.outputs)
+    return [("", *map(told, inputs)), *rows]
 
 
 def sensitivity_json(found: Sensitivities) -> list[dict[str, object]]:
@@ -96,38 +81,31 @@ def tolerances_text(bands: ToleranceBands, *, color: bool = False) -> str:
         return "Tolerances: no input has one; write it as in --set AO='3 ± 0.01'"
     if not len(bands):
         return "Tolerances: there is no output with a number"
-    head = "Tolerances, to first order"
-    rows = (_row(bands, name) for name in bands)
-    text = table(("Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions"), rows)
-    return "\n\n".join([f"{head}\n{text}", *(render(d, color=color) for d in bands.diagnoses)])
+    heads = ("Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions")
+    text = table(heads, (_row(bands, name) for name in bands))
+    said = (render(diagnosis, color=color) for diagnosis in bands.diagnoses)
+    return "\n\n".join([f"Tolerances, to first order\n{text}", *said])
 
 
 def _row(bands: ToleranceBands, name: str) -> tuple[str, ...]:
-    band = bands[name]
-    variable = bands.sensitivities.model.variables[name]
-    unit = variable.shown_unit
+    band, unit = _displayed(bands, name), bands.sensitivities.model.variables[name].shown_unit
     if band is None:
         return name, "", "not known", "not known", unit, ""
-    band = _displayed(band, variable)
-    return name, readable(band.value), _bar(band.worst), _bar(band.rss), unit, ", ".join(_shares(band))
-
-
-def _displayed(band: Band, variable: Variable) -> Band:
-    worst, rss = (abs(shown(size, variable, difference=True)) for size in (band.worst, band.rss))
-    return band._replace(value=shown(band.value, variable), worst=worst, rss=rss)
-
-
-def _bar(size: float) -> str:
-    return f"± {size:.{DIGITS}g}"
-
-
-def _shares(band: Band) -> Iterator[str]:
+    worst, rss = (f"± {size:.{DIGITS}g}" for size in (band.worst, band.rss))
     named = [one for one in band.contributions if one.amount][:NAMED]
-    for one in named:
-        yield f"{one.input} {100 * one.share:.3g} %"
+    shares = [f"{one.input} {100 * one.share:.3g} %" for one in named]
     rest = sum(one.share for one in band.contributions) - sum(one.share for one in named)
     if rest > 1e-9:
-        yield f"others {100 * rest:.3g} %"
+        shares.append(f"others {100 * rest:.3g} %")
+    return name, readable(band.value), worst, rss, unit, ", ".join(shares)
+
+
+def _displayed(bands: ToleranceBands, name: str) -> Band | None:
+    band, variable = bands[name], bands.sensitivities.model.variables[name]
+    if band is None:
+        return None
+    worst, rss = (abs(shown(size, variable, difference=True)) for size in (band.worst, band.rss))
+    return band._replace(value=shown(band.value, variable), worst=worst, rss=rss)
 
 
 def samples_text(samples: Samples, bands: ToleranceBands) -> str:
@@ -136,18 +114,17 @@ def samples_text(samples: Samples, bands: ToleranceBands) -> str:
     how = f"{samples.distribution} within the tolerances"
     if samples.distribution == "normal":
         how = "normal, tolerances are three standard deviations"
-    head = (
-        f"Monte Carlo: {plural(len(samples.table.status), 'sample')} ({counts}), {how}, seed {samples.seed}"
-    )
-    rows = (_sampled(samples, bands, name) for name in samples.outputs)
-    columns = ("Name", "Mean", "Std dev", "first order", "Least", "Greatest", "worst case")
-    return f"{head}\n{table(columns, rows)}"
+    count = plural(len(samples.table.status), "sample")
+    heads = ("Name", "Mean", "Std dev", "first order", "Least", "Greatest", "worst case")
+    text = table(heads, (_sampled(samples, bands, name) for name in samples.outputs))
+    return f"Monte Carlo: {count} ({counts}), {how}, seed {samples.seed}\n{text}"
 
 
 def _sampled(samples: Samples, bands: ToleranceBands, name: str) -> tuple[str, ...]:
-    variable, band = bands.sensitivities.model.variables[name], bands[name]
-    band = None if band is None else _displayed(band, variable)
-    rss, worst = ("", "") if band is None else (f"{band.rss * samples.spread:.{DIGITS}g}", _around(band))
+    variable, band, rss, worst = bands.sensitivities.model.variables[name], _displayed(bands, name), "", ""
+    if band is not None:
+        rss = f"{band.rss * samples.spread:.{DIGITS}g}"
+        worst = f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
     if (found := samples.statistics(name)) is None:
         return name, "", "", rss, "", "", worst
     average, deviation, *ends = found
@@ -156,36 +133,31 @@ def _sampled(samples: Samples, bands: ToleranceBands, name: str) -> tuple[str, .
     return name, mean, f"{spread:.{DIGITS}g}", rss, least, greatest, worst
 
 
-def _around(band: Band) -> str:
-    return f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
-
-
 def tolerances_json(bands: ToleranceBands) -> list[dict[str, object]]:
     """One object an output; ``value``, ``worst`` and ``rss`` are null where they are not known."""
-    return [_object(name, bands[name]) for name in bands]
-
-
-def _object(name: str, band: Band | None) -> dict[str, object]:
-    if band is None:
-        return {"output": name, "value": None, "worst": None, "rss": None, "contributions": []}
-    parts = [{"input": c.input, "amount": c.amount, "share": c.share} for c in band.contributions]
-    return {"output": name, "value": band.value, "worst": band.worst, "rss": band.rss, "contributions": parts}
+    unknown: dict[str, object] = {"value": None, "worst": None, "rss": None, "contributions": []}
+    found: list[dict[str, object]] = []
+    for name, band in bands.items():
+        if band is None:
+            found.append({"output": name, **unknown})
+        else:
+            parts = [one._asdict() for one in band.contributions]
+            sizes = {"value": band.value, "worst": band.worst, "rss": band.rss}
+            found.append({"output": name, **sizes, "contributions": parts})
+    return found
 
 
 def samples_json(samples: Samples) -> dict[str, object]:
     """How the samples were drawn, their statuses counted, and mean, deviation and range of the outputs."""
+    names = ("mean", "deviation", "least", "greatest")
+    found = ((name, samples.statistics(name) or (None,) * 4) for name in samples.outputs)
     return {
         "samples": len(samples.table.status),
         "seed": samples.seed,
         "distribution": samples.distribution,
         "statuses": {str(status): n for status, n in samples.counts.items()},
-        "outputs": [_statistics(samples, name) for name in samples.outputs],
+        "outputs": [{"output": name, **dict(zip(names, four, strict=True))} for name, four in found],
     }
-
-
-def _statistics(samples: Samples, name: str) -> dict[str, object]:
-    names = ("mean", "deviation", "least", "greatest")
-    return {"output": name, **dict(zip(names, samples.statistics(name) or (None,) * 4, strict=True))}
 
 
 class Grid(NamedTuple):
@@ -210,11 +182,9 @@ def latex(shown: Any) -> str:
     """The same as LaTeX: equations of a result and of a derivation, else an array."""
     if isinstance(shown, Derivation):
         return "" if shown.value is None else why_latex(shown)
-    return _result_latex(shown) if isinstance(shown, Result) else _array(grid_of(shown))
-
-
-def _array(grid: Grid) -> str:
-    """Texts in the columns of an array, aligned to the right."""
+    if isinstance(shown, Result):
+        return _result_latex(shown)
+    grid = grid_of(shown)
     rows = [grid.heads, *grid.rows]
     lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
     body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
@@ -276,32 +246,25 @@ def _derivation_grid(derivation: Derivation) -> Grid:
     """The inputs, then the steps with their rules."""
     page = Page(derivation, Plain())
     known = (*derivation.inputs, *derivation.assumed)
-    given = [(page.known(one), "", "given") for one in known if one.name != derivation.name]
-    steps = [_row_of(page, line) for link in derivation.links for line in page.lines(link)]
+    rows = [(page.known(one), "", "given") for one in known if one.name != derivation.name]
+    for line in (line for link in derivation.links for line in page.lines(link)):
+        said = f"{'such that ' * line.closing}{line.formula}{line.unit}"
+        place, rule = ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
+        rows.append((said, rule, place))
     before = f"<b>{escape(page.head())}</b>"
-    return Grid(("", "Rule", "Place"), (*given, *steps), (), before, _notes(derivation.diagnoses))
-
-
-def _row_of(page: Page, line: Line) -> tuple[str, str, str]:
-    said = f"{'such that ' * line.closing}{line.formula}{line.unit}"
-    place, rule = ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
-    return said, rule, place
+    return Grid(("", "Rule", "Place"), rows, (), before, _notes(derivation.diagnoses))
 
 
 @grid_of.register
 def _path_grid(path: Path) -> Grid:
     """The steps in order, rules by their numbers in the model."""
-    steps = (
-        (str(number), _found(step), ", ".join(str(index + 1) for index in equations_of(step)))
-        for number, step in enumerate(told(path), 1)
-    )
-    return Grid(("Step", "Finds", "By rules"), steps)
-
-
-def _found(step: Step) -> str:
-    if isinstance(step, SolveBlock):
-        return f"{', '.join(step.unknowns)} together"
-    return ", ".join(given_by(step)) or ("(checks)" if isinstance(step, Check) else "(case by case)")
+    rows = []
+    for number, step in enumerate(told(path), 1):
+        found = ", ".join(given_by(step)) or ("(checks)" if isinstance(step, Check) else "(case by case)")
+        together = " together" * isinstance(step, SolveBlock)
+        rules = ", ".join(str(index + 1) for index in equations_of(step))
+        rows.append((str(number), found + together, rules))
+    return Grid(("Step", "Finds", "By rules"), rows)
 
 
 @grid_of.register
