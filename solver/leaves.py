@@ -184,22 +184,18 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
 
     Found once for the values that it has.
     """
-    kept = leaf.__dict__.get("_errors")
-    if kept is None or kept[0] != leaf.branch.values or kept[1] is not model:
-        kept = leaf.__dict__["_errors"] = dict(leaf.branch.values), model, _leaf_errors(model, leaf)
-    found: ForwardErrors = kept[2]
-    return found
-
-
-def _leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     branch = leaf.branch
+    kept: tuple[dict[str, Value], Model, ForwardErrors] | None = leaf.__dict__.get("_errors")
+    if kept is not None and kept[0] == branch.values and kept[1] is model:
+        return kept[2]
     decided = branch.conditions
     doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
     found = forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided), doubles)
-    if not branch.precise or doubles:
-        return found
-    rounded = {name: _rounding(branch.values[name], exact) for name, exact in branch.precise.items()}
-    return ForwardErrors({**found.error, **rounded}, found.blocks, found.cancelled)
+    if branch.precise and not doubles:
+        rounded = {name: _rounding(branch.values[name], exact) for name, exact in branch.precise.items()}
+        found = ForwardErrors({**found.error, **rounded}, found.blocks, found.cancelled)
+    leaf.__dict__["_errors"] = dict(branch.values), model, found
+    return found
 
 
 def _rounding(value: Value, exact: Any) -> float:

@@ -31,7 +31,7 @@ GRACE = 2.0
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
-    from solver.facts import Gap
+    from solver.facts import Gap, Proof
 
 
 def solve(
@@ -69,10 +69,13 @@ def solve(
         require_proof()
     try:
         with time_limit(timeout), _rare_collection():
-            return _solved(asked, prove, limits or model.limits)
+            said = conclude(asked, prove=prove, limits=limits or model.limits)
+            found = said.found
+            result = _result(asked, said.model, said.verdict, found.complete, prove)
+            listed = result.status is not Status.SOLVED or result.complete
+            return result if listed else _with_gaps(result, found.gaps)
     except TimeIsUp as up:
-        found = up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
-        return _cut_off(asked, found)
+        return _cut_off(asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given))
 
 
 @contextmanager
@@ -84,15 +87,6 @@ def _rare_collection() -> Iterator[None]:
         yield
     finally:
         gc.set_threshold(*usual)
-
-
-def _solved(asked: Asked, prove: bool, limits: bool) -> Result:
-    said = conclude(asked, prove=prove, limits=limits)
-    found = said.found
-    result = _result(asked, said.model, said.verdict, found.complete, prove)
-    if result.status is Status.SOLVED and not result.complete:
-        result = _with_gaps(result, found.gaps)
-    return result
 
 
 def _cut_off(asked: Asked, reached: CutOff) -> Result:
@@ -126,37 +120,44 @@ def posted(model: Model) -> tuple[str, ...]:
 def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bool) -> Result:
     """The result of a verdict that was come to ``by`` the rules as they are read at these values."""
     model, inputs, _, guesses, judged = asked
-    answered = verdict.status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR)
-    solutions = _solutions(by, verdict.leaves, inputs, guesses, prove) if answered else ()
-    primary = verdict.leaves[0] if verdict.leaves else None
-    beyond = _infinite(model, primary, judged)
-    undetermined = verdict.undetermined if answered else _unreached(model, verdict, inputs)
+    status, leaves = verdict.status, verdict.leaves
+    primary = leaves[0] if leaves else None
+    beyond = {name for name in judged if primary is not None and infinite(model, primary.branch, name)}
+    refused = any(isinstance(fact, Unmet) for fact in verdict.facts)
+    alone = status is Status.INFEASIBLE and len(leaves) == 1 and not refused
+    determined = leaves[0].branch.values if alone else inputs  # even though the whole is not solved
+    undetermined: Sequence[str] = [name for name in model.variables if name not in determined]
+    solutions: tuple[Solution, ...] = ()
+    if status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR):
+        undetermined = verdict.undetermined
+        likely = unlikely(by, [leaf.branch.values for leaf in leaves], inputs, guesses)
+        solutions = tuple(
+            Solution(
+                by_name=leaf.branch.values,
+                residual=leaf.worst,
+                checked=leaf.checked,
+                measure=partial(leaf_errors, by, leaf),
+                proof=_proof(by, leaf, inputs) if prove else None,
+                unlikely=names,
+            )
+            for leaf, names in zip(leaves, likely, strict=True)
+        )
     return Result(
         model=model,
-        status=verdict.status,
+        status=status,
         solutions=solutions,
-        complete=_known_to_be_all(verdict.status, complete and not verdict.facts),
+        complete=status is Status.INFEASIBLE or (complete and not verdict.facts and status is Status.SOLVED),
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),
         undetermined=tuple(name for name in undetermined if name in judged and name not in beyond),
         diagnoses=_explained(model, verdict, inputs, judged),
         path=_path(model, primary, inputs),
-        partial=_determined(verdict, inputs),
+        partial=determined,
         origins={} if primary is None else primary.branch.origins,
         attempts={} if primary is None else primary.branch.attempts,
         near=partial(_near, asked),
     )
-
-
-def _infinite(model: Model, leaf: Leaf | None, judged: Sequence[str]) -> set[str]:
-    """The names that stay blank in a leaf without spoiling it."""
-    return set() if leaf is None else {name for name in judged if infinite(model, leaf.branch, name)}
-
-
-def _known_to_be_all(status: Status, complete: bool) -> bool:
-    """Whether the solutions are known to be all; where there are none, and proven to be none, they are."""
-    return status is Status.INFEASIBLE or (complete and status is Status.SOLVED)
 
 
 def _near(
@@ -185,39 +186,12 @@ def _explained(
             return explain(model, verdict, inputs, judged, hasty=True)
 
 
-def _solutions(
-    model: Model,
-    leaves: Sequence[Leaf],
-    inputs: Mapping[str, Value],
-    guesses: Mapping[str, float],
-    proved: bool,
-) -> tuple[Solution, ...]:
-    answers = [leaf.branch.values for leaf in leaves]
-    pairs = zip(leaves, unlikely(model, answers, inputs, guesses), strict=True)
-    return tuple(replace(_solution(model, leaf, inputs, proved), unlikely=names) for leaf, names in pairs)
+def _proof(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof | None:
+    from solver.solution.proof import prove
 
-
-def _solution(model: Model, leaf: Leaf, inputs: Mapping[str, Value], proved: bool) -> Solution:
-    proof = None
-    if proved:
-        from solver.solution.proof import prove
-
-        with suppress(TimeIsUp):
-            proof = prove(model, leaf, inputs)
-    return Solution(leaf.branch.values, leaf.worst, leaf.checked, partial(leaf_errors, model, leaf), proof)
-
-
-def _unreached(model: Model, verdict: Verdict, inputs: Mapping[str, Value]) -> tuple[str, ...]:
-    known = _determined(verdict, inputs)
-    return tuple(name for name in model.variables if name not in known)
-
-
-def _determined(verdict: Verdict, inputs: Mapping[str, Value]) -> Mapping[str, Value]:
-    """What the inputs determine even though the whole is not solved."""
-    refused = any(isinstance(fact, Unmet) for fact in verdict.facts)
-    if verdict.status is Status.INFEASIBLE and len(verdict.leaves) == 1 and not refused:
-        return verdict.leaves[0].branch.values
-    return inputs
+    with suppress(TimeIsUp):
+        return prove(model, leaf, inputs)
+    return None
 
 
 def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Path:

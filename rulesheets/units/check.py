@@ -63,7 +63,8 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         place = statement.place.file, statement.place.start, statement.place.end
         curable = sure and found.factor is None and _curable(found, statement)
         said.setdefault(place, None if curable else _Message(model, dimensions, found).diagnosis())
-    for equation, warning in Weights(model).warnings(sure):
+    warm = any((unit := variable.measure) and unit.offset for variable in model.variables.values())
+    for equation, warning in Weights(model).warnings(sure) if warm else ():
         if not _unchecked(equation.rule):
             said.setdefault((equation.rule.file, equation.rule.start, equation.rule.end), warning)
     return tuple(said[place] for place in sorted(said) if said[place] is not None)  # type: ignore[misc]

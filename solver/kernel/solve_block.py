@@ -163,7 +163,10 @@ def _searched(
                 return search.outcome()
             search.candidates.sensible = None if budget.every else search.candidates.answers[0]
         if outcome is not None:
-            return outcome if assumed else search.curve_instead(outcome)
+            if assumed or (outcome.answers and not any(answer.double for answer in outcome.answers)):
+                return outcome
+            # rounding may have parted what all but meets, and double roots may be points of a curve
+            return search.isolated(outcome) if outcome.answers else search.curve() or outcome
         if search.complete:
             break
         if method is Method.RANGE and search.candidates.sensible is not None:
@@ -222,12 +225,6 @@ class _Search:
         found = free_curve(self.question)
         attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
         return found and found._replace(attempts=attempts)
-
-    def curve_instead(self, outcome: BlockOutcome) -> BlockOutcome:
-        """The outcome; a curve of answers instead where it has none, for rounding may have parted what all
-        but meets, or where its answers are no more than points of one.
-        """
-        return self.isolated(outcome) if outcome.answers else self.curve() or outcome
 
     def isolated(self, outcome: BlockOutcome) -> BlockOutcome:
         """The outcome without points of a curve."""

@@ -248,7 +248,7 @@ class Explorer:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
         for place in range(start, len(steps)):
             expect_time()
-            if self._broken(branch):
+            if self.model.requirements and self._broken(branch):
                 self._finish(branch)
                 return False
             step = steps[place]
@@ -270,7 +270,7 @@ class Explorer:
                     return self._assume(branch, step)
             if again is not None:
                 return again
-        if self._reopened(branch):
+        if branch.void and self._reopened(branch):
             return True
         self._finish(branch)
         return False
@@ -287,8 +287,6 @@ class Explorer:
     def _broken(self, branch: Branch) -> bool:
         """Whether the branch leads to no answer, by a requirement on what is known. Whole turns of an angle
         are settled at its end."""
-        if not self.model.requirements:
-            return False
         broken = unmet(self.model, branch.values, branch.decided)
         asked = (self.model.requirements[fact.requirement].names for fact in broken)
         return any(all(self.graph.turn(name) is None for name in names) for names in asked)
@@ -517,8 +515,9 @@ class Explorer:
         return settled(self.graph, branch.values, self.inputs)
 
     def _finish(self, branch: Branch, loose: bool = False) -> None:
-        if self.casework.contradicted(branch):
+        if branch.signs and self.casework.contradicted(branch):
             return
         branch.values = self._settled(branch)
         decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
-        self.findings.add(branch, decided, loose, self.casework.unverified(branch))
+        unverified = bool(branch.signs) and self.casework.unverified(branch)
+        self.findings.add(branch, decided, loose, unverified)
