@@ -15,12 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.numerics.multistart import Array
-from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION
+from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION, stagnates
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 ITERATIONS = 100
 SHORTEST = 2.0**-12
+LONGER = 4.0
+"""The first share of a step that is tried, beside that of the step before."""
+PANEL = 1
+"""Columns that SuperLU takes at once: networks have few that are alike."""
 REFINEMENTS = 3
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
@@ -53,7 +57,7 @@ class SparseFactor:
         self.rows, self.n = largest, n
         matrix = scipy.sparse.csc_array((data / largest[rows], (rows, columns)), shape=(n, n))
         try:
-            self.lu: Any = scipy.sparse.linalg.splu(matrix)
+            self.lu: Any = scipy.sparse.linalg.splu(matrix, panel_size=PANEL)
         except RuntimeError as error:
             raise ZeroDivisionError("the matrix is singular") from error
 
@@ -94,6 +98,7 @@ def sparse_newton(
     x, f = start, residual(start)
     if not np.isfinite(f).all():
         return SparseRoot(x, False, 0)
+    share, before = 1.0, math.inf
     for count in range(iterations):
         try:
             factor = SparseFactor(jacobian(x), len(x))
@@ -106,13 +111,39 @@ def sparse_newton(
         length = _length(step, weight)
         if not np.isfinite(length):
             return SparseRoot(x, False, count)
-        found = _damped(residual, factor, x, step, weight, positive)
+        found = _damped(residual, factor, x, step, weight, positive, share)
+        if count == 0 and not positive and (found is None or found[2] < 1.0):
+            found = _twice(residual, jacobian, x + step, weight, length) or found
         if found is not None:
-            x, f = found
-        if found is None or length <= CONVERGED or not f.any():
+            x, f, share = found
+        if found is None or length <= CONVERGED or stagnates(length, before) or not f.any():
             converged = found is not None or length <= STAGNATION
             return SparseRoot(_refined(residual, factor, x, weight) if converged else x, converged, count)
+        share, before = min(LONGER * share, 1.0), length
     return SparseRoot(x, False, iterations)
+
+
+def _twice(
+    residual: Callable[[Array], Array],
+    jacobian: Callable[[Array], Triplets],
+    x: Array,
+    weight: Array,
+    length: float,
+) -> tuple[Array, Array, float] | None:
+    """The point after a second full step from ``x``, where the correction there is shorter than the first
+    one: what one step worsens, another may mend, as where bars turn (the watchdog of R. M. Chamberlain et
+    al., Math. Programming Study 16 (1982) 1-17)."""
+    f = residual(x)
+    if not np.isfinite(f).all():
+        return None
+    try:
+        factor = SparseFactor(jacobian(x), len(x))
+    except ArithmeticError:
+        return None
+    x = x - factor.solve(f)
+    f = residual(x)
+    shorter = np.isfinite(f).all() and _length(factor.solve(f), weight) <= length / 2.0
+    return (x, f, 1.0) if shorter else None
 
 
 def _refined(residual: Callable[[Array], Array], factor: SparseFactor, x: Array, weight: Array) -> Array:
@@ -139,9 +170,11 @@ def _damped(
     step: Array,
     weight: Array,
     positive: bool,
-) -> tuple[Array, Array] | None:
-    """The point after the longest share of the step, by halves, that shortens the correction."""
-    length, share = _length(step, weight), 1.0
+    share: float,
+) -> tuple[Array, Array, float] | None:
+    """The point after the longest share of the step, by halves from ``share``, that shortens the correction;
+    its residual, and the share."""
+    length = _length(step, weight)
     while share >= SHORTEST:
         moved = x + share * step
         ahead = np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved)
@@ -149,7 +182,7 @@ def _damped(
         if np.isfinite(there).all():
             left = _length(factor.solve(there), weight)
             if left <= (1.0 - share / 2.0) * length or left <= CONVERGED:
-                return ahead, there
+                return ahead, there, share
         share /= 2.0
     return None
 
