@@ -47,8 +47,8 @@ def _starts(question: Question) -> Iterator[tuple[Array, Array | None, bool, int
     """Points, sizes, whether unknowns that are positive are kept so, and the most iterations."""
     if not question.guesses:
         yield defined(question, _inside(question, np.zeros(len(question.unknowns)))), None, False, MOST
-    sizes = _sizes(question)
-    turning = np.array([question.turn(name) is not None for name in question.unknowns])
+    turns = np.array([question.turn(name) or math.nan for name in question.unknowns])
+    sizes, turning = _sizes(question, turns), ~np.isnan(turns)
     inside = _inside(question, np.where(turning, 0.0, sizes))
     if question.guesses:
         guesses = question.guesses
@@ -72,15 +72,13 @@ def _inside(question: Question, x: Array) -> Array:
     return np.asarray(np.clip(x, low, high))
 
 
-def _sizes(question: Question) -> Array:
-    """Of a guess its own size; else that which balances the rules."""
+def _sizes(question: Question, turns: Array) -> Array:
+    """Of a guess its own size; of an angle a quarter of its turn; else that which balances the rules."""
     names = question.kernel.known
     known = {name: v for name in names if isinstance(v := question.here[name], float)}
     balanced = nearly_balanced(question.kernel.alike, question.unknowns, known)
-    guessed = [abs(question.guesses.get(name, 0.0)) for name in question.unknowns]
-    angles = [math.nan if (turn := question.turn(n)) is None else turn / 4 for n in question.unknowns]
-    found = np.where(np.isnan(angles), balanced, angles)
-    return np.where(np.array(guessed) > 0.0, guessed, found)
+    guessed = np.abs([question.guesses.get(name, 0.0) for name in question.unknowns])
+    return np.where(guessed > 0.0, guessed, np.where(np.isnan(turns), balanced, turns / 4))
 
 
 def _negative(question: Question, candidates: Candidates) -> bool:

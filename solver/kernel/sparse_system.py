@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
-from operator import itemgetter
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -70,18 +69,19 @@ class SparseSystem:
     @cached_property
     def _told(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
         """Functions of arrays with the unknowns that they tell, in an order in which they may be followed."""
-        rules: dict[int, tuple[_Shape, int, int]] = {}
-        telling = (shape for shape in self.shapes if shape.told)
-        members = ((place, shape, m) for shape in telling for m, place in enumerate(shape.rows.tolist()))
-        for _, shape, member in sorted(members, key=itemgetter(0)):
-            for side, k in shape.told.items():
-                target = int(shape.places[k, member])
-                if target < self.n and target not in rules:
-                    rules[target] = shape, side, member
+        telling = [shape for shape in self.shapes if shape.told]
+        across = [shape.places.T.tolist() for shape in telling]
+        rules: dict[int, tuple[int, int, int]] = {}
+        members = ((place, j, m) for j, s in enumerate(telling) for m, place in enumerate(s.rows.tolist()))
+        for _, j, member in sorted(members):
+            for side, k in telling[j].told.items():
+                if (target := across[j][member][k]) < self.n and target not in rules:
+                    rules[target] = j, side, member
                     break
+        read = [{side: shape.read(side) for side in shape.told} for shape in telling]
         needed = {
-            target: [i for i in shape.places[shape.read(side), member].tolist() if i in rules]
-            for target, (shape, side, member) in rules.items()
+            target: [i for k in read[j][side] if (i := across[j][member][k]) in rules]
+            for target, (j, side, member) in rules.items()
         }
         found, order = [], TopologicalSorter(needed)
         try:
@@ -91,10 +91,9 @@ class SparseSystem:
         while order.is_active():
             groups: dict[tuple[int, int], list[int]] = {}
             for target in (ready := order.get_ready()):
-                shape, side, _ = rules[target]
-                groups.setdefault((id(shape), side), []).append(target)
-            for (_, side), targets in groups.items():
-                shape, mine = rules[targets[0]][0], [rules[target][2] for target in targets]
+                groups.setdefault(rules[target][:2], []).append(target)
+            for (j, side), targets in groups.items():
+                shape, mine = telling[j], [rules[target][2] for target in targets]
                 told = np.array(targets, dtype=np.intp)
                 found.append((shape.other(side), told, shape.places[:, mine], shape.numbers[:, mine]))
             order.done(*ready)

@@ -20,7 +20,9 @@ from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABL
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 ITERATIONS = 100
-SHORTEST = 2.0**-12
+SHORTEST, SHORTEST_POSITIVE = 2.0**-12, 2.0**-6
+"""The least share of a step that is tried; where unknowns are kept positive, one that is held back by 0
+stays so."""
 LONGER = 4.0
 """The first share of a step that is tried, beside that of the step before."""
 PANEL = 1
@@ -175,7 +177,7 @@ def _damped(
     """The point after the longest share of the step, by halves from ``share``, that shortens the correction;
     its residual, and the share."""
     length = _length(step, weight)
-    while share >= SHORTEST:
+    while share >= (SHORTEST_POSITIVE if positive else SHORTEST):
         moved = x + share * step
         ahead = np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved)
         there = residual(ahead)
