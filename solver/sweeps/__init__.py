@@ -341,27 +341,28 @@ def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
     """The primary answer of every row: the one that continues a branch, else the one that the rule says."""
     arrays = _columns(plan.inputs, columns)
     inputs = dict(zip(plan.inputs, arrays, strict=True))
-    if _is_long(plan, arrays):
-        return _in_pieces(plan, inputs, jit)
+    if _is_long(plan, arrays) and (table := _in_pieces(plan, inputs, jit)) is not None:
+        return table
     status, answers = sweep_answers(plan, arrays, jit, steady=True)
     first = kept(arrays, answers, plan.turns, len(status))
     return one_answer(inputs, plan.want, status, answers, first, own=True)
 
 
-PIECE, HEAD = 2**17, 2**10
+PIECE, HEAD = 2**17, 2**9
 """Rows whose answers are all in memory at a time, and the first of them."""
 
 
 def _is_long(plan: Plan, columns: Sequence[Array]) -> bool:
     """Whether memory for all answers is more than that for one, and too much."""
-    records, numbers = plan.records, set(plan.want) <= quantities(plan.model)
-    several = any(len(records.programs[place].endings) > 1 for place in records.order[:1])
-    return numbers and several and all(c.dtype == float and len(c) > PIECE for c in columns)
+    first = [plan.records.programs[place].endings for place in plan.records.order[:1]]
+    several = any(len(some) > 1 for some in first)
+    return several and all(c.dtype == float and len(c) > PIECE for c in columns)
 
 
-def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table:
-    """A piece begins with the last two rows before it, whose answers are known."""
-    columns, turns, steady = list(inputs.values()), plan.turns, Steady(plan.sweeper(jit), PIECE + 2)
+def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table | None:
+    """A piece begins with the last two rows before it, whose answers are known; none has symbols."""
+    columns, turns = list(inputs.values()), plan.turns
+    steady = Steady(plan.sweeper(jit), columns)
     count = len(columns[0])
     status, counts = np.zeros(count, dtype=np.int8), list[Array]()
     values = [np.empty(count) for _ in plan.want]
@@ -369,12 +370,14 @@ def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table:
         rows = slice(max(start - 2, 0), end)
         here, targets = ([column[rows] for column in found] for found in (columns, values))
         before = np.array([column[: start - rows.start] for column in targets])
-        counts.append(np.broadcast_to(np.int64(steady(here, before, targets)), end - start))
+        counts.append(np.broadcast_to(np.int64(steady(rows.start, before, targets)), end - start))
         if not counts[-1][0]:
             status[rows], answers = sweep_answers(plan, here, jit, steady=True)
             first = kept(here, answers, turns, count, rows.start, found_again(answers, before, turns))
             counts[-1] = answers.counts[start - rows.start :]
             shown = answers.chosen(first, own=True) or [np.array(np.nan) for _ in values]
+            if any(column.dtype == object for column in shown):
+                return None
             for target, column in zip(targets, shown, strict=True):
                 target[:] = column
     one = counts[0][0]

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from solver.trace.graph import FOLD, LEAVES, LOGICAL, operands
 from solver.trace.order import Order
-from solver.trace.program import Ending, Program, computed_from
+from solver.trace.program import Ending, Program, computed_from, each_of
 
 Range: TypeAlias = tuple[float, float]
 Pieces: TypeAlias = tuple[Range, ...]
@@ -63,7 +63,7 @@ class _Lean:
 
     def program(self) -> Program:
         old, order = self.old, self.order
-        holds = [list(self._parts(ending.holds)) for ending in old.endings]
+        holds = [list(each_of(self.flow, ending.holds)) for ending in old.endings]
         checks = dict.fromkeys(check for some in holds for check in some)
         told = (*order.told, *(n for n, _, _ in order.usual), *(n for key in order.keys for n in key))
         kept: dict[int, int] = {}
@@ -86,15 +86,6 @@ class _Lean:
         asked = tuple(self.nodes[n] for n in order.told if self.nodes[n] != self.flow.true)
         usual = tuple((self.nodes[n], low, high) for n, low, high in order.usual)
         return old._replace(endings=endings, order=Order(keys, asked, usual))
-
-    def _parts(self, checks: Iterable[int]) -> Iterator[int]:
-        """Conditions one by one."""
-        for check in checks:
-            kind, *parts = self.flow.nodes[check]
-            if kind == "and":
-                yield from self._parts(map(int, parts))
-            else:
-                yield check
 
     def _turn(self, check: int) -> int:
         """What is said of inputs tells most, and then how far numbers are from zero."""

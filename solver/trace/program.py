@@ -92,6 +92,16 @@ def _straight(flow: Flow, condition: int, quick: bool) -> int:
     return condition
 
 
+def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
+    """Conditions one by one."""
+    for condition in conditions:
+        kind, *parts = flow.nodes[condition]
+        if kind == "and":
+            yield from each_of(flow, map(int, parts))
+        else:
+            yield condition
+
+
 def computed_from(flow: Flow, wanted: Iterable[int]) -> set[int]:
     """What the wanted nodes are computed from, themselves included."""
     found: set[int] = set()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -14,7 +14,6 @@ from rulesheets.deadline import Interrupted
 from rulesheets.model import Value
 from solver.facts import Status
 from solver.ranking.branches import (
-    SPAN,
     Answers,
     Spans,
     continued,
@@ -27,7 +26,8 @@ from solver.ranking.branches import (
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, copied
-from solver.trace.program import Program, counts, every
+from solver.trace.program import AllAnswers, Program, counts, each_of, every
+from solver.trace.ranges import Pair, Ranges
 from solver.trace.records import Records
 
 Array: TypeAlias = NDArray[Any]
@@ -43,7 +43,11 @@ MANY = 512
 LARGE = 800
 """Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
 WIDE = 4096
-"""Rows of a steady sweep that are decided at once."""
+"""Rows of a steady sweep whose inputs are looked at together."""
+SPAN, AHEAD = 1024, 1024
+"""Rows whose other answers are told by ranges together, and how many such spans are told at once."""
+FEW = 0.5
+"""Share of the spans up to which those that ranges leave open are computed row by row."""
 TOGETHER = 2**17
 """Rows up to which the columns of a piece share a block of memory, which the next piece takes again."""
 
@@ -128,17 +132,13 @@ class AnswerKernel:
             raise NotCompilable
         self.program, self.jit, self.turns = program, jit, turns
         self.symbols, self._known = self._compiled(in_order=False, quick=True)
+        self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
 
     def _compiled(self, in_order: bool, quick: bool) -> tuple[tuple[tuple[str, ...] | None, ...], _Columns]:
         found = every(self.program, in_order, quick)
         nodes = [node for place in found.places for node in place.results]
         kernel = kernel_of(self.program.flow, (*nodes, *found.there, found.holds), self.jit, quick)
         return found.symbols, _Columns(kernel, len(nodes), len(found.there))
-
-    @property
-    def quick(self) -> Callable[..., None]:
-        """What computes the numbers of all answers, which of them are there, and where they hold."""
-        return self._known.kernel
 
     @cached_property
     def _patient(self) -> _Columns:
@@ -186,6 +186,55 @@ class AnswerKernel:
         named = [list(map(_named, plane, self.symbols)) for plane in planes]
         return Answers(counts, named, tuple(runs)), holds
 
+    # --- the answer that goes on, and what ranges tell of the others ---
+
+    @cached_property
+    def _ranges(self) -> tuple[Ranges, AllAnswers, list[int]]:
+        """Ranges of the numbers of all answers, then of all conditions."""
+        found = every(self.program, in_order=False, quick=True)
+        conditions = list(dict.fromkeys(each_of(self.program.flow, (found.holds, *found.there))))
+        nodes = [node for place in found.places for node in place.results]
+        return Ranges(self.program.flow, (*nodes, *conditions)), found, conditions
+
+    def clear(self, inputs: Sequence[Pair]) -> Array:
+        """The spans (n,), from the ranges of their inputs, in which the answers lie far apart and all holds
+        but what is asked of every row. What no span tells is asked of every row from now on.
+        """
+        told, found, conditions = self._ranges
+        pairs = told(inputs)
+        ends = np.empty((len(pairs) - len(conditions), 2, len(inputs[0][0])))
+        for target, pair in zip(ends, pairs, strict=False):
+            target[0], target[1] = pair
+        clear = far_apart(ends.reshape(len(found.places), -1, *ends.shape[1:]), np.asarray(self.turns))
+        sure = {node: pair[0] for node, pair in zip(conditions, pairs[len(ends) :], strict=True)}
+        self._asked.update(node for node, spans in sure.items() if not spans.any())
+        for node in sure.keys() - self._asked:
+            clear = clear & sure[node]
+        return clear
+
+    def each_row(self, columns: Sequence[Array], starts: Array) -> bool:
+        """Whether all is there in all rows of some spans, and two rows before each, and far apart in each."""
+        rows = starts[:, None] + np.arange(-2, SPAN)
+        planes, there, holds = self.quick([column[rows.ravel()] for column in columns])
+        numbers: Array = np.array(planes).reshape(len(planes), -1, *rows.shape)
+        ends = np.stack((numbers.min(axis=-1), numbers.max(axis=-1)), axis=2)
+        return bool(there.all() and holds.all() and far_apart(ends, np.asarray(self.turns)).all())
+
+    def one(self, place: int, columns: Sequence[Array], targets: Sequence[Array]) -> bool:
+        """Fill ``targets`` with one answer. Returns whether what is asked of every row holds."""
+        flow, key = self.program.flow, (place, len(self._asked))
+        if key not in self._single:
+            holds = reduce(lambda one, other: flow.add("and", one, other), sorted(self._asked), flow.true)
+            wanted = *self._ranges[1].places[place].results, holds
+            self._single[key] = kernel_of(flow, wanted, self.jit, unrolled=True)
+        holding = np.empty(len(columns[0]), dtype=bool)
+        self._single[key](columns, (*targets, holding))
+        return bool(holding.all())
+
+    def quick(self, columns: Sequence[Array]) -> _Found:
+        """All answers of rows, as they stand."""
+        return self._known(columns)
+
     def _sort(
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
     ) -> list[tuple[int, int]]:
@@ -211,7 +260,7 @@ class AnswerKernel:
 
     def _first_told(self, columns: Sequence[Array], start: int, end: int) -> int | None:
         """The first row of a run in which the record knows the order, looked for here and there."""
-        for rows in (np.array([start]), np.arange(start, end, SPAN)):
+        for rows in (np.array([start]), np.arange(start, end, 256)):
             here = [column[rows] for column in columns]
             knows = self._sorted(here)[2]
             if not knows.any() and "_patient" in self.__dict__:
@@ -303,55 +352,58 @@ class _Columns(NamedTuple):
 
 
 class Steady:
-    """Pieces of a sweep in which all answers of a record go on steadily: only the one that is kept leaves
-    the cache, and memory for the others serves every piece.
+    """A long sweep in pieces, of which one answer is computed row by row where all of them go on steadily.
+
+    That the others are there, count, and lie far apart is told of a span of rows at once, by the ranges of
+    their numbers; what ranges leave open (that a rule is met to rounding) is asked of every row.
     """
 
-    def __init__(self, sweeper: AnswerSweeper, size: int) -> None:
-        self.sweeper, self.size = sweeper, size
-        self._room = self._logical = np.empty((0, 0))
-        self._place = self._vain = self._waiting = 0
+    def __init__(self, sweeper: AnswerSweeper, columns: Sequence[Array]) -> None:
+        self.sweeper, self.columns = sweeper, columns
+        self._place = 0
+        self._told: tuple[object, int, Array] = None, 0, np.empty(0)
 
-    def __call__(self, columns: Sequence[Array], before: Array, targets: Sequence[Array]) -> int:
-        """Fill ``targets``, columns (n,), with the answer that goes on from ``before`` (v, 2), its numbers in
-        the first two rows. Returns how many answers each row has; 0 where that is not plain, and for some
-        pieces after such a one.
+    def __call__(self, start: int, before: Array, targets: Sequence[Array]) -> int:
+        """Fill ``targets``, columns (n,) of the rows from ``start``, with the answer that goes on from
+        ``before`` (v, 2), its numbers in the first two rows. Returns how many answers each row has, 0 where
+        that is not plain.
         """
-        if before.shape[1] < 2 or self._waiting:
-            self._waiting = max(self._waiting - 1, 0)
+        program = self.sweeper.records.programs[self.sweeper.records.order[0]]
+        kernel, (low, high) = self.sweeper.kernel(program), program.reach
+        count = len(targets[0])
+        here = [column[start : start + count] for column in self.columns]
+        if kernel is None or any(kernel.symbols) or count < WIDE:
             return 0
-        found = self._filled(columns, before, targets)
-        self._vain = self._waiting = 0 if found else 2 * self._vain + 1
-        return found
+        if before.shape[1] < 2 or not np.isfinite(before).all():
+            return 0
+        if not moving(here, WIDE).all() or not all(low < end < high for end in here[0][[0, -1]].tolist()):
+            return 0
+        clear = self._clear(kernel, start + 2, (count - 2) // SPAN)
+        open_ = [*(2 + SPAN * np.flatnonzero(~clear)), *([count - SPAN] if (count - 2) % SPAN else [])]
+        if len(open_) > FEW * len(clear) or (open_ and not kernel.each_row(here, np.array(open_))):
+            return 0
+        if not kernel.one(self._place, here, targets):
+            return 0
+        if not all((column[:2] == known).all() for column, known in zip(targets, before, strict=True)):
+            planes = kernel.quick([column[:2] for column in here])[0]
+            place, second = found_again(Answers(np.full(2, len(planes)), planes), before, self.sweeper.turns)
+            if place != second or (place != self._place and not kernel.one(place, here, targets)):
+                return 0
+            self._place = place
+        return len(program.endings)
 
-    def _filled(self, columns: Sequence[Array], before: Array, targets: Sequence[Array]) -> int:
-        sweeper, count, each = self.sweeper, len(columns[0]), len(targets)
-        program = sweeper.records.programs[sweeper.records.order[0]]
-        places, turns, (low, high) = len(program.endings), sweeper.turns, program.reach
-        kernel = sweeper.kernel(program)
-        if kernel is None or any(kernel.symbols) or count < WIDE or not np.isfinite(before).all():
-            return 0
-        if not moving(columns, WIDE).all() or not low < columns[0].min() <= columns[0].max() < high:
-            return 0
-        if len(self._room) != places * each:
-            self._room = np.empty((places * each, self.size))
-            self._logical = np.empty((places + 1, self.size), dtype=bool)
-        planes = [list(self._room[at : at + each, :count]) for at in range(0, places * each, each)]
-        logical = self._logical[:, :count]
-        guess, self._place = self._place % places, 0
-        planes[guess] = list(targets)
-        numbers = [column for plane in planes for column in plane]
-        spans = Spans(numbers, WIDE)
-        kernel.quick(columns, (*numbers, *logical), spans.take)
-        if not logical.all() or not far_apart(spans.ends().reshape(places, each, 2, -1), turns).all():
-            return 0
-        place, second = found_again(Answers(np.full(2, places), planes), before, turns)
-        if place != second:
-            return 0
-        for target, column in zip(targets, planes[place] if place != guess else (), strict=False):
-            target[:] = column
-        self._place = place
-        return places
+    def _clear(self, kernel: AnswerKernel, first: int, count: int) -> Array:
+        """Of so many spans from row ``first`` those of which ranges tell enough, if the inputs move steadily:
+        their least and largest numbers are then the first and the last.
+        """
+        known, base, clear = self._told
+        at = (first - base) // SPAN
+        if known is not kernel or (first - base) % SPAN or not 0 <= at <= at + count <= len(clear):
+            starts = np.arange(first, len(self.columns[0]) - SPAN + 1, SPAN)[: max(count, AHEAD)]
+            ends = [(column[starts - 2], column[starts + SPAN - 1]) for column in self.columns]
+            clear, at = kernel.clear([(np.minimum(*pair), np.maximum(*pair)) for pair in ends]), 0
+            self._told = kernel, first, clear
+        return clear[at : at + count]
 
 
 class AnswerSweeper:

@@ -246,9 +246,9 @@ def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
     plan.all(speed)
     (program,) = plan.records.programs
     column = np.linspace(0.99 * speed, 1.01 * speed, 1000)
-    found, logical = np.empty((3, 1000)), np.empty((4, 1000), dtype=bool)
-    AnswerKernel(program).quick([column], (*found, *logical))
-    assert logical.all()
+    planes, there, holds = AnswerKernel(program).quick([column])
+    assert there.all() and holds.all()
+    found = np.array(planes)[:, 0]
     for row in (0, 500, 999):
         answers = sorted(one for (one,) in plan.all(float(column[row])))
         assert sorted(found[:, row]) == pytest.approx(answers, rel=1e-12)
