@@ -64,6 +64,7 @@ class Ranking:
         self._suggestions = self.signs.suggestions(self.known, self.names)
         graph = planner(model).graph
         self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
+        self._differences = [name in self.signs.differences for name in (*self.read, *self.known)]
         self._aside = [name in self.signs.aside for name in self.names]
         self.angles = [name in self.signs.angles for name in self.names]
         self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
@@ -146,8 +147,8 @@ class Ranking:
         """
         positive = dict[int | None, Number]()
         below = [(top < 0.0) & (top > -np.inf) for top in tops] + [number < 0.0 for number in given]
-        for kind, negative in zip(self._kinds, below, strict=True):
-            if kind is not None:
+        for kind, difference, negative in zip(self._kinds, self._differences, below, strict=True):
+            if kind is not None and not difference:
                 positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
         return [
             0.0 if aside else positive.get(kind, 1.0)

@@ -138,6 +138,17 @@ class Signs:
             if row.any()
         }
 
+    @cached_property
+    def differences(self) -> frozenset[str]:
+        """Names that a rule gives as a difference: one below 0 says nothing of others of its kind."""
+        return frozenset(
+            side.name
+            for rule in self.model.equations
+            for side, other in ((rule.left, rule.right), (rule.right, rule.left))
+            if isinstance(side, Name) and isinstance(other, Sum)
+            if 0 < sum(isinstance(term, Negative) for term in other.terms) < len(other.terms)
+        )
+
     def floor(self, name: str) -> float:
         """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
 
