@@ -98,7 +98,7 @@ class Ranking:
         sizes = self._suggested(self._given(given))
         rows = [self._row(answer) for answer in answers]
         apart = [self._apart([FLOATS.there(number, 0.0) for number in row], sizes, FLOATS) for row in rows]
-        far = [[abs(away) > UNLIKELY for away in one] for one in apart]
+        far = [[_away(d, fixed) > UNLIKELY for d, fixed in zip(one, sizes[1], strict=True)] for one in apart]
         if all(map(any, far)):
             far = [[fixed and d > UNLIKELY for d, fixed in zip(one, sizes[1], strict=True)] for one in apart]
         return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
@@ -181,7 +181,7 @@ class Ranking:
             below = (number < -least) * there + (number < floor - least)
             negatives = negatives + weights[place] * below
             zeros = zeros + (1.0 - there) * (tops[place] > 0.0)
-            far = on.largest([far, 1.0 * (abs(apart[place]) > UNLIKELY) * there])
+            far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
@@ -214,6 +214,11 @@ class Ranking:
     def _guessed_sizes(self, decades: Sequence[Number]) -> list[Number]:
         guessed = [self.guesses.get(name) for name in self.names]
         return [FLOATS.decade(g) if g else d for g, d in zip(guessed, decades, strict=True)]
+
+
+def _away(apart: Number, determined: bool) -> Number:
+    """How far a number is from the suggested size: a small one only from a size that follows."""
+    return abs(apart) if determined else apart
 
 
 def is_measured(place: int) -> bool:

@@ -242,9 +242,15 @@ class _Rows:
             return mean
         return terms[0]
 
-    def _sum(self, node: Expression) -> _Term | None:
-        """The size of terms that are of one size, or nearly so where differences may cancel."""
-        whole = self._balance([t for n in _added(node) if (t := self._term(n)) is not None])
+    def _sum(self, node: Expression, numbers: bool = True) -> _Term | None:
+        """The size of terms that are of one size, or nearly so where differences may cancel.
+
+        ``numbers`` are left out where the others may be much larger: beside exponentials, under logarithms.
+        """
+        added = _added(node)
+        if not self.exact and (not numbers or any(map(_is_unbounded, added))):
+            added = [term for term in added if not isinstance(term, Number)]
+        whole = self._balance([t for n in added if (t := self._term(n)) is not None])
         if whole is None or not self.cancelling or not _has_difference(node) or _is_of_numbers(whole):
             return whole
         left = self._any()
@@ -306,7 +312,8 @@ class _Rows:
         return self._any()
 
     def _call(self, function: str, arguments: Sequence[Expression]) -> _Term | None:
-        terms = [self._term(argument) for argument in arguments]
+        of_sum = function in _LOGARITHMS and isinstance(arguments[0], Sum)
+        terms = [self._sum(a, numbers=False) if of_sum else self._term(a) for a in arguments]
         there = [term for term in terms if term is not None]
         if function == "sqrt":
             return there[0].times(0.5) if there else None
@@ -320,6 +327,10 @@ class _Rows:
         if self.exact or function not in _LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
         return self._any() if function in _UNBOUNDED else _ONE
+
+
+def _is_unbounded(node: Expression) -> bool:
+    return isinstance(node, Call) and node.function in _UNBOUNDED
 
 
 def _is_of_numbers(term: _Term) -> bool:
