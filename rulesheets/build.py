@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 from rulesheets.checks import check
 from rulesheets.checks.marks import check_figures
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse
-from rulesheets.expand import Expansion, expand
+from rulesheets.expand import Expansion
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Model, Variable
@@ -41,34 +41,32 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     units = library_of(program.units)
     variables = declared(program.rows, units)
     refuse(_wrong_units(program, units))
-    expansion = expand(program)
+    expansion = Expansion(program)
+    passed = _passed(program)
+    for local in (False, True):  # rows of the sheet, then names of its rules, then locals of the calls
+        for full in expansion.names:
+            if ("." in full) is local and full not in variables:
+                variables[full] = Variable(full, posted=not local, passed=full in passed)
     python = tuple(map(os.path.abspath, program.python))
     model = Model(
         name=name,
-        variables=_variables(program, variables, expansion),
-        equations=expansion.equations,
-        conditions=expansion.conditions,
+        variables=variables,
+        equations=tuple(expansion.equations),
+        conditions=tuple(expansion.conditions),
         figures=program.sheet.figures,
-        requirements=expansion.requirements,
+        requirements=tuple(expansion.requirements),
         limits=program.limits,
         notes=tuple(_respelt(program)),
         files=(*files, *python),
         python=python,
         units=units,
     )
-    model = _with_differences(model, program)
+    if found := differences(model):  # of temperatures, which are converted as such
+        rows = (row for row in program.rows if row.name in found)
+        changed = {row.name: valued(replace(model.variables[row.name], difference=True), row) for row in rows}
+        model = replace(model, variables={**model.variables, **changed})
     refuse(check_figures(program, model.variables))
     return model
-
-
-def _with_differences(model: Model, program: Program) -> Model:
-    """The model, in which differences of temperatures are converted as such."""
-    found = differences(model)
-    if not found:
-        return model
-    rows = (row for row in program.rows if row.name in found)
-    changed = {row.name: valued(replace(model.variables[row.name], difference=True), row) for row in rows}
-    return replace(model, variables={**model.variables, **changed})
 
 
 def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Condition]:
@@ -114,19 +112,6 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
                 return
 
 
-def _variables(
-    program: Program, rows: Mapping[str, Variable], expansion: Expansion
-) -> Mapping[str, Variable]:
-    """Rows of the sheet, then names of its rules, then locals of the calls."""
-    variables = dict(rows)
-    passed = _passed(program)
-    for local in (False, True):
-        for name in expansion.names:
-            if ("." in name) is local and name not in variables:
-                variables[name] = Variable(name, posted=not local, passed=name in passed)
-    return variables
-
-
 def _passed(program: Program) -> set[str]:
     """Names that the sheet's own rules only pass from the results of one call to the arguments of another."""
     if not program.functions:
@@ -140,12 +125,8 @@ def _passed(program: Program) -> set[str]:
             for part in parts:
                 is_call = isinstance(part, CallRule) and part.function.lower() in program.functions
                 if isinstance(part, CallRule):
-                    results |= _plain(part.results)
-                    arguments |= _plain(part.arguments)
+                    results.update(n.name for n in part.results if isinstance(n, Name))
+                    arguments.update(n.name for n in part.arguments if isinstance(n, Name))
                 rest = (n for n in children(part) if not (is_call and isinstance(n, Name)))
                 used.update(name for node in rest for name in names(node))
     return (results & arguments) - used
-
-
-def _plain(actuals: tuple[Expression, ...]) -> set[str]:
-    return {actual.name for actual in actuals if isinstance(actual, Name)}

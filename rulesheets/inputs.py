@@ -80,7 +80,7 @@ def constant(expression: Expression) -> Value:
     return number
 
 
-def declared(rows: tuple[VariableRow, ...], units: Library) -> Mapping[str, Variable]:
+def declared(rows: tuple[VariableRow, ...], units: Library) -> dict[str, Variable]:
     """The variables of the rows, in their order, with the ``units`` of their sheet.
 
     Raises RuleSheetError with everything that is wrong with units, values, guesses and ranges.

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
 from rulesheets.evaluate import Undefined, value
 from rulesheets.syntax import Span
-from rulesheets.syntax.nodes import Comparison, Expression, Name, Range, measured, names, units_of
+from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
 
 class Bound(NamedTuple):
@@ -66,14 +66,6 @@ def _narrowed(limits: Range, bound: Bound) -> Range:
         return replace(limits, low=low, lower=expression, low_open=is_open)
     high = limits.high if number is None else number
     return replace(limits, high=high, upper=expression, high_open=is_open)
-
-
-def ends(name: str, limits: Range) -> Iterator[Comparison]:
-    """The ends of a range that name variables, as comparisons with the variable that it bounds."""
-    if limits.lower is not None and measured(limits.lower) is None:
-        yield Comparison(">" if limits.low_open else ">=", Name(name), limits.lower, limits.span)
-    if limits.upper is not None and measured(limits.upper) is None:
-        yield Comparison("<" if limits.high_open else "<=", Name(name), limits.upper, limits.span)
 
 
 def empty_range(span: Span | None) -> Diagnosis:
