@@ -14,7 +14,6 @@ from rulesheets.expand import Expansion
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Model, Variable
-from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
     CallRule,
@@ -82,10 +81,8 @@ def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Co
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules, and figures, whose units are unknown."""
     for figure in program.sheet.figures:
-        span = figure.span
-        head = span and Span(span.source, span.start, span.start + len("figure"))
         try:
-            unit_named(figure.unit or "", head, units)
+            unit_named(figure.unit or "", figure.span and figure.span.part(0, len("figure")), units)
         except RuleSheetError as wrong:
             yield from wrong.diagnoses
     for part in _rule_parts(program, _MEASURE):

@@ -58,11 +58,14 @@ def _complaints(program: Program) -> Iterator[Diagnosis]:
 
 def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
     yield from check_names(scope)
-    yield from check_nesting(scope)
-    yield from check_tuples(scope)
-    yield from check_symbols(scope)
-    yield from check_givens(scope)
-    yield from check_calls(scope)
+    yield from check_shapes(scope)
+    yield from check_nodes(scope)
+    for call in scope.calls:
+        function = scope.program.functions.get(call.function.lower())
+        if function is not None:
+            yield from _check_rule_function(call, function, scope)
+        else:
+            yield from check_builtin(call, scope.program.functions, scope.names)
 
 
 @dataclass(frozen=True)
@@ -94,11 +97,14 @@ class Scope:
         return found
 
     @cached_property
+    def unlike(self) -> list[RuleBody]:
+        """The parts but for rules that are like others, of which nothing but the names is to be checked."""
+        return [part for part in self.parts if not isinstance(part, Equality) or part.like is None]
+
+    @cached_property
     def nodes(self) -> list[Expression | Condition]:
-        """All that the rules are made of, in source order, but for rules that are like others: of these,
-        nothing but their names is to be checked."""
-        parts = (part for part in self.parts if not _is_like(part))
-        return [node for part in parts for operand in children(part) for node in walk(operand)]
+        """All that the rules are made of, in source order, but for rules that are like others."""
+        return [node for part in self.unlike for operand in children(part) for node in walk(operand)]
 
     @cached_property
     def places(self) -> dict[str, RuleBody]:
@@ -133,20 +139,13 @@ class Scope:
                 yield call, function
 
 
-def _is_like(part: RuleBody) -> bool:
-    return isinstance(part, Equality) and part.like is not None
-
-
 # --- places ---------------------------------------------------------------------
 
 
 def head_of(function: Function) -> Span | None:
     """The first line of a function: what it is called and what it takes."""
     span = function.span
-    if span is None:
-        return None
-    head = span.text.partition("\n")[0].split('"')[0].rstrip()
-    return Span(span.source, span.start, span.start + len(head))
+    return span and span.part(0, len(span.text.partition("\n")[0].split('"')[0].rstrip()))
 
 
 def name_in(call: Call | CallRule) -> Span | None:
@@ -155,14 +154,7 @@ def name_in(call: Call | CallRule) -> Span | None:
     if span is None:
         return None
     start = span.text.lower().find(call.function.lower(), 4 if isinstance(call, CallRule) else 0)
-    if start < 0:
-        return span
-    return Span(span.source, span.start + start, span.start + start + len(call.function))
-
-
-def _row_name(row: Span | None, name: str) -> Span | None:
-    """The place of the name at the start of its row."""
-    return Span(row.source, row.start, row.start + len(name)) if row else None
+    return span if start < 0 else span.part(start, len(call.function))
 
 
 def _usage(function: Function) -> str:
@@ -181,15 +173,6 @@ _ELSEWHERE = {
 """What stands in place of functions that people know from EES."""
 
 
-def check_calls(scope: Scope) -> Iterator[Diagnosis]:
-    for call in scope.calls:
-        function = scope.program.functions.get(call.function.lower())
-        if function is not None:
-            yield from _check_rule_function(call, function, scope)
-        else:
-            yield from check_builtin(call, scope.program.functions, scope.names)
-
-
 def _check_rule_function(call: Call | CallRule, function: Function, scope: Scope) -> Iterator[Diagnosis]:
     name, head = function.name, head_of(function)
     if len(call.arguments) != len(function.arguments):
@@ -206,8 +189,15 @@ def _check_rule_function(call: Call | CallRule, function: Function, scope: Scope
         places = labels((call.span, f"{plural(given, 'result')} asked for"), (head, "defined here"))
         yield error("E204", message, *places, notes=(note,))
     for parameter in function.parameters:
-        if parameter not in scope.names:
-            yield _unknown_parameter(call, function, parameter, scope)
+        if parameter in scope.names:
+            continue
+        cure = f"add {parameter} to the parameters of {scope.title}"
+        if scope.function is None:
+            cure = f"name {parameter} in the variables section or in a rule of this sheet"
+        message = f"{name} has the parameter {parameter}, but {scope.title} has no variable {parameter}"
+        notes = (*suggestion(parameter, scope.names), cure)
+        places = labels((call.span, "called here"), (head, f"{parameter} is its parameter"))
+        yield error("E205", message, *places, notes=notes)
 
 
 def _argument_count(
@@ -217,16 +207,6 @@ def _argument_count(
     places = labels((call.span, f"{plural(count, 'argument')} given"), (head, "defined here"))
     message = f"{name} takes {expected}, not {count or 'none'}"
     return error("E203", message, *places, notes=(f"it is called as {usage}",))
-
-
-def _unknown_parameter(call: Call | CallRule, function: Function, parameter: str, scope: Scope) -> Diagnosis:
-    cure = f"add {parameter} to the parameters of {scope.title}"
-    if scope.function is None:
-        cure = f"name {parameter} in the variables section or in a rule of this sheet"
-    message = f"{function.name} has the parameter {parameter}, but {scope.title} has no variable {parameter}"
-    head = head_of(function), f"{parameter} is its parameter"
-    notes = (*suggestion(parameter, scope.names), cure)
-    return error("E205", message, *labels((call.span, "called here"), head), notes=notes)
 
 
 def check_builtin(
@@ -291,13 +271,15 @@ LONG = 300
 
 def check_size(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     """At most one diagnosis; the calls of the functions must not go round."""
-    callees = {
-        name: [function.name.lower() for _, function in scope.callees()] for name, scope in functions.items()
-    }
-    sizes: dict[str, tuple[int, int]] = {}
+    scopes = {**functions, "": sheet}
+    callees = {name: [called.name.lower() for _, called in scope.callees()] for name, scope in scopes.items()}
+    sizes: dict[str, tuple[int, int]] = {}  # equations of a scope with its calls, and how deep these nest
     for name in TopologicalSorter(callees).static_order():
-        sizes[name] = _size(functions[name], sizes)
-    equations, depth = _size(sheet, sizes)
+        called = [sizes[callee] for callee in callees[name]]
+        own = sum(isinstance(part, Equality) for part in scopes[name].parts)
+        depth = max((1 + depth for _, depth in called), default=0)
+        sizes[name] = own + sum(equations for equations, _ in called), depth
+    equations, depth = sizes[""]
     place = next((call.span for call, _ in sheet.callees()), None)
     if depth > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
@@ -308,22 +290,20 @@ def check_size(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnos
     yield said("E216", reason, place, "call fewer functions in functions", label="called here")
 
 
-def _size(scope: Scope, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
-    """Equations of a scope with those of its calls, and how deep the calls nest in it."""
-    called = [sizes[function.name.lower()] for _, function in scope.callees()]
-    own = sum(isinstance(part, Equality) for part in scope.parts)
-    return own + sum(equations for equations, _ in called), max((d + 1 for _, d in called), default=0)
-
-
-def check_nesting(scope: Scope) -> Iterator[Diagnosis]:
-    """Expressions too deep to work on, such as a product of a thousand factors."""
-    parts = (part for part in scope.parts if not _is_like(part))
-    for operand in (operand for part in parts for operand in children(part)):
-        span = operand.span
-        if span is not None and span.end - span.start > LONG and _nesting(operand) > MAX_NESTING:
-            message = f"this expression nests more than {MAX_NESTING} levels deep"
-            label = "every factor of a long product is a level"
-            yield said("E217", message, span, "split it over several rules", label=label)
+def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
+    """Tuples of unlike length, and expressions too deep to work on: a product of a thousand factors."""
+    for part in scope.unlike:
+        for operand in children(part):
+            span = operand.span
+            if span is not None and span.end - span.start > LONG and _nesting(operand) > MAX_NESTING:
+                message = f"this expression nests more than {MAX_NESTING} levels deep"
+                label = "every factor of a long product is a level"
+                yield said("E217", message, span, "split it over several rules", label=label)
+        if isinstance(part, Equality) and len(part.left) != len(part.right):
+            left, right = len(part.left), len(part.right)
+            message = f"the two sides differ in length: {left} on the left, {right} on the right"
+            note = "write as many expressions on either side, as in (a, b) = (c, d)"
+            yield said("E213", message, part.span, note, label="one equation for each pair")
 
 
 def _nesting(node: Expression | Condition) -> int:
@@ -345,7 +325,7 @@ currents need them: a function is always followed by a parenthesis, so nothing i
 def check_names(scope: Scope) -> Iterator[Diagnosis]:
     """Names of functions that stand for variables, in the section or the head and then in rules."""
     if scope.function is None:
-        declared = [(row.name, _row_name(row.span, row.name)) for row in scope.program.rows]
+        declared = [(row.name, row.span and row.span.part(0, len(row.name))) for row in scope.program.rows]
     else:
         declared = [(name, head_of(scope.function)) for name in scope.declared]
     own = {function.name: function for function in scope.program.functions.values()}
@@ -370,7 +350,7 @@ def _name_of_function(name: str, place: Span | None, function: Function | None) 
 def check_rows(program: Program) -> Iterator[Diagnosis]:
     first: dict[str, Span | None] = {}
     for row in program.rows:
-        place = _row_name(row.span, row.name)
+        place = row.span and row.span.part(0, len(row.name))
         if row.name in first:
             places = labels((place, "again"), (first[row.name], "first here"))
             message = f"{row.name} stands twice in the variables section"
@@ -390,21 +370,19 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
                 yield said("E218", message, node.span, *notes)
 
 
-def check_givens(scope: Scope) -> Iterator[Diagnosis]:
-    for node in scope.nodes:
-        if isinstance(node, Given) and node.name not in scope.names:
-            message = f"given('{node.name}) asks for a variable that is not there"
-            notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
-            yield said("E214", message, node.span, *notes)
-
-
-def check_symbols(scope: Scope) -> Iterator[Diagnosis]:
-    """Symbols in arithmetic (not those that a call passes on), and those that are compared by order."""
-    own = scope.program.functions
-    for node in scope.nodes if Symbol in set(map(type, scope.nodes)) else ():
+def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
+    """Symbols in arithmetic (not those that a call passes on), and those that are compared by order; names
+    that ``given`` asks for."""
+    own, kinds = scope.program.functions, set(map(type, scope.nodes))
+    for node in () if kinds.isdisjoint((Symbol, Given)) else scope.nodes:
         if isinstance(node, Call) and node.function.lower() in own:
             continue
-        if not isinstance(node, Comparison):
+        if isinstance(node, Given):
+            if node.name not in scope.names:
+                message = f"given('{node.name}) asks for a variable that is not there"
+                notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
+                yield said("E214", message, node.span, *notes)
+        elif not isinstance(node, Comparison):
             yield from _symbols_in(node)
         elif node.operator not in ("=", "<>"):
             symbol = next((side for side in (node.left, node.right) if isinstance(side, Symbol)), None)
@@ -433,15 +411,6 @@ def check_constant(expression: Expression) -> Iterator[Diagnosis]:
         if isinstance(node, Call):
             yield from check_builtin(node)
         yield from _symbols_in(node)
-
-
-def check_tuples(scope: Scope) -> Iterator[Diagnosis]:
-    for rule in scope.parts:
-        if isinstance(rule, Equality) and not _is_like(rule) and len(rule.left) != len(rule.right):
-            left, right = len(rule.left), len(rule.right)
-            message = f"the two sides differ in length: {left} on the left, {right} on the right"
-            note = "write as many expressions on either side, as in (a, b) = (c, d)"
-            yield said("E213", message, rule.span, note, label="one equation for each pair")
 
 
 def check_head(function: Function) -> Iterator[Diagnosis]:

@@ -86,7 +86,8 @@ def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diag
     for figure in program.sheet.figures:
         earlier = first.setdefault(figure.name, figure)
         if earlier is not figure:
-            yield _twice("figure", figure.name, _head(figure), _head(earlier))
+            places = (one.span and one.span.part(0, len("figure")) for one in (figure, earlier))
+            yield _twice("figure", figure.name, *places)
         yield from _check_figure(figure, variables, program.functions)
 
 
@@ -125,11 +126,6 @@ def _check_expression(
         elif isinstance(node, Symbol):
             message = f"the symbol '{node.name} is no coordinate"
             yield said("E233", message, node.span, "a figure is drawn from numbers")
-
-
-def _head(figure: Figure) -> Span | None:
-    span = figure.span
-    return span and Span(span.source, span.start, span.start + len("figure"))
 
 
 def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:

@@ -19,7 +19,6 @@ from rulesheets.parse.stop import (
     open_across_lines,
     two_operands,
 )
-from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Call, Condition, Equality, Expression, Inequality, Mark, Name, children
 
 _KEYWORDS = frozenset({"IF", "_THEN", "_ELSE", "CALL", "_AND", "_OR", "NOT"})
@@ -322,5 +321,6 @@ def _expected(kind: Kind) -> str:
 def _unknown_kind(mark: Mark) -> Diagnosis:
     near = closest(mark.kind, KINDS)
     note = f"did you mean {near}?" if near else f"the kinds are {', '.join(KINDS)}"
-    span = mark.span and Span(mark.span.source, mark.span.start, mark.span.start + len(mark.kind))
-    return said("E130", f"a figure has no `{mark.kind}`", span, note)
+    return said(
+        "E130", f"a figure has no `{mark.kind}`", mark.span and mark.span.part(0, len(mark.kind)), note
+    )

@@ -69,3 +69,7 @@ class Span(NamedTuple):
     @property
     def text(self) -> str:
         return self.source.text[self.start : self.end]
+
+    def part(self, start: int, length: int) -> Span:
+        """So many of its characters from ``start`` on, an offset into its text."""
+        return Span(self.source, self.start + start, self.start + start + length)
