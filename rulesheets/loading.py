@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from rulesheets.build import build
-from rulesheets.checks import duplicate_function
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error, labels, refuse, said, suggestion
+from rulesheets.checks import head_of
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, labels, refuse, said, suggestion
 from rulesheets.input_messages import expect_regular
 from rulesheets.model import Model
 from rulesheets.parse import parse, parse_file
@@ -60,12 +59,6 @@ def confined(path: str, within: str | None) -> bool:
     return os.path.realpath(path).startswith(os.path.join(folder, ""))
 
 
-def files_read(file: str | None, used: Iterable[Source]) -> tuple[str, ...]:
-    """The paths of a sheet (None: a text in no file) and of the files that it uses."""
-    paths = (*filter(None, [file]), *(source.name for source in used))
-    return tuple(map(os.path.abspath, paths))
-
-
 def near_files(path: str) -> tuple[str, ...]:
     """The note on a file that is not there: its folder is not either, or holds one that is spelt alike."""
     folder, name = os.path.split(path)
@@ -95,17 +88,11 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
     source = Source(name, readable.replace("\r\n", "\n"))
     here = Span(source, len(source.text), len(source.text) + 1)
     if b"\0" in data:
-        return error(
-            "E303",
-            f"{name} is a binary file, not a rule sheet",
-            notes=("a rule sheet is a UTF-8 text file",),
-        )
-    return error(
-        "E303",
-        f"{name} is not UTF-8 text",
-        *([Label(here, f"byte 0x{data[place]:02x} is no character")] if is_sheet(name) else []),
-        notes=("save the sheet in the encoding UTF-8",),
-    )
+        note = "a rule sheet is a UTF-8 text file"
+        return said("E303", f"{name} is a binary file, not a rule sheet", None, note)
+    label = f"byte 0x{data[place]:02x} is no character"
+    note = "save the sheet in the encoding UTF-8"
+    return said("E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label)
 
 
 class File(NamedTuple):
@@ -128,27 +115,22 @@ def gather(
     """
     key = os.path.realpath(path) if path else source.name
     first = File(key, source.name, folder, parsed(source, path))
-    gathering = _Gathering(within, python)
-    gathering.follow(first)
-    refuse(gathering.complaints)
-    return Program(
-        first.sheet, gathering.functions, tuple(gathering.texts), tuple(gathering.units), tuple(gathering.ran)
-    )
+    found = _Gathering(first, within, python)
+    refuse(found.complaints)
+    return Program(first.sheet, found.functions, tuple(found.texts), tuple(found.units), tuple(found.ran))
 
 
-@dataclass
 class _Gathering:
-    within: str | None
-    python: bool
-    functions: dict[str, Function] = field(default_factory=dict)
-    complaints: list[Diagnosis] = field(default_factory=list)
-    texts: list[Source] = field(default_factory=list)
-    units: list[UnitRow] = field(default_factory=list)
-    seen: set[str] = field(default_factory=set)
-    ran: list[str] = field(default_factory=list)
+    """Depth-first over the uses, with a stack, so that no chain of files is too long."""
 
-    def follow(self, first: File) -> None:
-        """Depth-first over the uses, with a stack, so that no chain of files is too long."""
+    def __init__(self, first: File, within: str | None, python: bool) -> None:
+        self.within, self.python = within, python
+        self.functions: dict[str, Function] = {}
+        self.complaints: list[Diagnosis] = []
+        self.texts: list[Source] = []
+        self.units: list[UnitRow] = []
+        self.seen: set[str] = set()
+        self.ran: list[str] = []
         trail = [first]
         pending = [self.enter(first)]
         while trail:
@@ -168,7 +150,10 @@ class _Gathering:
         for function in file.sheet.functions:
             earlier = self.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
-                self.complaints.append(duplicate_function(function, earlier))
+                message = f"the function {function.name} is defined twice"
+                places = (head_of(function), "defined again"), (head_of(earlier), "first defined here")
+                note = "give one of the two another name (capitals do not count in function names)"
+                self.complaints.append(error("E206", message, *labels(*places), notes=(note,)))
         for use in file.sheet.uses:
             if use.python:
                 for path in use.paths:
@@ -180,7 +165,12 @@ class _Gathering:
         """Run a file of Python that registers functions, if that is allowed."""
         shown = os.path.normpath(os.path.join(file.folder, path))
         if not self.python:
-            self.complaints.append(_not_allowed(path, place))
+            message = f"the sheet needs the Python file {path}, which is not allowed to run"
+            note = (
+                "a Python file can do anything that you can: read it, and if you trust it, give "
+                "--allow-python (allow_python=True in Python)"
+            )
+            self.complaints.append(said("E313", message, place, note, label="named here"))
         elif not confined(shown, self.within):
             self.complaints.append(outside(path, place))
         elif not os.path.exists(shown):
@@ -202,30 +192,27 @@ class _Gathering:
             return None
         circle = [file.key for file in trail]
         if key in circle:
-            shown_trail = [file.shown for file in trail[circle.index(key) :]]
-            self.complaints.append(_circle(shown_trail, place))
+            names = [os.path.basename(file.shown) for file in trail[circle.index(key) :]]
+            message = "a file uses itself" if len(names) == 1 else "files use each other in a circle"
+            ring = " → ".join((*names, names[0]))
+            note = f"the way round: {ring}; move what both need into a file of its own"
+            self.complaints.append(said("E307", message, place, note, label="closes the circle"))
             return None
         if key in self.seen:
             return None
         if not os.path.exists(shown):
             self.complaints.append(_missing(path, shown, place))
             return None
-        source = _read(shown, place)
+        try:
+            source = read_source(shown)
+        except RuleSheetError as wrong:
+            used = labels((place, "used here"))
+            told = (one._replace(labels=(*one.labels, *used)) for one in wrong.diagnoses)
+            raise RuleSheetError(*told) from None
         self.texts.append(source)
         file = File(key, shown, os.path.dirname(shown), parsed(source, shown))
         self.complaints.extend(_only_functions(file, path, place))
         return file
-
-
-def _read(path: str, place: Span | None) -> Source:
-    """The text of a used file; what keeps it from being read is told with the place of the ``use``."""
-    try:
-        return read_source(path)
-    except RuleSheetError as wrong:
-        used = labels((place, "used here"))
-        raise RuleSheetError(
-            *(one._replace(labels=(*one.labels, *used)) for one in wrong.diagnoses)
-        ) from None
 
 
 def parsed(source: Source, path: str | None) -> RuleSheet:
@@ -238,32 +225,19 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
     except RuleSheetError:
         if path is None or is_sheet(path):
             raise
-        raise RuleSheetError(_no_sheet(source.name)) from None
-
-
-def _no_sheet(name: str) -> Diagnosis:
-    note = f"a sheet that ends in {ENDING} is shown where it is wrong"
-    return error("E312", f"{name} is no rule sheet", notes=(note,))
+        note = f"a sheet that ends in {ENDING} is shown where it is wrong"
+        raise RuleSheetError(said("E312", f"{source.name} is no rule sheet", None, note)) from None
 
 
 def outside(path: str, place: Span | None = None) -> Diagnosis:
-    return said(
-        "E311",
-        f"{path} lies outside the folder that sheets are confined to",
-        place,
-        "links count as the files that they lead to",
-    )
+    message = f"{path} lies outside the folder that sheets are confined to"
+    return said("E311", message, place, "links count as the files that they lead to")
 
 
 def place_of(path: str, use: Use) -> Span | None:
     """Where a ``use`` names the path, quotes included."""
-    if use.span is None:
-        return None
-    start = use.span.text.find(f'"{path}"')
-    if start < 0:
-        return use.span
-    start += use.span.start
-    return Span(use.span.source, start, start + len(path) + 2)
+    start = use.span.text.find(f'"{path}"') if use.span is not None else -1
+    return use.span if use.span is None or start < 0 else use.span.part(start, len(path) + 2)
 
 
 def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
@@ -271,46 +245,18 @@ def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
     return said("E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}")
 
 
-def _not_allowed(path: str, place: Span | None) -> Diagnosis:
-    return said(
-        "E313",
-        f"the sheet needs the Python file {path}, which is not allowed to run",
-        place,
-        "a Python file can do anything that you can: read it, and if you trust it, give --allow-python "
-        "(allow_python=True in Python)",
-        label="named here",
-    )
-
-
-def _circle(shown: list[str], place: Span | None) -> Diagnosis:
-    ring = " → ".join(os.path.basename(name) for name in (*shown, shown[0]))
-    message = "a file uses itself" if len(shown) == 1 else "files use each other in a circle"
-    return said(
-        "E307",
-        message,
-        place,
-        f"the way round: {ring}; move what both need into a file of its own",
-        label="closes the circle",
-    )
-
-
 def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
-    rule = next(rules_of(file.sheet), None)
-    figure = next(iter(file.sheet.figures), None)
-    if rule is not None:
+    if (rule := next(rules_of(file.sheet), None)) is not None:
         found, where, label = "rules", rule.span, "a rule outside any function"
-    elif figure is not None:
-        found, where, label = "figures", figure.span, "a figure"
+    elif file.sheet.figures:
+        found, where, label = "figures", file.sheet.figures[0].span, "a figure"
     elif file.sheet.variables is not None:
         found, where, label = "a variables section", None, ""
     else:
         return
-    yield error(
-        "E308",
-        f"{path} cannot be used: it has {found} of its own",
-        *labels((place, "used here"), (where if is_sheet(file.key) else None, label)),
-        notes=("a used file may hold functions and units only; move them into a file of their own",),
-    )
+    places = labels((place, "used here"), (where if is_sheet(file.key) else None, label))
+    note = "a used file may hold functions and units only; move them into a file of their own"
+    yield error("E308", f"{path} cannot be used: it has {found} of its own", *places, notes=(note,))
 
 
 MAIN_SHEET = "model.tk"
@@ -333,7 +279,9 @@ def load(
     folder = None if within is None else os.fsdecode(within)
     if not confined(file, folder):
         raise RuleSheetError(outside(file))
-    return _model(read_source(file), os.path.dirname(file), file, _model_name(file), folder, allow_python)
+    parent, base = os.path.split(os.path.abspath(file))
+    name = escaped(os.path.basename(parent) if base == MAIN_SHEET else os.path.splitext(base)[0])
+    return _model(read_source(file), os.path.dirname(file), file, name, folder, allow_python)
 
 
 def loads(
@@ -368,16 +316,11 @@ def _model(
     gc.disable()
     try:
         program = gather(source, folder, file, within, python)
-        return build(program, name, files_read(file, program.texts))
+        paths = (*filter(None, [file]), *(used.name for used in program.texts))
+        return build(program, name, tuple(map(os.path.abspath, paths)))
     finally:
         if collecting:
             gc.enable()
-
-
-def _model_name(file: str) -> str:
-    """The name of the folder for ``model.tk``, else that of the file."""
-    folder, base = os.path.split(os.path.abspath(file))
-    return escaped(os.path.basename(folder) if base == MAIN_SHEET else os.path.splitext(base)[0])
 
 
 def find_sheet(path: str) -> str:
@@ -395,14 +338,10 @@ def find_sheet(path: str) -> str:
     if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
         return path
     here = sorted(name for name in os.listdir() if name.endswith(".tk"))
-    raise RuleSheetError(
-        error(
-            "E309",
-            f"there is no rule sheet and no shipped model {bare}",
-            notes=suggestion(bare, (*shipped_models(), *here))
-            or ("a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",),
-        )
+    notes = suggestion(bare, (*shipped_models(), *here)) or (
+        "a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",
     )
+    raise RuleSheetError(error("E309", f"there is no rule sheet and no shipped model {bare}", notes=notes))
 
 
 def find_variable_sheet(path: str, sheet: str) -> str:
@@ -417,19 +356,15 @@ def find_variable_sheet(path: str, sheet: str) -> str:
         return found
     there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
     notes = suggestion(path, there) or ((f"beside {sheet} there are {', '.join(there)}",) if there else ())
-    raise RuleSheetError(
-        error("E310", f"there is no variable sheet {path}, neither here nor beside {sheet}", notes=notes)
-    )
+    message = f"there is no variable sheet {path}, neither here nor beside {sheet}"
+    raise RuleSheetError(error("E310", message, notes=notes))
 
 
 def shipped_models() -> tuple[str, ...]:
     """The names of the models that come with the package."""
     folder = _models_folder()
-    if not os.path.isdir(folder):
-        return ()
-    return tuple(
-        name for name in sorted(os.listdir(folder)) if os.path.isfile(os.path.join(folder, name, MAIN_SHEET))
-    )
+    there = sorted(os.listdir(folder)) if os.path.isdir(folder) else ()
+    return tuple(name for name in there if os.path.isfile(shipped_model(name)))
 
 
 def shipped_model(name: str) -> str:

@@ -433,12 +433,3 @@ def check_head(function: Function) -> Iterator[Diagnosis]:
             note = "a name is either an argument, a result or a parameter, and is listed once"
             label = f"{name} has one role too many"
             yield said("E209", f"{name} is {role} of {function.name}", place, note, label=label)
-
-
-def duplicate_function(function: Function, first: Function) -> Diagnosis:
-    return error(
-        "E206",
-        f"the function {function.name} is defined twice",
-        *labels((head_of(function), "defined again"), (head_of(first), "first defined here")),
-        notes=("give one of the two another name (capitals do not count in function names)",),
-    )

@@ -5,6 +5,7 @@ nodes, tuples of nodes, and tokens (strings that know ``start_pos`` and ``end_po
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
@@ -12,8 +13,10 @@ from typing import Any, NamedTuple, TypeAlias
 from lark import Token
 
 from rulesheets.diagnosis import RuleSheetError, said
-from rulesheets.parse.ranges import Bound, bounded, limit
+from rulesheets.evaluate import Undefined, value
+from rulesheets.input_messages import empty_range, wrong_range
 from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
 Children: TypeAlias = Sequence[Any]
 Expressions: TypeAlias = tuple[nodes.Expression, ...]
@@ -217,7 +220,7 @@ class Builder:
             guess=expression if sign == "~" else None,
             unit=unit,
             display_unit=display,
-            range=bounded(ranges),
+            range=_bounded(ranges),
             span=self._of(name),
             tolerance=tolerance,
         )
@@ -237,12 +240,12 @@ class Builder:
         sign, expression = children
         operator = _RELATIONS.get(sign, str(sign))
         span = self._span(self._start(sign), expression.span.end)
-        return (Bound(operator, limit(expression), span),)
+        return (Bound(operator, _limit(expression), span),)
 
     def interval(self, children: Children) -> tuple[Bound, ...]:
         word, low, high, closing = children
         span = self._span(self._start(word), self._end(closing))
-        return Bound(">=", limit(low), span), Bound("<=", limit(high), span)
+        return Bound(">=", _limit(low), span), Bound("<=", _limit(high), span)
 
     # --- section heads ---
 
@@ -266,3 +269,51 @@ class Builder:
     def head(self, children: Children) -> nodes.Function:
         name, arguments, results = children
         return nodes.Function(str(name), arguments, results or (), (), ())
+
+
+class Bound(NamedTuple):
+    """``< 5`` and the like, beside a name in the variables section; ``limit`` may name variables."""
+
+    operator: str
+    limit: float | Expression
+    span: Span
+
+
+def _limit(expression: Expression) -> float | Expression:
+    """The value of an expression of numbers; ``3[in]`` and one that names variables as it is."""
+    if measured(expression) is not None:
+        return expression
+    if (unit := next(units_of(expression), None)) is not None:
+        reason = f"a bound is one number with its unit, and {unit} stands in an expression"
+        raise RuleSheetError(wrong_range(reason, expression.span))
+    if any(names(expression)):
+        return expression
+    try:
+        return value(expression, {})
+    except Undefined as undefined:
+        reason = f"this bound has no value: {undefined}"
+    except KeyError as unknown:
+        reason = f"a bound is a number: there is no function {unknown.args[0]}"
+    raise RuleSheetError(wrong_range(reason, expression.span))
+
+
+def _bounded(bounds: Sequence[Bound]) -> Range | None:
+    """All bounds of a row together, each end once; None where there are none."""
+    if not bounds:
+        return None
+    ends: dict[bool, tuple[float, Expression | None, bool]] = {}
+    for operator, limit, span in bounds:
+        if operator == "<>":
+            raise RuleSheetError(wrong_range("<> is no bound", span))
+        lower = operator[0] == ">"
+        number, expression = (limit, None) if isinstance(limit, float) else (None, limit)
+        if lower in ends:
+            raise RuleSheetError(wrong_range("this end of the range is already set", span))
+        unset = -math.inf if lower else math.inf
+        ends[lower] = unset if number is None else number, expression, len(operator) == 1
+    low, lower_end, low_open = ends.get(True, (-math.inf, None, False))
+    high, upper_end, high_open = ends.get(False, (math.inf, None, False))
+    span = Span(bounds[0].span.source, bounds[0].span.start, bounds[-1].span.end)
+    if low > high or (low == high and (low_open or high_open)):
+        raise RuleSheetError(empty_range(span))
+    return Range(low, high, low_open, high_open, lower_end, upper_end, span)
