@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
@@ -29,24 +29,21 @@ from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Comparison,
-    Condition,
     Equality,
     Expression,
     Name,
     Range,
     Symbol,
     VariableRow,
-    children,
     measured,
     names,
     units_of,
 )
-from rulesheets.syntax.program import rules_of
+from rulesheets.syntax.program import rules_of, walk
 from rulesheets.units import (
     cannot_show,
     converted,
     displaying,
-    part_with_unit,
     parted,
     unit_named,
     with_display_unit,
@@ -61,23 +58,20 @@ def constant(expression: Expression) -> Value:
     """
     if isinstance(expression, Symbol):
         return expression.name
-    name = next(names(expression), None)
-    if name is not None:
+    if (name := next(names(expression), None)) is not None:
         message = f"an input is a number or a symbol, and {name} is a variable"
         notes = f"for the symbol write '{name}", "to tie two variables together write a rule"
         label = "evaluated once, before anything is solved"
         raise RuleSheetError(said("E401", message, expression.span, *notes, label=label))
-    unit = next(units_of(expression), None)
-    if unit is not None:
-        raise RuleSheetError(part_with_unit(unit, expression.span))
+    if (unit := next(units_of(expression), None)) is not None:
+        message, note = f"{unit} stands inside an expression of numbers", "write one number with its unit"
+        raise RuleSheetError(said("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
     refuse(check_constant(expression))
     try:
         number = float(value(with_round_values(expression), {}))
     except Undefined as undefined:
         raise RuleSheetError(not_finite(str(undefined), expression.span)) from None
-    if not math.isfinite(number):
-        raise RuleSheetError(not_finite(f"it is {number}", expression.span))
-    return number
+    return _finite(number, expression.span)
 
 
 def declared(rows: tuple[VariableRow, ...], units: Library) -> dict[str, Variable]:
@@ -103,9 +97,11 @@ def _variable(row: VariableRow, library: Library) -> Variable:
             cannot_show(row.name, row.unit, row.display_unit, _place_of(row.display_unit, row))
         )
     bare = Variable(
-        name=row.name,
-        unit=row.unit,
-        display_unit=row.display_unit,
+        row.name,
+        None,
+        None,
+        row.unit,
+        row.display_unit,
         comment=row.comment,
         posted=True,
         span=row.span,
@@ -156,7 +152,7 @@ def _place_of(unit: str | None, row: VariableRow) -> Span | None:
         return row.span
     text = row.span.source.text
     start = text.find(unit, text.find("[", row.span.end))
-    return Span(row.span.source, start, start + len(unit)) if start >= 0 else row.span
+    return row.span if start < 0 else Span(row.span.source, start, start + len(unit))
 
 
 def _tolerance(written: nodes.Tolerance, row: VariableRow, variable: Variable) -> Tolerance:
@@ -176,16 +172,12 @@ def _guess(expression: Expression, variable: Variable) -> float:
 def symbolic(model: Model) -> frozenset[str]:
     """Variables that are given a symbol, compared with one, or tied to such a variable by a rule."""
     found = {name for name, variable in model.variables.items() if isinstance(variable.value, str)}
-    pairs = _pairs(model)
-    for condition in model.conditions:
-        pairs.extend(_compared(condition))
-    found.update(
-        side.name
-        for pair in pairs
-        if any(isinstance(side, Symbol) for side in pair)
-        for side in pair
-        if isinstance(side, Name)
-    )
+    nodes_ = (node for condition in model.conditions for node in walk(condition))
+    pairs = [(equation.left, equation.right) for equation in model.equations]
+    pairs += ((node.left, node.right) for node in nodes_ if isinstance(node, Comparison))
+    for pair in pairs:
+        if any(isinstance(side, Symbol) for side in pair):
+            found.update(side.name for side in pair if isinstance(side, Name))
     return _tied(found, pairs)
 
 
@@ -197,21 +189,13 @@ def quantities(model: Model) -> frozenset[str]:
     """
     known: frozenset[str] | None = model.__dict__.get("_quantities")
     if known is None:
-        known = model.__dict__["_quantities"] = _quantities(model)
+        variables = model.variables.values()
+        given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
+        pairs = [(equation.left, equation.right) for equation in model.equations]
+        sides = (side for pair in pairs for side in pair if not isinstance(side, Name))
+        computed = _tied({name for side in sides for name in names(side)}, pairs)
+        known = model.__dict__["_quantities"] = frozenset(given) | (computed - symbolic(model))
     return known
-
-
-def _quantities(model: Model) -> frozenset[str]:
-    declared = {
-        name for name, v in model.variables.items() if v.unit or math.isfinite(v.low) or math.isfinite(v.high)
-    }
-    pairs = _pairs(model)
-    computed = {name for pair in pairs for side in pair if not isinstance(side, Name) for name in names(side)}
-    return frozenset(declared) | (_tied(computed, pairs) - symbolic(model))
-
-
-def _pairs(model: Model) -> list[tuple[Expression, Expression]]:
-    return [(equation.left, equation.right) for equation in model.equations]
 
 
 def _tied(found: Collection[str], pairs: Collection[tuple[Expression, Expression]]) -> frozenset[str]:
@@ -227,13 +211,6 @@ def _tied(found: Collection[str], pairs: Collection[tuple[Expression, Expression
         reached.update(new)
         waiting.extend(new)
     return frozenset(reached)
-
-
-def _compared(node: Condition | Expression) -> Iterator[tuple[Expression, Expression]]:
-    if isinstance(node, Comparison):
-        yield node.left, node.right
-    for part in children(node):
-        yield from _compared(part)
 
 
 _DIGITS = frozenset("0123456789+-.eE")
@@ -264,7 +241,19 @@ def parse_value(text: str, place: Span | None = None) -> Value:
         return symbol
     if text.lower().lstrip("+-") in _NOT_SYMBOLS - {"pi"}:
         raise RuleSheetError(not_finite(f"it is {text}", place))
-    return _evaluated(text, place)
+    if not text or any(mark in text for mark in '"=;\n'):
+        raise RuleSheetError(not_a_value(text, place))
+    try:  # an expression of numbers, read as the right side of a rule
+        sheet = parse(Source("<value>", f"value = {text}"))
+    except RuleSheetError as wrong:
+        raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
+    rule = next(rules_of(sheet)).body
+    if not isinstance(rule, Equality) or len(rule.right) != 1:
+        raise RuleSheetError(not_a_value(text, place))
+    try:
+        return constant(rule.right[0])
+    except RuleSheetError as wrong:
+        raise RuleSheetError(*(one._replace(labels=(Label(place),)) for one in wrong.diagnoses)) from None
 
 
 def _plain_number(text: str) -> float | None:
@@ -296,56 +285,31 @@ def parse_input(
     middle, _, size = text.rpartition(sign) if sign else ("", "", text)
     measured = None if sign and size.rstrip().endswith("%") else parted(size)
     if variable is not None and measured is not None:
-        return _measured(*parse_input(f"{middle}{sign}{measured[0]}", place), measured[1], variable, place)
+        value, tolerance = parse_input(f"{middle}{sign}{measured[0]}", place)
+        unit = measured[1]
+        if isinstance(value, str):
+            text = f"'{value} [{unit}]"
+            where = place or Span(Source("<value>", text), 0, len(text))
+            raise RuleSheetError(not_a_value(text, where, "a symbol has no unit"))
+        (number,) = converted([value], unit, variable, place)
+        if tolerance is not None and not tolerance.percent:
+            tolerance = Tolerance(converted([tolerance.size], unit, variable, place, difference=True)[0])
+        return number, tolerance
     if not sign:
         return parse_value(text, place), None
     digits = size.strip().removesuffix("%")
-    value, number = parse_value(middle, place), parse_value(digits, place)
-    if isinstance(value, str) or isinstance(number, str) or number < 0.0:
+    value, width = parse_value(middle, place), parse_value(digits, place)
+    if isinstance(value, str) or isinstance(width, str) or width < 0.0:
         raise RuleSheetError(no_tolerance(isinstance(value, str), place))
-    return value, Tolerance(number, digits != size.strip())
-
-
-def _measured(
-    value: Value, tolerance: Tolerance | None, unit: str, variable: Variable, place: Span | None
-) -> tuple[Value, Tolerance | None]:
-    """A value and its tolerance in the unit of a variable. Raises RuleSheetError (E406, E460, E461)."""
-    if isinstance(value, str):
-        text = f"'{value} [{unit}]"
-        where = place or Span(Source("<value>", text), 0, len(text))
-        raise RuleSheetError(not_a_value(text, where, "a symbol has no unit"))
-    (number,) = converted([value], unit, variable, place)
-    if tolerance is not None and not tolerance.percent:
-        tolerance = Tolerance(converted([tolerance.size], unit, variable, place, difference=True)[0])
-    return number, tolerance
+    return value, Tolerance(width, digits != size.strip())
 
 
 def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:
     """The model with other tolerances of its variables (by full names)."""
     if not tolerances:
         return model
-    changed = {
-        name: replace(variable, tolerance=tolerances.get(name, variable.tolerance))
-        for name, variable in model.variables.items()
-    }
-    return replace(model, variables=changed)
-
-
-def _evaluated(text: str, place: Span) -> Value:
-    """The value of an expression of numbers, read by the parser as the right side of a rule."""
-    if not text or any(mark in text for mark in '"=;\n'):
-        raise RuleSheetError(not_a_value(text, place))
-    try:
-        sheet = parse(Source("<value>", f"value = {text}"))
-    except RuleSheetError as wrong:
-        raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
-    rule = next(rules_of(sheet)).body
-    if not isinstance(rule, Equality) or len(rule.right) != 1:
-        raise RuleSheetError(not_a_value(text, place))
-    try:
-        return constant(rule.right[0])
-    except RuleSheetError as wrong:
-        raise RuleSheetError(*(one._replace(labels=(Label(place),)) for one in wrong.diagnoses)) from None
+    changed = {n: replace(model.variables[n], tolerance=tolerance) for n, tolerance in tolerances.items()}
+    return replace(model, variables={**model.variables, **changed})
 
 
 def _finite(number: float, place: Span | None) -> float:
@@ -365,15 +329,17 @@ def override(
     is not finite or lies outside the range of its variable; TypeError for what is no model, or no mapping.
     """
     expect_model(model)
-    _expect_mapping(inputs, "inputs")
-    _expect_mapping(guesses, "guesses")
+    for mapping, word in ((inputs, "inputs"), (guesses, "guesses")):
+        if mapping is not None and not isinstance(mapping, Mapping):
+            kind = type(mapping).__name__
+            raise TypeError(f"{word} are a mapping of names to values, not of the type {kind}")
     complaints: list[Diagnosis] = []
     values = {name: item.value for name, item in model.variables.items() if item.value is not None}
     first = {name: item.guess for name, item in model.variables.items() if item.guess is not None}
     for name, given in (inputs or {}).items():
         try:
-            value = None if given is None else _checked(given, variable_named(name, model), model)
-            variable_named(name, model)
+            variable = variable_named(name, model)
+            value = None if given is None else _checked(given, variable, model)
             values.pop(name, None)
             if value is not None:
                 values[name] = value
@@ -381,16 +347,14 @@ def override(
             complaints.extend(wrong.diagnoses)
     for name, guess in (guesses or {}).items():
         try:
-            first[name] = _checked_guess(guess, variable_named(name, model))
+            start = _in_its_unit(guess, variable := variable_named(name, model))
+            if isinstance(start, str):
+                raise RuleSheetError(symbol_as_guess(start, None))
+            first[name] = _number(start, variable)
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
     refuse(complaints)
     return Inputs(values, first)
-
-
-def _expect_mapping(given: object, word: str) -> None:
-    if given is not None and not isinstance(given, Mapping):
-        raise TypeError(f"{word} are a mapping of names to values, not of the type {type(given).__name__}")
 
 
 def variable_named(name: str, model: Model, place: Span | None = None) -> Variable:
@@ -429,9 +393,8 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
         if symbol is None:
             why = "a text is read as a symbol, and this is none"
             note = "give numbers as numbers, and symbols by their names ('open')"
-            raise RuleSheetError(
-                said("E406", f"{given!r} is no value for {variable.name}: {why}", None, note)
-            )
+            message = f"{given!r} is no value for {variable.name}: {why}"
+            raise RuleSheetError(said("E406", message, None, note))
         if variable.name in quantities(model):
             raise RuleSheetError(symbol_for_number(symbol, variable, model))
         return symbol
@@ -451,13 +414,6 @@ def _in_its_unit(given: Any, variable: Variable) -> Any:
         base = given.to_base_units()
         return converted([_number(base.magnitude, variable)], f"{base.units:C}", variable)[0]
     return given
-
-
-def _checked_guess(given: SupportsFloat | str, variable: Variable) -> float:
-    given = _in_its_unit(given, variable)
-    if isinstance(given, str):
-        raise RuleSheetError(symbol_as_guess(given, None))
-    return _number(given, variable)
 
 
 def _number(given: SupportsFloat, variable: Variable) -> float:

@@ -70,12 +70,20 @@ def scaling(unit: str, variable: Variable) -> tuple[float, float]:
 
 def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Unit]:
     """A unit, and that of a variable, which is of its kind."""
-    if not variable.unit:
-        raise RuleSheetError(_no_unit(variable, unit, place))
-    source, target = (unit_named(text, place, variable.units) for text in (unit, variable.unit))
-    if source.bases != target.bases:
-        raise RuleSheetError(_other_kind(variable, unit, source, target, place))
-    return source, target
+    name, own = variable.name, variable.unit
+    if not own:
+        message = f"{name} has no unit, so a value in {unit} cannot be converted"
+        note = f"leave the unit out, or write {name} [{unit}] in the variables section"
+        raise RuleSheetError(said("E461", message, place, note))
+    source, target = (unit_named(text, place, variable.units) for text in (unit, own))
+    if source.bases == target.bases:
+        return source, target
+    message = f"{name} is in {own}, and {unit} measures something else"
+    note = f"give {name} in {own} or a unit of its kind"
+    if source.dimension == target.dimension:
+        message = f"{unit} and {own}, the unit of {name}, differ by an angle"
+        note = "write rev/s or rad/s for a rotation, Hz or 1/s for events"
+    raise RuleSheetError(said("E461", message, place, note))
 
 
 def unit_named(text: str, place: Span | None, units: Library) -> Unit:
@@ -131,26 +139,6 @@ def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) ->
     notes = suggestion(wrong.name, units.names()) if wrong.name else ()
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
     return said("E460", message, place, *notes)
-
-
-def _no_unit(variable: Variable, unit: str, place: Span | None) -> Diagnosis:
-    message = f"{variable.name} has no unit, so a value in {unit} cannot be converted"
-    note = f"leave the unit out, or write {variable.name} [{unit}] in the variables section"
-    return said("E461", message, place, note)
-
-
-def _other_kind(variable: Variable, unit: str, source: Unit, target: Unit, place: Span | None) -> Diagnosis:
-    message = f"{variable.name} is in {variable.unit}, and {unit} measures something else"
-    note = f"give {variable.name} in {variable.unit} or a unit of its kind"
-    if source.dimension == target.dimension:
-        message = f"{unit} and {variable.unit}, the unit of {variable.name}, differ by an angle"
-        note = "write rev/s or rad/s for a rotation, Hz or 1/s for events"
-    return said("E461", message, place, note)
-
-
-def part_with_unit(unit: str, place: Span | None) -> Diagnosis:
-    message = f"{unit} stands inside an expression of numbers"
-    return said("E461", message, place, "write one number with its unit, as in x = 3[in] [mm]")
 
 
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
@@ -222,9 +210,17 @@ class Weights:
         measures = ((name, variable.measure) for name, variable in model.variables.items())
         self.units = {name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}}
         self.rules = [rule for equation in model.equations if (rule := self._rule(equation)) is not None]
-        named = (name for name, unit in self.units.items() if _named_so(name, model.variables[name].unit))
-        self.differences = set(named)
-        self.differences -= {name for rule in self.rules for name in self._denied(rule)}
+        marked = {n: model.variables[n].unit or "" for n in self.units}
+        self.differences = {
+            name
+            for name, unit in marked.items()
+            if _DIFFERENCE.match(name.rpartition(".")[2]) or "delta" in unit or "Δ" in unit
+        }
+        denied: set[str] = set()  # some are called points by a rule: dTm = (T1 + T2)/2
+        for rule in [rule for rule in self.rules if not rule.holds(self.differences)]:
+            named = self.differences & rule.slopes[0].keys()
+            denied.update(name for name in named if rule.holds(self.differences - {name}))
+        self.differences -= denied
         for settle in (self._only_one, self._alone_on_a_side, self._of_differences, self._only_one):
             while sum(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
                 pass
@@ -251,13 +247,6 @@ class Weights:
         return Rule(equation, tuple(found)) if len(found) > 1 else None
 
     # --- what must be a difference ---
-
-    def _denied(self, rule: Rule) -> list[str]:
-        """Differences by their names that a rule calls points: ``dTm = (T1 + T2)/2``."""
-        if rule.holds(self.differences):
-            return []
-        named = self.differences & rule.slopes[0].keys()
-        return [name for name in named if rule.holds(self.differences - {name})]
 
     def _candidates(self, rule: Rule) -> list[str]:
         """The points one of which is a difference, if the others are points indeed."""
