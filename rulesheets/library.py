@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache, cached_property, reduce
@@ -42,7 +42,11 @@ class Unit:
         power = self.pi * exponent
         if power.denominator != 1:
             raise ValueError("a root of an angle in turns or degrees")
-        return Unit(_rational_power(self.factor, exponent), int(power), bases)
+        parts = [round(part ** (1 / exponent.denominator)) for part in self.factor.as_integer_ratio()]
+        root = Fraction(*parts) if exponent.denominator > 1 else self.factor
+        if root**exponent.denominator != self.factor:
+            raise ValueError(f"no exact root of {self.factor}")
+        return Unit(root**exponent.numerator, int(power), bases)
 
     def __truediv__(self, other: Unit) -> Unit:
         return self * other ** Fraction(-1)
@@ -58,16 +62,6 @@ class Unit:
         return {base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")}
 
 
-def _rational_power(number: Fraction, exponent: Fraction) -> Fraction:
-    if exponent.denominator == 1:
-        return number**exponent.numerator
-    parts = [round(part ** (1 / exponent.denominator)) for part in number.as_integer_ratio()]
-    root = Fraction(*parts)
-    if root**exponent.denominator != number:
-        raise ValueError(f"no exact root of {number}")
-    return root**exponent.numerator
-
-
 def ratio(source: Unit, target: Unit) -> float:
     """How many of ``target`` one of ``source`` is, correctly rounded but for a power of π."""
     return float(source.factor / target.factor) * math.pi ** (source.pi - target.pi)
@@ -81,11 +75,11 @@ def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float,
 
 def convert(number: float, source: Unit, target: Unit, difference: bool = False) -> float:
     """A reading in ``source`` as a reading in ``target``; of a ``difference`` no scale begins anywhere."""
-    if source.pi == target.pi:
-        shift = Fraction(0) if difference else source.offset - target.offset
-        return float((Fraction(number) * source.factor + shift) / target.factor)
-    factor, start = affine(source, target, difference)
-    return number * factor + start
+    if source.pi != target.pi:
+        factor, start = affine(source, target, difference)
+        return number * factor + start
+    shift = Fraction(0) if difference else source.offset - target.offset
+    return float((Fraction(number) * source.factor + shift) / target.factor)
 
 
 _COMMENT = re.compile(r"\{[^}]*\}|\\\w+")
@@ -159,7 +153,18 @@ class _Reader:
             unit = self.named(word["name"], self.text.index(word["name"], start))
         else:
             raise UnitError("an exponent has nothing before it", start)
-        return self.raised(unit)
+        sign = _WORD.match(self.text, self.place)
+        if sign is None or sign["raise"] is None:
+            return unit
+        exponent = _EXPONENT.match(self.text, sign.end())
+        if exponent is None:
+            raise UnitError("an exponent is missing", sign.start())
+        self.place = exponent.end()
+        number = exponent[1] or exponent[2] or exponent[3].translate(_SUPERSCRIPTS)
+        try:
+            return unit ** Fraction(number)
+        except ValueError as wrong:
+            raise UnitError(str(wrong), sign.start()) from None
 
     def named(self, name: str, place: int) -> Unit:
         """A name, or one with its exponent behind it: ``m3``."""
@@ -171,20 +176,6 @@ class _Reader:
         if parts is None or base is None:
             raise UnitError(f"no unit is called {name}", place, name)
         return base ** Fraction(parts[2])
-
-    def raised(self, unit: Unit) -> Unit:
-        word = _WORD.match(self.text, self.place)
-        if word is None or word["raise"] is None:
-            return unit
-        exponent = _EXPONENT.match(self.text, word.end())
-        if exponent is None:
-            raise UnitError("an exponent is missing", word.start())
-        self.place = exponent.end()
-        number = exponent[1] or exponent[2] or exponent[3].translate(_SUPERSCRIPTS)
-        try:
-            return unit ** Fraction(number)
-        except ValueError as wrong:
-            raise UnitError(str(wrong), word.start()) from None
 
 
 _SMALL, _LARGE = "m u n p f a z y r q", "k M G T P E Z Y R Q"
@@ -223,8 +214,15 @@ class Library:
         """Name → the first of its names, what that means, and whether it takes prefixes."""
         with open(_FILE, encoding="utf-8") as file:
             shipped = file.read().splitlines()
-        lines = (line for line in (*shipped, *self.own) if line.strip() and not line.startswith("#"))
-        return {name: found for line in lines for name, found in _defined(line)}
+        found = {}
+        for line in (*shipped, *self.own):
+            if line.strip() and not line.startswith("#"):
+                left, _, meaning = line.partition("=")
+                names = [name.strip() for name in left.split(",")]
+                for name in names:
+                    bare, first = name.removeprefix("~"), names[0].removeprefix("~")
+                    found[bare] = first, meaning.strip(), name.startswith("~")
+        return found
 
     def unit(self, text: str) -> Unit:
         """The unit of a text. Raises UnitError."""
@@ -239,20 +237,17 @@ class Library:
         key = f"\0{name}"
         if key not in self._units:
             self._units[key] = None  # a unit that is defined by itself is found to be unknown
-            self._units[key] = self._known(name) or self._prefixed(name) or _from_pint(name)
+            self._units[key] = self._defined(name) or _from_pint(name)
         return self._units[key]
 
     def names(self) -> tuple[str, ...]:
         """What a suggestion may name."""
         return tuple(self._definitions)
 
-    def _known(self, name: str) -> Unit | None:
-        if name not in self._definitions:
-            return None
-        first, meaning, _ = self._definitions[name]
-        return self.meant(meaning) if meaning else Unit(bases={first: Fraction(1)})
-
-    def _prefixed(self, name: str) -> Unit | None:
+    def _defined(self, name: str) -> Unit | None:
+        if name in self._definitions:
+            first, meaning, _ = self._definitions[name]
+            return self.meant(meaning) if meaning else Unit(bases={first: Fraction(1)})
         for length in (1, 2):
             power, rest = PREFIXES.get(name[:length]), name[length:]
             if power is not None and rest in self._definitions and self._definitions[rest][2]:
@@ -273,13 +268,6 @@ class Library:
         offset = Fraction(start or 0) * (self.unit(begun) if begun else unit).factor
         scaled = unit * Unit(Fraction(factor or 1), (1 if pi else 0) - (1 if under else 0))
         return replace(scaled, offset=-offset if sign == "-" else offset)
-
-
-def _defined(line: str) -> Iterator[tuple[str, tuple[str, str, bool]]]:
-    names, _, meaning = line.partition("=")
-    first = names.split(",")[0].strip().removeprefix("~")
-    for name in map(str.strip, names.split(",")):
-        yield name.removeprefix("~"), (first, meaning.strip(), name.startswith("~"))
 
 
 def _from_pint(name: str) -> Unit | None:

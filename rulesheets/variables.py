@@ -74,7 +74,9 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
                 raise RuleSheetError(said("E414", message, place, "keep one of the rows", label="again"))
             inputs[row.name] = None if row.status == "G" else value
             if row.status == "G" and value is not None:
-                guesses[row.name] = _guess(value, _cell(line, row.input))
+                if isinstance(value, str):
+                    raise RuleSheetError(symbol_as_guess(value, _cell(line, row.input)))
+                guesses[row.name] = value
             if tolerance is not None:
                 tolerances[row.name] = tolerance
         except RuleSheetError as wrong:
@@ -97,12 +99,6 @@ def _input_of(row: Row, line: Span, model: Model) -> tuple[Value | None, Toleran
     return value, tolerance
 
 
-def _guess(value: Value, place: Span) -> float:
-    if isinstance(value, str):
-        raise RuleSheetError(symbol_as_guess(value, place))
-    return value
-
-
 def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
     """The rows that speak of a variable, each with the place of its lines."""
     import csv  # which a solve without a variable sheet need not wait for
@@ -119,12 +115,8 @@ def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
             continue
         if columns is None:
             columns = _heading(cells, line)
-            continue
-        row = _row(columns, cells, line)
-        if row is not None and separator != ",":
-            row = row._replace(input=decimal_point(row.input))
-        if row is not None:
-            yield row, line
+        elif (row := _row(columns, cells, line)) is not None:
+            yield row if separator == "," else row._replace(input=decimal_point(row.input)), line
     if columns is None:
         raise RuleSheetError(_NAMELESS)
 
@@ -139,9 +131,7 @@ def _lines(source: Source, before: int, last: int) -> Span:
 def _cell(line: Span, text: str) -> Span:
     """The place of a cell in its line; the whole line where it is quoted beyond recognition."""
     at = line.text.find(text)
-    if at < 0 or not text:
-        return line
-    return Span(line.source, line.start + at, line.start + at + len(text))
+    return line.part(at, len(text)) if text and at >= 0 else line
 
 
 def _heading(cells: list[str], line: Span) -> list[str]:
@@ -150,17 +140,9 @@ def _heading(cells: list[str], line: Span) -> list[str]:
         raise RuleSheetError(_NAMELESS)
     known = {"", *map(str.lower, COLUMNS)}
     every = f"the columns are {', '.join(COLUMNS)}"
-    refuse(
-        said(
-            "E411",
-            f"a variable sheet has no column {cell}",
-            _cell(line, cell),
-            *suggestion(cell, COLUMNS),
-            every,
-        )
-        for cell in cells
-        if cell.lower() not in known
-    )
+    strange = [cell for cell in cells if cell.lower() not in known]
+    message = "a variable sheet has no column "
+    refuse(said("E411", message + c, _cell(line, c), *suggestion(c, COLUMNS), every) for c in strange)
     return columns
 
 

@@ -100,8 +100,16 @@ def library_of(rows: tuple[UnitRow, ...]) -> Library:
     complaints: list[Diagnosis] = []
     first: dict[str, UnitRow] = {}
     for row in rows:
-        if wrong := _reversed(row):
-            complaints.append(wrong)
+        known = [name for name in row.names if name in library().names()]
+        if len(row.names) > 1 and known and _BARE.fullmatch(row.meaning):
+            # ct, EUR = 0.01 in the order of TK, from, to = factor, which would call both of them 0.01
+            names = f"{', '.join(row.names[:-1])} and {row.names[-1]}"
+            message = f"this line calls {names} {row.meaning}, a number without a unit"
+            notes = (
+                f"write {row.names[0]} = {row.meaning} {row.names[1]}",
+                f"names before the equals sign are names of one unit, and {known[-1]} is one already",
+            )
+            complaints.append(said("E462", message, row.span, *notes))
             continue
         for name in row.names:
             earlier = first.setdefault(name, row)
@@ -117,20 +125,6 @@ def library_of(rows: tuple[UnitRow, ...]) -> Library:
             complaints.append(_unknown(wrong, row.meaning, row.span, units))
     refuse(complaints)
     return units
-
-
-def _reversed(row: UnitRow) -> Diagnosis | None:
-    """``ct, EUR = 0.01`` in the order of TK, from, to = factor, which would call both of them 0.01."""
-    known = [name for name in row.names if name in library().names()]
-    if len(row.names) == 1 or not known or not _BARE.fullmatch(row.meaning):
-        return None
-    names = f"{', '.join(row.names[:-1])} and {row.names[-1]}"
-    message = f"this line calls {names} {row.meaning}, a number without a unit"
-    notes = (
-        f"write {row.names[0]} = {row.meaning} {row.names[1]}",
-        f"names before the equals sign are names of one unit, and {known[-1]} is one already",
-    )
-    return said("E462", message, row.span, *notes)
 
 
 def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
@@ -288,14 +282,12 @@ class Weights:
             if not scaled or self._open(rule.equation):
                 continue
             if rule.holds(self.differences):
-                other = next((n for n in points if self._apart(n, scaled[0])), None)
+                offset = self.units[scaled[0]].offset
+                other = next((n for n in points if self.units[n].offset != offset), None)
                 if other is not None:
                     yield rule.equation, self._zeros(rule.equation, scaled[0], other)
-            elif not (self._candidates(rule) or self._balanced(rule) or (sure and self._of_energy(rule))):
+            elif not (self._candidates(rule) or self._may_mean(rule, sure)):
                 yield rule.equation, self._absolute(rule.equation, scaled[0])
-
-    def _apart(self, one: str, other: str) -> bool:
-        return self.units[one].offset != self.units[other].offset
 
     def _open(self, equation: Equation) -> bool:
         """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be absolute."""
@@ -307,13 +299,15 @@ class Weights:
             for terms in sums
         )
 
-    def _balanced(self, rule: Rule) -> bool:
-        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``."""
-        signs = {slope > 0.0 for slope in rule.slopes[0].values() if slope}
-        return self._linear(rule) and len(signs) == 2
-
-    def _linear(self, rule: Rule) -> bool:
-        return max(self._degree(rule.equation.left), self._degree(rule.equation.right)) == 1
+    def _may_mean(self, rule: Rule, sure: bool) -> bool:
+        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it counts an
+        energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where ``sure``)."""
+        sides = rule.equation.left, rule.equation.right
+        if max(map(self._degree, sides)) != 1:
+            return False
+        units = (self.model.variables[side.name].measure for side in sides if isinstance(side, Name))
+        energy = any(unit is None or unit.bases.get("m") == 2 for unit in units)
+        return len({slope > 0.0 for slope in rule.slopes[0].values() if slope}) == 2 or (sure and energy)
 
     def _degree(self, node: Expression) -> int:
         """The degree of an expression in temperatures, 9 where it is no polynomial of them."""
@@ -331,17 +325,9 @@ class Weights:
             case _:
                 return 0 if self.units.keys().isdisjoint(names(node)) else 9
 
-    def _of_energy(self, rule: Rule) -> bool:
-        """``h = c*T`` counts an energy from the zero of the scale, and may mean to."""
-        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
-        units = (self.model.variables[name].measure for name in sides)
-        return self._linear(rule) and any(unit is None or unit.bases.get("m") == 2 for unit in units)
-
     def _absolute(self, equation: Equation, name: str) -> Diagnosis:
-        unit = self.model.variables[name].unit
-        zero = float(
-            self.units[name].offset / self.units[name].factor
-        )  # below that of the scale, in its degrees
+        unit, measure = self.model.variables[name].unit, self.units[name]
+        zero = float(measure.offset / measure.factor)  # below that of the scale, in its degrees
         message = f"{name} is in {unit}, and this rule needs an absolute temperature or a difference"
         note = f"write {name} + {zero:.6g}, or give it in K; a difference of temperatures is in K, too"
         return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
@@ -359,10 +345,6 @@ def differences(model: Model) -> frozenset[str]:
     if not any(v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()):
         return frozenset()
     return frozenset(Weights(model).differences)
-
-
-def _named_so(name: str, unit: str | None) -> bool:
-    return bool(_DIFFERENCE.match(name.rpartition(".")[2])) or "delta" in (unit or "") or "Δ" in (unit or "")
 
 
 def _parts(equation: Equation) -> Iterator[Condition | Expression]:
@@ -394,26 +376,21 @@ def with_display_units(model: Model, system: str | None, chosen: Mapping[str, st
     """The model shown in the units of a system, and some variables in those that are chosen for them."""
     if system is None and not chosen:
         return model
+    units = {name: library().unit(name) for name in SYSTEMS.get(system or "", "").split()}
     variables = {
-        name: with_display_unit(variable, chosen[name])
-        if name in chosen
-        else _in_system(variable, system or "")
+        name: with_display_unit(variable, chosen[name]) if name in chosen else _in_system(variable, units)
         for name, variable in model.variables.items()
     }
     return replace(model, variables=variables)
 
 
-def _in_system(variable: Variable, system: str) -> Variable:
+def _in_system(variable: Variable, units: Mapping[str, Unit]) -> Variable:
     """The variable in a unit of the system; as it is where the system has none of its kind."""
     own = variable.measure
-    if own is None or not variable.unit or system not in SYSTEMS:
-        return variable
-    names = SYSTEMS[system].split()
-    if variable.unit in names:
+    if variable.unit in units:
         return replace(variable, display_unit=None)
-    units = {name: library().unit(name) for name in names}
-    alike = [name for name, unit in units.items() if unit.bases == own.bases]
-    if not alike:
+    alike = [name for name, unit in units.items() if own is not None and unit.bases == own.bases]
+    if own is None or not variable.unit or not alike:
         return variable
     compound = bool(_COMPOUND.search(variable.unit))
 

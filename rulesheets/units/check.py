@@ -77,15 +77,14 @@ def inferred(model: Model) -> dict[str, str]:
         return {}
     open_ = (name for name, variable in model.variables.items() if variable.posted and not variable.unit)
     found = {name: dimensions.known(name) for name in open_ if name in dimensions.forms}
-    return {name: _inferred(form) for name, form in found.items() if form is not None}
-
-
-def _inferred(form: Form) -> str:
-    """Numbers in a rule may be factors between units: then only the kind is known."""
-    known = form.sure
-    blurred = math.isnan(known.get(SIZE, 0.0)) and len(known) > 1
-    text = unit_text(known)
-    return "-" if text == NUMBER else f"{text}{' or a multiple' if blurred else ''}"
+    units = {}
+    for name, form in found.items():
+        if form is not None:
+            # numbers in a rule may be factors between units: then only the kind is known
+            blurred = math.isnan(form.sure.get(SIZE, 0.0)) and len(form.sure) > 1
+            text = unit_text(form.sure)
+            units[name] = "-" if text == NUMBER else f"{text}{' or a multiple' if blurred else ''}"
+    return units
 
 
 def inference(model: Model) -> Dimensions | None:
@@ -126,9 +125,8 @@ def _unchecked(place: Span) -> bool:
     text, end = place.source.text, place.end
     if '"' not in text[end : end + 80]:
         return False
-    return (
-        text[end : (text + "\n").index("\n", end)].strip().lower().startswith(('"unchecked', '" unchecked'))
-    )
+    line = text[end : (text + "\n").index("\n", end)]
+    return line.strip().lower().startswith(('"unchecked', '" unchecked'))
 
 
 # --- what may be right ------------------------------------------------------------------
@@ -144,11 +142,9 @@ def _constants(statement: Statement) -> list[float]:
 
 def _curable(found: Mismatch, statement: Statement) -> bool:
     """Whether the unit of a constant would cure a mismatch, or it is a common logarithm of a quantity."""
-    if _constants(statement):
-        return True
-    return found.right is None and any(
-        isinstance(node, Call) and node.function in ("log", "log10") and node.arguments == (found.left,)
-        for node in (*walk(statement.left), *walk(statement.right))
+    logarithms = [Call(name, (found.left,)) for name in ("log", "log10") if found.right is None]
+    return bool(_constants(statement)) or any(
+        node in logarithms for node in (*walk(statement.left), *walk(statement.right))
     )
 
 

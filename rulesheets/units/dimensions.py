@@ -171,7 +171,8 @@ class Dimensions:
                 if taken[place]:
                     continue
                 taken[place] = True
-                self._take(place)
+                left, right = statements[place].left, statements[place].right
+                self._equate(place, left, right, self.form(left, place), self.form(right, place))
                 for name in (n for n in named[place] if n in users and self.known(n) is not None):
                     for user in users.pop(name):
                         free[user].discard(name)
@@ -182,10 +183,6 @@ class Dimensions:
         """The exponents of a variable, None while they are open."""
         found = self._resolved(self.forms[name]) if name in self.forms else None
         return None if found is None or found.open else found
-
-    def _take(self, index: int) -> None:
-        left, right = self.statements[index].left, self.statements[index].right
-        self._equate(index, left, right, self.form(left, index), self.form(right, index))
 
     # --- expressions ---
 
@@ -232,7 +229,9 @@ class Dimensions:
         if type(exponent) is Number and exponent.unit is None and not below.any:
             return below.times(_rational(exponent.value))
         if below.any or not (below.dimension or below.open):
-            self._count(exponent, index)
+            form = self.form(exponent, index)
+            if form.dimension.keys() != {"s"} or form.open:  # but periods of time, as in (1 + i)^n
+                self._number(exponent, index)
             return Form(any=below.any and bare(exponent))
         self._number(exponent, index)
         try:
@@ -253,12 +252,6 @@ class Dimensions:
         if row.keeps_unit:
             return shared
         return Form((row.angle and angle_of(function)) or {})
-
-    def _count(self, node: Expression, index: int) -> None:
-        """An exponent of a number: it has no unit, or counts periods of time, as in ``(1 + i)^n``."""
-        form = self.form(node, index)
-        if form.dimension.keys() != {"s"} or form.open:
-            self._number(node, index)
 
     def _number(self, node: Expression, index: int, call: Call | None = None) -> None:
         """An expression that has no unit: an exponent, an argument of a logarithm; of a sine, an angle."""
@@ -288,7 +281,9 @@ class Dimensions:
             return
         name = min(form.open)
         others = {n: e for n, e in form.open.items() if n != name}
-        rest = Form(form.known, others, form.why | {index}, numbers=form.numbers | self._factors(index))
+        written = {abs(number.value) for number in self._numbers(index)}  # may be factors between units
+        factors = frozenset(n for n in written if not n.is_integer() or n > LARGEST_COUNT)
+        rest = Form(form.known, others, form.why | {index}, numbers=form.numbers | factors)
         found = rest.times(_rational(-1 / form.open[name]))
         if found.numbers and not (found.dimension or found.open):
             found = found._replace(known={**found.known, SIZE: math.nan})  # a share or its percents
@@ -312,7 +307,7 @@ class Dimensions:
 
     def _resolved(self, form: Form) -> Form:
         """The form with variables that were open when it was made, and are not any more, filled in."""
-        while ready := [n for n in form.open if self._answered(n)]:
+        while ready := [n for n in form.open if n in self.forms and self.forms[n].open != {n: 1}]:
             others = {n: e for n, e in form.open.items() if n not in ready}
             found = Form(form.known, others, form.why, numbers=form.numbers)
             for name in ready:
@@ -320,20 +315,12 @@ class Dimensions:
             form = found
         return form
 
-    def _answered(self, name: str) -> bool:
-        return name in self.forms and self.forms[name].open != {name: 1}
-
     # --- factors that numbers explain ---
 
     def _numbers(self, index: int) -> Iterable[Number]:
         """The plain numbers of a statement."""
         statement = self.statements[index]
         return (n for side in (statement.left, statement.right) for n in numbers(side) if n.unit is None)
-
-    def _factors(self, index: int) -> frozenset[float]:
-        """The numbers of a statement that may be factors between units."""
-        written = {abs(number.value) for number in self._numbers(index)}
-        return frozenset(n for n in written if not n.is_integer() or n > LARGEST_COUNT)
 
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
         """Whether a factor is that of numbers in the rule, or in those before it.
