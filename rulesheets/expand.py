@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, overload
 
-from rulesheets.evaluate.exactly import with_round_values
+from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import (

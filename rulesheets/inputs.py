@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, SupportsFloat
 from rulesheets.checks import check_constant
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse, said
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.exactly import with_round_values
+from rulesheets.evaluate.number import with_round_values
 from rulesheets.input_messages import (
     empty_range,
     no_tolerance,

@@ -49,17 +49,20 @@ def _functions(thread: int, digits: int) -> Mapping[str, Callable[..., Extended]
 
 def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
     """The function over the reals: complex and infinite answers are refused."""
+    function: Callable[..., Any] | None
     match row.digits:
         case None if row.definition is not None:
             function = partial(_defined, row, mp.dps)
         case None:
-            return partial(_missing, row.name)
+            function = None
         case str() as name:
             function = getattr(mp, name)
         case form:
             function = partial(form, mp)
 
     def value(*arguments: Extended) -> Extended:
+        if function is None:
+            raise ValueError(f"{row.name} is known in floats only")
         try:
             result = function(*arguments)
         except mp.NoConvergence as endless:
@@ -77,10 +80,6 @@ def _defined(row: Function, digits: int, *arguments: Extended) -> Extended:
         return Digits(places, digits).of(template)
     except Undefined as undefined:
         raise ValueError(f"{row.name} has no value: {undefined}") from undefined
-
-
-def _missing(name: str, *arguments: Extended) -> Extended:
-    raise ValueError(f"{name} is known in floats only")
 
 
 ExtendedValues: TypeAlias = Mapping[str, Any]
@@ -154,11 +153,8 @@ class Digits(Arithmetic[Extended]):
             raise Undefined("^", (float(base), float(exponent)), node)
         if size <= LARGE_BITS or not base:
             return base**exponent
-        return self._large_power(base, exponent, size)
-
-    def _large_power(self, base: Extended, exponent: Extended, size: int) -> Extended:
-        """By the logarithm, with as many digits more as the exponent has before its point: mpmath squares,
-        and squares again, for whole exponents, and for others it takes no more digits."""
+        # By the logarithm, with as many digits more as the exponent has before its point: mpmath squares, and
+        # squares again, for whole exponents, and for others it takes no more digits.
         mp = context(self.digits + SPARE + size // 3)
         found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
         odd = base < 0 and int(exponent) % 2 == 1
@@ -235,7 +231,8 @@ def indeterminate(expression: Expression, values: Mapping[str, float | str]) -> 
 def _indeterminate(expression: Expression, values: Mapping[str, float | str]) -> Indeterminate | None:
     for chain in _undefined(expression, values):
         for part, above in zip(chain, (*chain[1:], None), strict=True):
-            form = _form(part, values)
+            sides = (part.left, part.right) if isinstance(part, Quotient) else ()
+            form = "0/0" if sides and all(vanishes(side, values) for side in sides) else ""
             found = limit(part, values) if form or part is not chain[0] else None
             if form or found is not None:
                 return Indeterminate(part, form or ("1^∞" if isinstance(part, Power) else "0·∞"), found)
@@ -273,13 +270,6 @@ def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
     return True
 
 
-def _form(part: Expression, values: Mapping[str, float | str]) -> str:
-    """``0/0`` for a quotient whose numerator and divisor are 0, in many digits as in floats."""
-    if isinstance(part, Quotient) and all(vanishes(side, values) for side in (part.left, part.right)):
-        return "0/0"
-    return ""
-
-
 def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
     """Whether a part is 0 to as many digits as are looked at."""
     try:
@@ -290,14 +280,10 @@ def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
 
 def _may_compensate(above: Expression, part: Expression, values: Mapping[str, float | str]) -> bool:
     """Whether an expression may have a limit where a part of it becomes infinite."""
-    match above:
-        case Product(left, right):
-            other = right if left is part else left
-            return _read(other, values) and vanishes(other, values)
-        case Quotient() | Power() | Call():
-            return _read(above, values)
-        case _:
-            return False
+    if isinstance(above, Product):
+        other = above.right if above.left is part else above.left
+        return _read(other, values) and vanishes(other, values)
+    return isinstance(above, Quotient | Power | Call) and _read(above, values)
 
 
 def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:

@@ -297,7 +297,9 @@ def differentiate(expression: Expression, name: str) -> Expression:
         case Sum(terms):
             return add(*(differentiate(term, name) for term in terms))
         case Product(Call("sgn"), root) if (signed := signed_root(expression)) is not None:
-            return _by_size(root) * differentiate(signed, name)
+            # the derivative of ``sqrt(abs(x))`` or ``abs(x)^p`` by ``abs(x)``
+            by_size = _power(root, ONE, ZERO) if isinstance(root, Power) else 1.0 / (2.0 * root)
+            return by_size * differentiate(signed, name)
         case Product(left, right):
             return differentiate(left, name) * right + left * differentiate(right, name)
         case Quotient(left, right):
@@ -320,11 +322,6 @@ def signed_root(expression: Expression) -> Expression | None:
             return x if all(isinstance(part, Number) and part.value > 0.0 for part in parts) else None
         case _:
             return None
-
-
-def _by_size(root: Expression) -> Expression:
-    """The derivative of ``sqrt(abs(x))`` or ``abs(x)^p`` by ``abs(x)``."""
-    return _power(root, ONE, ZERO) if isinstance(root, Power) else 1.0 / (2.0 * root)
 
 
 def _power(whole: Power, by_base: Expression, by_exponent: Expression) -> Expression:

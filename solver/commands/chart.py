@@ -16,6 +16,8 @@ from time import perf_counter
 from timeit import Timer
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from rulesheets.deadline import expect_time
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate.digits import context
@@ -30,7 +32,6 @@ from solver.facts import FALSE, Mark, Status, Unsolved
 from solver.files import write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
-from solver.numerics.tolerances import scaled_norm
 from solver.path import SolveBlock
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
@@ -154,17 +155,16 @@ def plain_newton(
     residual: Residual, jacobian: Jacobian, start: Sequence[float], tolerance: float, most: int = 60
 ) -> ScipyRoot:
     """Full steps from ``start`` (n,) until one is short; no success where one leaves the domain."""
-    system, x = System(residual, jacobian, [abs(v) or 1.0 for v in start]), list(start)
+    system, x = System(residual, jacobian, [abs(v) or 1.0 for v in start]), np.array(start)
     for used in range(1, most + 1):
         expect_time()
         point = system.point(x)
         if point is None:
             break
-        step = point.correction(point.residual)
-        x = [v + d for v, d in zip(x, step, strict=True)]
-        if scaled_norm(step, point.weight) <= tolerance:
-            return ScipyRoot(tuple(x), True, used)
-    return ScipyRoot(tuple(x), False, used)
+        x = x + point.step
+        if point.norm(point.step) <= tolerance:
+            return ScipyRoot(tuple(x.tolist()), True, used)
+    return ScipyRoot(tuple(x.tolist()), False, used)
 
 
 def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -> Mark:

@@ -10,8 +10,7 @@ from math import inf, isfinite
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.evaluate.number import number_text
+from rulesheets.evaluate.number import Inexact, exactly, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
@@ -87,6 +86,9 @@ def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, fl
 
 
 def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str, float]]:
+    def rounded(coefficient: Coefficient) -> Rounded:
+        return Rounded(value(coefficient.expression, values), value(coefficient.size, values))
+
     match formula:
         case Let(name, expression, divisor, size):
             number = value(expression, values)
@@ -94,10 +96,10 @@ def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str,
                 raise Unclear
             yield {name: number}
         case Parabola(name, a, b, c):
-            for root in roots(*(_number(part, values) for part in (a, b, c))):
+            for root in roots(*(rounded(part) for part in (a, b, c))):
                 yield {name: root}
         case Circle(x, y, a, b, k, square):
-            for point in meets(*(_number(part, values) for part in (a, b, k, square))):
+            for point in meets(*(rounded(part) for part in (a, b, k, square))):
                 yield dict(zip((x, y), point, strict=True))
 
 
@@ -106,10 +108,6 @@ class Rounded(NamedTuple):
 
     value: float
     size: float
-
-
-def _number(coefficient: Coefficient, values: Mapping[str, Value]) -> Rounded:
-    return Rounded(value(coefficient.expression, values), value(coefficient.size, values))
 
 
 def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
@@ -284,7 +282,12 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
     ``given``: the known names whose values are exact; others are rounded, and prove nothing.
     """
     equations = question.kernel.equations
-    if len(equations) > MAX_RULES or not any(_limited(e.left) or _limited(e.right) for e in equations):
+    calls = {  # of functions that have an image with ends, by the rules that read them
+        index: [part for side in (e.left, e.right) for part in walk(side) if isinstance(part, Call)]
+        for index, e in zip(question.equations, equations, strict=True)
+    }
+    limited = any(_image(call.function) is not None for read in calls.values() for call in read)
+    if len(equations) > MAX_RULES or not limited:
         return None
     numbers = {name: value for name, value in question.here.items() if name in given}
     exact = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, str) and isfinite(v)}
@@ -305,26 +308,10 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
         asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
         call = _call(asked[0][0]) if len(asked) == 1 else None
         if call is not None and _outside(call.function, target := Fraction(constant, asked[0][1])):
-            return _no_value(question, call, target)
+            unknown = next(name for name in (*names(call), *question.unknowns) if name in question.unknowns)
+            index = next(index for index, read in calls.items() if call in read)
+            return NoValue(index, unknown, f"{call.function} = {number_text(_nearest(target))}")
     return None
-
-
-def _no_value(question: Question, call: Call, target: Fraction) -> NoValue:
-    unknown = next(name for name in (*names(call), *question.unknowns) if name in question.unknowns)
-    index = next(
-        index
-        for index, equation in zip(question.equations, question.kernel.equations, strict=True)
-        if call in _parts(equation.left) or call in _parts(equation.right)
-    )
-    return NoValue(index, unknown, f"{call.function} = {number_text(_nearest(target))}")
-
-
-def _parts(expression: Expression) -> list[Expression]:
-    return [part for part in walk(expression) if isinstance(part, Call)]
-
-
-def _limited(expression: Expression) -> bool:
-    return any(_image(call.function) is not None for call in _parts(expression) if isinstance(call, Call))
 
 
 def _call(monomial: Monomial) -> Call | None:
@@ -354,12 +341,10 @@ def _outside(function: str, target: Fraction) -> bool:
         return False
     low, high, low_open, high_open = image
     at_end = (low_open and target == low) or (high_open and target == high)
-    return at_end or _beyond(low, target) or _beyond(-high, -target)
-
-
-def _beyond(low: float, target: Fraction) -> bool:
-    """Whether a number is below the end of an image by more than the rounding of what it was made of."""
-    return low != -inf and target < Fraction(low) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(low)))
+    return at_end or any(  # below an end by more than the rounding of what it was made of
+        end != -inf and number < Fraction(end) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(end)))
+        for end, number in ((low, target), (-high, -target))
+    )
 
 
 def _nearest(target: Fraction) -> float:

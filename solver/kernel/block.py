@@ -21,7 +21,8 @@ from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Condition, Expression, Name, substitute, subtract
+from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
+from rulesheets.syntax.program import walk
 from solver.kernel.chain import (
     RESIDUAL,
     Assignment,
@@ -36,7 +37,7 @@ from solver.kernel.chain import (
 from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.sparse_system import SparseSystem, divisors
-from solver.numerics.multistart import Array
+from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike
@@ -163,7 +164,6 @@ class BlockKernel:
 
     @cached_property
     def arrays(self) -> BlockArrays:
-
         return BlockArrays(self)
 
     @property
@@ -182,9 +182,8 @@ class BlockKernel:
     def chain_function(self, place: int) -> Callable[..., Any]:
         """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
         if place not in self._compiled:
-            chain = self.chains[place]
-            results = (*self.unknowns, *chain.residuals)
-            self._compiled[place] = compile_chain(chain, self.known, results)
+            results = (*self.unknowns, *self.chains[place].residuals)
+            self._compiled[place] = compile_chain(self.chains[place], self.known, results)
         return self._compiled[place]
 
     def enclosure(self, place: int) -> Enclosure:
@@ -203,7 +202,7 @@ class BlockKernel:
             flat = self._flat(*x, *known)
             return [flat[i : i + n] for i in range(0, len(flat), n)]
 
-        return rows if all(self.partials) else _differences(self.residual(known), n)
+        return rows if self.smooth else _differences(self.residual(known), n)
 
     def at_zero(self, values: Mapping[str, Value]) -> tuple[list[float], list[list[float]]]:
         """Residual and Jacobian where every unknown is 0, by one sweep of each equation, uncompiled.
@@ -258,13 +257,25 @@ class BlockArrays:
         self.n = len(kernel.unknowns)
         self.names = (*kernel.unknowns, *kernel.known)
         forms = [smooth(e.left, e.right) for e in kernel.equations]
-        partials = _smooth_partials(forms, kernel.unknowns)
+        places = itertools.product(enumerate(forms), enumerate(kernel.unknowns))
+        partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
+            (i, j): differentiate(form, unknown)
+            for (i, form), (j, unknown) in places
+            if unknown in nodes.names(form)
+        }
         self.places = list(partials)
         self._forms = compile_arrays(forms, self.names)
         self._partials = compile_arrays(list(partials.values()), self.names)
         self.scalings = Scalings(kernel.equations, self.names)
         every = kernel.chains
-        self.chains = [_followed(kernel, chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
+        self.chains = [self._followed(chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
+
+    def _followed(self, chain: Chain) -> Callable[..., Sequence[Any]]:
+        emitter = Emitter((*chain.tears, *self.kernel.known), ARRAYS, np.power)
+        for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
+            emitter.assign(assignment.name, assignment.expression)
+            emitter.clamp(assignment.name, assignment.low, assignment.high, np.clip)
+        return emitter.function([emitter.argument(name) for name in self.kernel.unknowns])
 
     def residual(self, known: Sequence[float], x: Array) -> Array:
         return self._stacked(self._forms(*x.T, *known), len(x))
@@ -290,28 +301,6 @@ class BlockArrays:
         return np.stack([np.broadcast_to(column, (k,)) for column in columns], axis=1)
 
 
-def _smooth_partials(
-    forms: Sequence[Expression], unknowns: Sequence[str]
-) -> dict[tuple[int, int], Expression]:
-    """The derivatives that are not 0 everywhere, by row and column.
-
-    Raises NotDifferentiable.
-    """
-    found = {}
-    for (i, form), (j, unknown) in itertools.product(enumerate(forms), enumerate(unknowns)):
-        if unknown in nodes.names(form):
-            found[i, j] = differentiate(form, unknown)
-    return found
-
-
-def _followed(kernel: BlockKernel, chain: Chain) -> Callable[..., Sequence[Any]]:
-    emitter = Emitter((*chain.tears, *kernel.known), ARRAYS, np.power)
-    for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
-        emitter.assign(assignment.name, assignment.expression)
-        emitter.clamp(assignment.name, assignment.low, assignment.high, np.clip)
-    return emitter.function([emitter.argument(name) for name in kernel.unknowns])
-
-
 Equations: TypeAlias = dict[int, tuple[Expression, Expression]]
 Definitions: TypeAlias = list[tuple[str, Expression]]
 Order: TypeAlias = list[tuple[int, str, Isolation]]
@@ -321,22 +310,16 @@ LONGEST = 12
 """Nodes of a right side that is worth repeating wherever its unknown occurs."""
 
 
-class ReducedKernel(BlockKernel):
-    """The kernel of a block that one chain with one tear covers."""
-
-    def __init__(self, graph: ModelGraph, block: SolveBlock, chain: Chain) -> None:
-        super().__init__(graph, block._replace(tears=chain.tears))
-        self.chains = (chain,)
-        self.exhaustive = True  # every isolation of the chain has one preimage
-
-
 def reduced(kernel: BlockKernel) -> BlockKernel | None:
     """The same block with one tear, after substitution; None where that is not to be had."""
     kept = kernel.graph.kernels
     key = "reduced", kernel.block
     if key not in kept:
-        chain = _chain(kernel.graph, kernel.block)
-        kept[key] = None if chain is None else ReducedKernel(kernel.graph, kernel.block, chain)
+        kept[key] = None
+        if (chain := _chain(kernel.graph, kernel.block)) is not None:
+            torn = kept[key] = BlockKernel(kernel.graph, kernel.block._replace(tears=chain.tears))
+            torn.chains = (chain,)
+            torn.exhaustive = True  # every isolation of the chain has one preimage
     found: BlockKernel | None = kept[key]
     return found
 
@@ -388,13 +371,9 @@ def _definition(equations: Equations, unknowns: set[str]) -> tuple[int, str, Exp
             if not isinstance(one, Name) or one.name not in unknowns:
                 continue
             read = set(nodes.names(other)) & unknowns
-            if read and one.name not in read and _length(other) <= LONGEST:
+            if read and one.name not in read and sum(1 for _ in walk(other)) <= LONGEST:
                 return number, one.name, other
     return None
-
-
-def _length(expression: Expression | Condition) -> int:
-    return 1 + sum(map(_length, nodes.children(expression)))
 
 
 def _order(equations: Equations, unknowns: list[str], tear: str) -> Order | None:

@@ -105,11 +105,14 @@ class Candidates:
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
         question = self.question
-        sizes = [max(abs(v), TINY * s) for v, s in zip(start, question.scale(), strict=True)]
+        sizes = [max(abs(v), TINY * s) for v, s in zip(start, question.scale, strict=True)]
         result = newton(question.residual, question.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
-            vanished, rounded = (_zeroed(result.x, sizes, share) for share in (VANISHED, EPS))
+            vanished, rounded = (  # with 0 for what is no more than a share of its size
+                tuple(0.0 if abs(v) <= share * size else v for v, size in zip(result.x, sizes, strict=True))
+                for share in (VANISHED, EPS)
+            )
             trials = list(dict.fromkeys((vanished, result.x, rounded, *trials)))
         for x in trials:
             point = question.named(x)
@@ -123,17 +126,15 @@ class Candidates:
     def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
         """Keep the float next to a root that floats converge to, if every equation holds there."""
         point = self.question.named(x)
-        if not self.nearly(point):
-            return
-        if self.dull >= MOST_DULL:
+        if self.dull >= MOST_DULL or not self.nearly(point):
             return
         self.dull += 1
-        if (sharp := sharp_root(self.question, x, sizes)) is not None:
-            found = self.question.named(sharp)
-            if _near(found, point, BLUR, self.question.scale()) and self.question.holds(found):
-                known = len(self.answers)
-                self.keep(found)
-                self.dull -= len(self.answers) > known
+        sharp = sharp_root(self.question, x, sizes)
+        found = None if sharp is None else self.question.named(sharp)
+        if found is not None and self._near(found, point, BLUR) and self.question.holds(found):
+            known = len(self.answers)
+            self.keep(found)
+            self.dull -= len(self.answers) > known
 
     def keep(self, point: dict[str, float], singular: bool = False) -> None:
         if len(self.answers) >= MOST_ANSWERS:
@@ -147,41 +148,33 @@ class Candidates:
         blur = found.errors
         vague = self._open(point, blur, MULTIPLE)
         multiple = vague or (singular and self._open(point, blur, SIMPLE))
-        if not multiple and self._is_repeated(point):
+        beside = self.question.beside
+        repeated = (self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers)
+        if not multiple and any(repeated):  # most starts lead to an answer that is known
             return
         if self.stands(point, found):
             self._add(Answer(point, self._double(point) if multiple else None), blur)
-
-    def _is_repeated(self, point: Mapping[str, float]) -> bool:
-        """Whether the point is an answer that is known, but for rounding: most starts lead to one."""
-        beside, scales = self.question.beside, self.question.scale()
-        return any(_near(beside(point, one.values), one.values, ROUNDED, scales) for one in self.answers)
 
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
         is too near to a division by 0 for floats is remembered for more digits."""
         if is_ordinary(point, found) and not is_beside_pole(self.question, point, found):
             return True
-
         verdict, root = check_root(self.question, point, found)
-        if verdict is RootCheck.STANDS and self._meaningless(point, found):
-            verdict = RootCheck.NO_ROOT
+        finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
+        if verdict is RootCheck.STANDS and self._open(point, finite, MEANINGLESS):
+            verdict = RootCheck.NO_ROOT  # no digit of some unknown is left, as of the sine of 1e99
         if verdict is RootCheck.BESIDE_POLE:
             self._refuse(root)
         self.strays += verdict is RootCheck.NO_ROOT
         return verdict is RootCheck.STANDS
-
-    def _meaningless(self, point: dict[str, float], found: Uncertainty) -> bool:
-        """Whether rounding leaves no digit of some unknown, as where the sine of 1e99 is taken."""
-        finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
-        return self._open(point, finite, MEANINGLESS)
 
     def _refuse(self, root: dict[str, float]) -> None:
         """Remember a root that floats do not see, unless it is of a size that nobody asks about."""
         if any(abs(v) > REMOTE for v in root.values()) and not self.question.remote:
             self.remote = True
             return
-        if not any(_near(root, other, COVERED, self.question.scale()) for other in self.refused):
+        if not any(self._near(root, other, COVERED) for other in self.refused):
             self.refused.append(root)
 
     def _add(self, found: Answer, blur: Sequence[float]) -> None:
@@ -198,7 +191,7 @@ class Candidates:
 
     def _open(self, point: Mapping[str, float], blur: Sequence[float], share: float) -> bool:
         """Whether rounding leaves an unknown open by more than that share of its size."""
-        sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale(), strict=True))
+        sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale, strict=True))
         return any(error > share * size for error, size in zip(blur, sizes, strict=True))
 
     def proven(self, point: dict[str, float]) -> None:
@@ -233,11 +226,10 @@ class Candidates:
 
     def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
         """Whether an answer is that root, as far as rounding tells."""
-        scales = self.question.scale()
-        if _near(root, answer.values, COVERED, scales):
+        if self._near(root, answer.values, COVERED):
             return True
-        far = _near(root, answer.values, BLUR, scales)
-        return far and self._within(root, answer.values, uncertainty(self.question, answer.values).errors)
+        far = self._near(root, answer.values, BLUR)
+        return far and _within(root, answer.values, uncertainty(self.question, answer.values).errors)
 
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
@@ -268,23 +260,17 @@ class Candidates:
 
     def _same(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
         """Nearer than what rounding leaves open; or joined by points that hold."""
-        if not _near(one, other, BLUR, self.question.scale()):
+        if not self._near(one, other, BLUR):
             return False
-        if _near(one, other, ROUNDED, self.question.scale()):
+        if self._near(one, other, ROUNDED) or _within(one, other, blur):
             return True
-        if self._within(one, other, blur):
-            return True
-        return all(
-            self.question.holds({n: v + share * (other[n] - v) for n, v in one.items()})
-            for share in (0.25, 0.5, 0.75)
-        )
+        between = ({n: v + share * (other[n] - v) for n, v in one.items()} for share in (0.25, 0.5, 0.75))
+        return all(map(self.question.holds, between))
 
-    def _within(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
-        """Whether two points are nearer than what rounding leaves open."""
-        return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
+    def _near(self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float) -> bool:
+        return _near(one, other, tolerance, self.question.scale)
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
-
         numbers = list(point.values())
         try:
             direction = null_direction(self.question.jacobian(numbers), numbers)
@@ -299,9 +285,9 @@ def _apart(one: Mapping[str, float], other: Mapping[str, float]) -> float:
     return max(abs(v - other[name]) for name, v in one.items())
 
 
-def _zeroed(x: Sequence[float], sizes: Sequence[float], share: float) -> tuple[float, ...]:
-    """The point with 0 for what is no more than a share of its size."""
-    return tuple(0.0 if abs(v) <= share * size else v for v, size in zip(x, sizes, strict=True))
+def _within(one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
+    """Whether two points are nearer than what rounding leaves open."""
+    return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
 
 
 def _near(

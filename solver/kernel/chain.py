@@ -76,11 +76,12 @@ class Chain(NamedTuple):
 
 def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     """One chain for every combination of preimages; at most ``MAX_CHAINS``."""
-    residuals = tuple(_residual(graph, equation) for equation in block.residuals)
+    rules = {f"{RESIDUAL}{number}": graph.model.equations[number] for number in block.residuals}
+    residuals = tuple(Assignment(name, subtract(rule.left, rule.right)) for name, rule in rules.items())
     found = []
     for combination in itertools.islice(itertools.product(*_alternatives(graph, block)), MAX_CHAINS):
         steps = tuple(itertools.chain.from_iterable(combination))
-        found.append(Chain(block.tears, (*steps, *residuals), tuple(r.name for r in residuals)))
+        found.append(Chain(block.tears, (*steps, *residuals), tuple(rules)))
     return tuple(found)
 
 
@@ -118,11 +119,6 @@ def _covers_turns(graph: ModelGraph, isolation: Isolation) -> bool:
     if variable.low == -inf and variable.high == inf:
         return graph.turn(variable.name) is not None
     return max(abs(variable.low), abs(variable.high)) <= (isolation.period or 0.0)
-
-
-def _residual(graph: ModelGraph, equation: int) -> Assignment:
-    body = graph.model.equations[equation]
-    return Assignment(f"{RESIDUAL}{equation}", subtract(body.left, body.right))
 
 
 def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:

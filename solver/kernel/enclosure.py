@@ -15,8 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.evaluate.exactly import Inexact, Rationals
-from rulesheets.evaluate.number import FLOAT_INTERVALS
+from rulesheets.evaluate.number import FLOAT_INTERVALS, Inexact, Rationals
 from rulesheets.functions import arrays, intervals
 from rulesheets.functions.arrays import INTERVALS, Array, Mask
 from rulesheets.functions.arrays import Interval as Intervals
@@ -60,11 +59,6 @@ def quotient(
     return divide(a_low, a_high, b_low, b_high)
 
 
-def from_zero(low: float, high: float) -> Interval:
-    """The hull of 0 and a box."""
-    return smaller(low, 0.0), greatest(high, 0.0)
-
-
 def by_slopes(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """The quotient of two slopes where both are bounded: where they are not, they may not be defined."""
     known = isfinite(a_low) and isfinite(a_high) and isfinite(b_low) and isfinite(b_high)
@@ -102,21 +96,11 @@ def all_quotients(
     return low, high
 
 
-def from_zeros(low: Array, high: Array) -> tuple[Array, Array]:
-    """The hulls of 0 and boxes."""
-    return np.minimum(low, 0.0) + 0.0, np.maximum(high, 0.0) + 0.0
-
-
 def all_by_slopes(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> tuple[Array, Array]:
     """The quotients of two slopes where both are bounded."""
     known = np.isfinite(a_low) & np.isfinite(a_high) & np.isfinite(b_low) & np.isfinite(b_high)
     low, high = arrays.divide(a_low, a_high, b_low, b_high)
     return np.where(known, low, nan), np.where(known, high, nan)
-
-
-def all_within(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> tuple[Array, Array]:
-    """What two enclosures of one quantity have in common."""
-    return np.fmax(a_low, b_low), np.fmin(a_high, b_high)
 
 
 FLOATS = Operations(
@@ -129,7 +113,7 @@ FLOATS = Operations(
         "bounded": bounded,
         "quotient": quotient,
         "within": intervals.within,
-        "from_zero": from_zero,
+        "from_zero": lambda low, high: (smaller(low, 0.0), greatest(high, 0.0)),
         "by_slopes": by_slopes,
     },
 )
@@ -143,8 +127,8 @@ ARRAYS = Operations(
         "cut": cuts,
         "bounded": all_bounded,
         "quotient": all_quotients,
-        "within": all_within,
-        "from_zero": from_zeros,
+        "within": lambda low, high, below, above: (np.fmax(low, below), np.fmin(high, above)),
+        "from_zero": lambda low, high: (np.minimum(low, 0.0) + 0.0, np.maximum(high, 0.0) + 0.0),
         "by_slopes": all_by_slopes,
     },
 )
@@ -169,11 +153,12 @@ def _by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
         used = {*nodes.names(quotient)}
         if tear not in used or used & assigned:
             continue
-        if not all(_vanishes_at_zero(side, tear) for side in (quotient.left, quotient.right)):
-            continue
+        at_zero = _AtZero({tear: Fraction(0)}, {})
         try:
+            if at_zero.of(quotient.left) or at_zero.of(quotient.right):
+                continue
             slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
-        except NotDifferentiable:
+        except (Inexact, NotDifferentiable):
             continue
         emitter.assign(_FROM_ZERO, emitter.apply("from_zero", emitter.of(Name(tear))))
         pairs = [emitter.of(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
@@ -190,13 +175,6 @@ class _AtZero(Rationals):
 
     def power(self, node: Power) -> Fraction:
         return Fraction(1) if self.of(node.base) == 1 else super().power(node)
-
-
-def _vanishes_at_zero(expression: Expression, tear: str) -> bool:
-    try:
-        return _AtZero({tear: Fraction(0)}, {}).of(expression) == 0
-    except Inexact:
-        return False
 
 
 # --- a chain over boxes ---
@@ -227,25 +205,18 @@ class Enclosure:
             found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
         if not self._sides:
             return found
-        return [
-            (nan, nan) if below <= 0.0 <= above and self._jumps_across(*box, known) else (below, above)
-            for box, (below, above) in zip(boxes, found, strict=True)
-        ]
-
-    def _jumps_across(self, low: float, high: float, known: Sequence[float]) -> bool:
-        """Whether the residual has no root on either side of the cuts of its directions."""
-        for side in self._sides:
-            below, above = _range(*side._floats[0](low, high, *known))
-            if not (below > 0.0 or above < 0.0 or (isnan(below) and isnan(above))):
-                return False
-        return True
+        for place, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)):
+            if below <= 0.0 <= above:
+                ranges = (_range(*side._floats[0](*box, *known)) for side in self._sides)
+                if all(low > 0.0 or high < 0.0 or (isnan(low) and isnan(high)) for low, high in ranges):
+                    found[place] = nan, nan  # no root on either side of the cuts of its directions
+        return found
 
     def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is monotone on a box."""
-        found = self._of_numerator
-        if found is None or found.slopes is None:
+        if self._of_numerator is None or self._of_numerator.slopes is None:
             return False
-        ((least, most),) = found.slopes_over([(low, high)], known)
+        ((least, most),) = self._of_numerator.slopes_over([(low, high)], known)
         return least > 0.0 or most < 0.0
 
     @cached_property
@@ -323,11 +294,9 @@ def _in_arrays(
     enclose: Callable[..., Intervals], boxes: Sequence[Interval], known: Sequence[float]
 ) -> list[Interval]:
     low, high = np.array(boxes).T
-    below, above = enclose(low, high, [np.float64(number) for number in known])
-    shape = low.shape
-    return list(
-        zip(np.broadcast_to(below, shape).tolist(), np.broadcast_to(above, shape).tolist(), strict=True)
-    )
+    ends = enclose(low, high, [np.float64(number) for number in known])
+    below, above = (np.broadcast_to(end, low.shape).tolist() for end in ends)
+    return list(zip(below, above, strict=True))
 
 
 def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:
@@ -343,7 +312,8 @@ def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> Int
         if item.low == -inf and item.high == inf:
             emitter.line(f"empty = empty | isnan({low})")
         else:
-            ends = f"{low}, {high}, {_literal(emitter, item.low)}, {_literal(emitter, item.high)}"
+            least, most = (emitter.number(Number(end))[0] for end in (item.low, item.high))
+            ends = f"{low}, {high}, {least}, {most}"
             emitter.line(f"d{low}, e{low}, empty, doubtful = bounded({ends}, empty, doubtful)")
             low, high = f"d{low}", f"e{low}"
         emitter.assign(item.name, (low, high))
@@ -357,7 +327,3 @@ def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
         return emitter.of(expression)
     above, below = emitter.of(expression.left), emitter.of(expression.right)
     return emitter.apply("quotient", above, below, more=f", {item.low >= 0.0:d}, {item.relational:d}")
-
-
-def _literal(emitter: IntervalEmitter, end: float) -> str:
-    return emitter.of(Number(end))[0]

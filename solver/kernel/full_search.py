@@ -9,12 +9,11 @@ is held at the edge of it. Where descent finds nothing, trust regions do."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
@@ -22,8 +21,20 @@ from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.enclosure import ARRAYS
 from solver.kernel.question import Budget, Question, rank_loss
-from solver.numerics.multistart import GAUSS_NEWTON, Array, arrivals, spread, starting_points
-from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
+from solver.numerics.linear_algebra import Array
+from solver.numerics.newton import (
+    GAUSS_NEWTON,
+    NEWTON,
+    STANDARD_LIMITS,
+    TRUST_REGIONS,
+    Iteration,
+    NewtonLimits,
+    arrivals,
+    newton,
+    scipy_root,
+    spread,
+    starting_points,
+)
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
 
 # --- box by box ---
@@ -92,17 +103,23 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
 
 def _one_by_one(question: Question, candidates: Candidates) -> None:
     """Damped Newton from the guess, which is worth a longer search, and from a few further points."""
-    ranges, scale = [question.domain(name) for name in question.unknowns], question.scale()
     count = FEW_STARTS if candidates.answers else STARTS
-    for number, start in enumerate(starting_points(question.guess(), ranges, scale, count)):
+    for number, start in enumerate(_guess_and_beside(question, count)):
         limits = START_LIMITS if number else STANDARD_LIMITS
-        end = newton(question.residual, question.jacobian, start, scale, limits)
+        end = newton(question.residual, question.jacobian, start, question.scale, limits)
         if end.outcome.found:
             candidates.refine(end.x)
         else:
             candidates.note(question.named(end.x))
         if candidates.endless:
             return
+
+
+def _guess_and_beside(question: Question, count: int) -> Iterator[list[float]]:
+    """The guess, 1 for an unknown without one, and points that fill the ranges."""
+    ranges = [question.domain(name) for name in question.unknowns]
+    guess = [question.guesses.get(name, 1.0) for name in question.unknowns]
+    return starting_points(guess, ranges, question.scale, count)
 
 
 # --- hundreds of starts at once ---
@@ -118,103 +135,81 @@ NEAR_ZERO = 1e-6
 
 def _in_batches(question: Question, candidates: Candidates, budget: Budget) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
-    sizes = sizes_of(question)
-    scale = np.array([sizes[name] for name in question.unknowns])
+    scale = question.sizes
     found: list[Array] = []
     for turn, (first, last) in enumerate(ROUNDS):
-        starts = starts_of(question, sizes, first, last)
-        ends = _arrivals(question, starts, scale)
+        starts = starts_of(question, first, last)
+        ends = _arrivals(question, starts)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
-            new = _distinct(_wrapped(question, ends), found, scale)
+            new = _distinct(question, ends, found)
             nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
         for end in nearest[:MOST]:
             candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
-                _beside_zeros(question, candidates, starts, scale)
+                _beside_zeros(question, candidates, starts)
                 return
         if turn == 0 and not new:
-            _note_the_best(question, candidates, starts)
+            with np.errstate(all="ignore"):  # a start of least residual tells how near the search came
+                misses = abs(question.kernel.arrays.residual(question.known, starts)).max(axis=1)
+            if np.isfinite(misses).any():
+                candidates.note(question.named(starts[np.nanargmin(misses)].tolist()))
         if (turn and not new) or not budget.another_round():
             break
         found += new
 
 
 def _arrivals(
-    question: Question, starts: Array, scale: Array, ranges: tuple[Array, Array] | None = None
+    question: Question,
+    starts: Array,
+    ranges: tuple[Array, Array] | None = None,
+    by: Iteration = NEWTON,
 ) -> Array:
     arrays, known = question.kernel.arrays, question.known
     residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
-    return arrivals(residual, jacobian, starts, scale, ranges=ranges)
+    return arrivals(residual, jacobian, starts, question.sizes, by, ranges)
 
 
-def _beside_zeros(question: Question, candidates: Candidates, starts: Array, scale: Array) -> None:
+def _beside_zeros(question: Question, candidates: Candidates, starts: Array) -> None:
     """Where the starts led to a curve along which unknowns are 0 (a mass, say, that all terms contain): the
     same starts again, on ways that do not cross those zeros."""
     points = np.array([list(answer.values.values()) for answer in candidates.answers])
-    zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(scale), dtype=bool)
+    zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(question.unknowns), dtype=bool)
     if not zero.any():
         return
     ranges = np.where(zero, 0.0, -np.inf), np.where(zero, 0.0, np.inf)
-    ends = _arrivals(question, starts, scale, ranges)
-    away = ends[(abs(ends[:, zero]) > NEAR_ZERO * scale[zero]).all(axis=1)]
-    for end in _distinct(_wrapped(question, away), [], scale)[:MOST]:
+    ends = _arrivals(question, starts, ranges)
+    away = ends[(abs(ends[:, zero]) > NEAR_ZERO * question.sizes[zero]).all(axis=1)]
+    for end in _distinct(question, away, [])[:MOST]:
         candidates.refine(end.tolist(), FINISH)
 
 
-def _note_the_best(question: Question, candidates: Candidates, starts: Array) -> None:
-    """A start of least residual, for a search that finds no root to tell how near it came."""
-    with np.errstate(all="ignore"):
-        misses = abs(question.kernel.arrays.residual(question.known, starts)).max(axis=1)
-    if np.isfinite(misses).any():
-        candidates.note(question.named(starts[np.nanargmin(misses)].tolist()))
-
-
-def starts_of(question: Question, sizes: Mapping[str, float], first: int, last: int) -> Array:
+def starts_of(question: Question, first: int, last: int) -> Array:
     """Half of them along the chains, the others with every unknown on its own."""
-    block = question.kernel.block
+    sizes = dict(zip(question.unknowns, question.sizes.tolist(), strict=True))
+
+    def points(names: Sequence[str]) -> Array:
+        """Those (last - first, names) of a sequence that is spread over the ranges of unknowns."""
+        ranges = [question.domain(name) for name in names]
+        return np.array(list(spread(ranges, [sizes[name] for name in names], last - first, first)))
+
     with np.errstate(all="ignore"):
-        tears = _points(question, block.tears, sizes, first, last)
-        along = question.kernel.arrays.starts(question.known, tears)
-    apart = _points(question, question.unknowns, sizes, first, last)
+        along = question.kernel.arrays.starts(question.known, points(question.kernel.block.tears))
+    apart = points(question.unknowns)
     return np.concatenate([np.where(np.isfinite(along), along, apart), apart])
 
 
-def _points(
-    question: Question, names: Sequence[str], sizes: Mapping[str, float], first: int, last: int
-) -> Array:
-    """The points (last - first, names) of a sequence that is spread over the ranges of unknowns."""
-    ranges = [question.domain(name) for name in names]
-    return np.array(list(spread(ranges, [sizes[name] for name in names], last - first, first)))
-
-
-def sizes_of(question: Question) -> Mapping[str, float]:
-    """The size of every unknown: that of its guess, else what the known numbers make of it."""
-    known = dict(zip(question.kernel.known, question.known, strict=True))
-    sizes = question.kernel.arrays.scalings.sizes(known)
-    guesses = question.guesses
-    return {
-        name: turn / 4 if (turn := question.turn(name)) else abs(guesses.get(name, 0.0)) or sizes[name]
-        for name in question.unknowns
-    }
-
-
-def _wrapped(question: Question, ends: Array) -> Array:
-    """The same with angles in the turn around 0."""
+def _distinct(question: Question, ends: Array, known: Sequence[Array]) -> list[Array]:
+    """Those that are neither among the ``known`` nor one another, with angles in the turn around 0."""
     ends = ends.copy()
     for place, name in enumerate(question.unknowns):
         turn, (low, high) = question.turn(name), question.domain(name)
         if turn is not None and high - low == turn:
             ends[:, place] -= turn * np.floor((ends[:, place] - low) / turn)
-    return ends
-
-
-def _distinct(ends: Array, known: Sequence[Array], scale: Array) -> list[Array]:
-    """Those that are neither among the ``known`` nor one another."""
-    seen = np.empty((len(known) + len(ends), len(scale)))
-    seen[: len(known)] = np.reshape(known, (-1, len(scale)))
+    seen = np.empty((len(known) + len(ends), len(question.unknowns)))
+    seen[: len(known)] = np.reshape(known, (-1, len(question.unknowns)))
     count = len(known)
     for end in ends:
-        size = np.maximum(abs(end), 1e-3 * scale)
+        size = np.maximum(abs(end), 1e-3 * question.sizes)
         if not (abs(seen[:count] - end) <= SAME_END * size).all(axis=1).any():
             seen[count] = end
             count += 1
@@ -228,11 +223,10 @@ TRUST_REGION_STARTS = 24
 
 def fall_back(question: Question, candidates: Candidates) -> None:
     """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
-    ranges, scale = [question.domain(name) for name in question.unknowns], question.scale()
     evaluations = 0
-    for start in starting_points(question.guess(), ranges, scale, TRUST_REGION_STARTS):
+    for start in _guess_and_beside(question, TRUST_REGION_STARTS):
         for method in TRUST_REGIONS:
-            end = scipy_root(question.residual, question.jacobian, start, method, scale)
+            end = scipy_root(question.residual, question.jacobian, start, method, question.scale)
             evaluations += end.evaluations
             candidates.refine(end.x)
             if not candidates.fruitless:
@@ -259,53 +253,39 @@ AWAY = 0.02
 CORRECTIONS = 4
 
 
-def free_curve(question: Question) -> BlockOutcome | None:
-    """What a block leaves free at a point that satisfies it; None where no such point is found."""
-    return _curve(question, lambda curve: curve.found())
-
-
-def curve_through(question: Question, point: Mapping[str, float]) -> BlockOutcome | None:
-    """What a block leaves free at an answer of it; None where no way leads on from there."""
-    return _curve(question, lambda curve: curve.through(np.array([point[n] for n in question.unknowns])))
-
-
-def _curve(question: Question, look: Callable[[_Curve], BlockOutcome | None]) -> BlockOutcome | None:
+def free_curve(question: Question, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
+    """What a block leaves free at an answer of it, or at a point that is looked for; None where there is
+    none, or no way leads on from there."""
     if not question.kernel.smooth or len(question.unknowns) > MAX_BATCH_UNKNOWNS:
         return None
     with np.errstate(all="ignore"):
         try:
-            return look(_Curve(question))
+            if point is None:
+                return _Curve(question).found()
+            return _Curve(question).through(np.array([point[name] for name in question.unknowns]))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
 
 class _Curve:
     def __init__(self, question: Question) -> None:
-
-        self.question = question
-        sizes = sizes_of(question)
-        self.sizes = sizes
-        self.scale = np.array([sizes[name] for name in question.unknowns])
+        self.question, self.scale = question, question.sizes
         self.low = np.array([variable.low for variable in question.variables])
         self.high = np.array([variable.high for variable in question.variables])
 
     def found(self) -> BlockOutcome | None:
-
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
-        ends = self._projected(starts_of(self.question, self.sizes, 0, count // 2))
+        ends = self._projected(starts_of(self.question, 0, count // 2))
         for end in sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]:
             point = self._settled(end)
             if point is not None and (freedom := self.through(point)) is not None:
                 return freedom
         return None
 
-    def _projected(self, starts: NDArray[Any]) -> NDArray[Any]:
+    def _projected(self, starts: Array) -> Array:
+        return _arrivals(self.question, starts, (self.low, self.high), GAUSS_NEWTON)
 
-        arrays, known = self.question.kernel.arrays, self.question.known
-        residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
-        return arrivals(residual, jacobian, starts, self.scale, GAUSS_NEWTON, (self.low, self.high))
-
-    def _settled(self, x: NDArray[Any]) -> NDArray[Any] | None:
+    def _settled(self, x: Array) -> Array | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""
         question = self.question
         for _ in range(CORRECTIONS):
@@ -317,7 +297,7 @@ class _Curve:
             x = x - weight * np.linalg.lstsq(matrix, miss, rcond=FREE)[0]
         return None
 
-    def _scaled(self, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    def _scaled(self, x: Array) -> tuple[Array, Array, Array]:
         """The Jacobian in units of the unknowns and of the rules, and these units."""
         weight = np.maximum(abs(x), 1e-3 * self.scale)
         matrix = np.array(self.question.jacobian(x.tolist()), dtype=float) * weight
@@ -327,7 +307,7 @@ class _Curve:
         rows = np.where(rows > 0.0, rows, 1.0)
         return matrix / rows[:, None], weight, rows
 
-    def through(self, x: NDArray[Any]) -> BlockOutcome | None:
+    def through(self, x: Array) -> BlockOutcome | None:
         """What is free along every direction from the point in which all rules hold on."""
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
@@ -347,20 +327,17 @@ class _Curve:
         fixed = {name: number for name, number in point.items() if name not in free}
         return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
 
-    def _along(self, x: NDArray[Any], way: NDArray[Any]) -> NDArray[Any] | None:
+    def _along(self, x: Array, way: Array) -> Array | None:
         """A point some way on at which every rule holds, on either side."""
         for side in (AWAY, -AWAY):
             for there in self._projected((x + side * way)[None, :]):
                 settled = self._settled(there)
-                if settled is not None and _apart(settled, x, way):
+                if settled is None:
+                    continue
+                moved, meant = float(abs(settled - x).max()), float(abs(AWAY * way).max())
+                if 0.1 * meant <= moved <= 10.0 * meant and math.isfinite(moved):
                     return settled
         return None
-
-
-def _apart(one: Sequence[float] | Any, other: Any, way: Any) -> bool:
-    """Whether a point lies as far from another as it was moved, or nearly."""
-    moved, meant = float(abs(one - other).max()), float(abs(AWAY * way).max())
-    return 0.1 * meant <= moved <= 10.0 * meant and math.isfinite(moved)
 
 
 ISOLATED_STARTS = 32
@@ -374,10 +351,10 @@ def with_isolated(question: Question, curve: BlockOutcome) -> BlockOutcome:
     if not known or len(question.unknowns) > MOST_BESIDE or not question.kernel.smooth:
         return curve
     found = Candidates(question)
-    for start in starts_of(question, sizes_of(question), 0, ISOLATED_STARTS // 2).tolist():
+    for start in starts_of(question, 0, ISOLATED_STARTS // 2).tolist():
         found.refine(start, START_LIMITS)
     regular = [answer for answer in found.answers if answer.double is None]
-    answers = tuple(answer for answer in regular if curve_through(question, answer.values) is None)
+    answers = tuple(answer for answer in regular if free_curve(question, answer.values) is None)
     return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
 
 
@@ -400,14 +377,12 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     suspects = [answer for answer in outcome.answers if answer.double]
     if not suspects or outcome.free or len(question.unknowns) == 1:
         return outcome
-
-    found = [curve_through(question, answer.values) for answer in suspects[:MOST_SUSPECTS]]
+    found = [free_curve(question, answer.values) for answer in suspects[:MOST_SUSPECTS]]
     curves = [curve for curve in found if curve is not None]
     if not curves:
         return outcome
-    points = [a for a, curve in zip(suspects, found, strict=False) if curve is not None] + suspects[
-        MOST_SUSPECTS:
-    ]
+    looked_at = zip(suspects, found, strict=False)
+    points = [a for a, curve in looked_at if curve is not None] + suspects[MOST_SUSPECTS:]
     others = tuple(answer for answer in outcome.answers if not any(answer is point for point in points))
     if others:
         facts = (*outcome.facts, beside(curves[0]))

@@ -21,7 +21,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
@@ -37,7 +37,7 @@ from rulesheets.evaluate.balls import (
     preconditioned,
     solved,
 )
-from rulesheets.evaluate.exactly import Inexact, exactly
+from rulesheets.evaluate.number import Inexact, exactly
 from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, subtract
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import ROUNDED
@@ -50,13 +50,20 @@ TIGHT = 2.0**-110
 """Relative radius that no float can tell from 0."""
 
 
-class Square:
+class Square(NamedTuple):
     """F = 0 for as many ``forms`` as ``unknowns``; ``partials`` are ∂F_i/∂x_j row by row."""
 
-    def __init__(
-        self, forms: Sequence[Expression], partials: Sequence[Expression], unknowns: Sequence[str]
-    ) -> None:
-        self.forms, self.partials, self.unknowns = forms, partials, unknowns
+    forms: Sequence[Expression]
+    partials: Sequence[Expression]
+    unknowns: Sequence[str]
+
+    def rows(self, flat: Sequence[Any]) -> list[Sequence[Any]]:
+        """The matrix of as many numbers as there are partials."""
+        n = len(self.unknowns)
+        return [flat[i : i + n] for i in range(0, n * n, n)]
+
+    def jacobian(self, at: Mapping[str, Ball]) -> list[Sequence[Ball]]:
+        return self.rows([enclosing_ball(partial, at, derivative=True) for partial in self.partials])
 
 
 def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
@@ -123,9 +130,11 @@ class _Proof:
         return box
 
     def _image(self, middle: Sequence[Ball], box: Sequence[Ball]) -> list[Ball] | None:
-        if not continuous(self.jumps, self._at(box)):
+        at = self._at(box)
+        if not continuous(self.jumps, at):
             return None
-        found = preconditioned(self._jacobian(box), self._jacobian(middle), self._residual(middle))
+        jacobian, centre = self.square.jacobian(at), self.square.jacobian(self._at(middle))
+        found = preconditioned(jacobian, centre, self._residual(middle))
         if found is None:
             return None
         rest, shift = found
@@ -141,11 +150,6 @@ class _Proof:
     def _residual(self, point: Sequence[Ball]) -> list[Ball]:
         return [enclosing_ball(form, self._at(point)) for form in self.square.forms]
 
-    def _jacobian(self, point: Sequence[Ball]) -> list[list[Ball]]:
-        n, at = len(self.square.unknowns), self._at(point)
-        flat = [enclosing_ball(partial, at, derivative=True) for partial in self.square.partials]
-        return [flat[i : i + n] for i in range(0, n * n, n)]
-
 
 DENOMINATORS = (1, 10**3, 10**7)
 """Largest denominators of the rational numbers that floats are taken for, besides what they are."""
@@ -160,7 +164,9 @@ def exact_double_root(
     """The exact root next to the floats ``near`` at which the Jacobian is singular; None where there is none
     that is rational, or where a number that it depends on is not known exactly."""
     given = {name: number for name, ball in known.items() if (number := exact_fraction(ball)) is not None}
-    for candidate in _candidates(near):
+    exact = [Fraction(number) for number in near]
+    short = ([number.limit_denominator(most) for number in exact] for most in DENOMINATORS)
+    for candidate in (exact, *short):
         root = dict(zip(square.unknowns, candidate, strict=True))
         try:
             if _singular_root(square, {**given, **root}):
@@ -168,13 +174,6 @@ def exact_double_root(
         except Inexact:
             continue
     return None
-
-
-def _candidates(near: Sequence[float]) -> Iterator[tuple[Fraction, ...]]:
-    exact = tuple(map(Fraction, near))
-    yield exact
-    for most in DENOMINATORS:
-        yield tuple(number.limit_denominator(most) for number in exact)
 
 
 def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
@@ -188,7 +187,12 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     if any(exactly(form, numbers) for form in square.forms) or not _smooth(square, numbers):
         return False
     degree = sum(number in ROUNDED for partial in square.partials for number in _numbers(partial))
-    return all(_singular(square, numbers, Fraction(k)) for k in range(1, degree + 2))
+    for radian in map(Fraction, range(1, degree + 2)):
+        constants = {RADIAN: radian, -RADIAN: -radian, 1 / RADIAN: 1 / radian, -1 / RADIAN: -1 / radian}
+        rows = square.rows([exactly(partial, numbers, constants) for partial in square.partials])
+        if eliminate(rows, [Fraction(0)] * len(rows)) is not None:
+            return False
+    return True
 
 
 def _smooth(square: Square, numbers: Mapping[str, Fraction]) -> bool:
@@ -201,13 +205,6 @@ def _smooth(square: Square, numbers: Mapping[str, Fraction]) -> bool:
         return not calls or continuous(calls, balls)
     except Undefined:
         return False
-
-
-def _singular(square: Square, numbers: Mapping[str, Fraction], radian: Fraction) -> bool:
-    n = len(square.unknowns)
-    constants = {RADIAN: radian, -RADIAN: -radian, 1 / RADIAN: 1 / radian, -1 / RADIAN: -1 / radian}
-    flat = [exactly(partial, numbers, constants) for partial in square.partials]
-    return eliminate([flat[i : i + n] for i in range(0, n * n, n)], [Fraction(0)] * n) is None
 
 
 def _numbers(form: Expression) -> Iterator[float]:
@@ -366,16 +363,13 @@ class _Curve:
             curved.append(-total)
         return solved(self._matrix(point), [*curved, ball(0)])[self.n]
 
-    def _matrix(self, point: Mapping[str, Ball]) -> list[list[Ball]]:
-        at, size = {**self.known, **point}, self.n + 1
-        flat = [enclosing_ball(partial, at, derivative=True) for partial in self.bordered.partials]
-        return [flat[i : i + size] for i in range(0, size * size, size)]
+    def _matrix(self, point: Mapping[str, Ball]) -> list[Sequence[Ball]]:
+        return self.bordered.jacobian({**self.known, **point})
 
     def _null_vectors(self) -> tuple[list[float], list[float]]:
         """u and v, the latter with t in units of the largest unknown's size."""
         at = {**self.known, **dict(zip(self.square.unknowns, self.middle, strict=True))}
-        flat = [float(enclosing_ball(partial, at, derivative=True).mid()) for partial in self.square.partials]
-        rows = [flat[i : i + self.n] for i in range(0, self.n * self.n, self.n)]
+        rows = [[float(slope.mid()) for slope in row] for row in self.square.jacobian(at)]
         numbers = [float(m) for m in self.middle]
         direction = null_direction(rows, numbers)
         length = sum(d * d for d in direction) * (max(map(abs, numbers)) or 1.0)

@@ -11,7 +11,6 @@ its eliminant is accounted for.
 from __future__ import annotations
 
 import math
-from cmath import isfinite
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
@@ -24,10 +23,9 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import enclose
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.facts import OutOfRange
-from solver.kernel.candidates import Answer, Candidates
+from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
-from solver.kernel.root_check import astray, uncertainty
+from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, REAL, SAME_VALUE, TOUCHING
 from solver.path.polynomial import (
@@ -125,15 +123,13 @@ class _Steps:
 
     def _plus(self, a: Ratio, b: Ratio) -> Ratio:
         power = max(a[2], b[2])
-        (p, p_gross), (q, q_gross) = (self._over(ratio, power) for ratio in (a, b))
+        parts = []
+        for part, gross, own in (a, b):
+            for _ in range(power - own):
+                part, gross = times(part, self.circle), times(gross, self.circle)
+            parts.append((part, gross))
+        (p, p_gross), (q, q_gross) = parts
         return plus(p, q), plus(p_gross, q_gross), power
-
-    def _over(self, ratio: Ratio, power: int) -> tuple[Polynomial, Polynomial]:
-        """Both parts of a ratio over a higher power of 1 + t²."""
-        part, gross, own = ratio
-        for _ in range(power - own):
-            part, gross = times(part, self.circle), times(gross, self.circle)
-        return part, gross
 
     def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
@@ -184,18 +180,6 @@ def _dense(polynomial: Polynomial, unknown: str, at: Mapping[str, Fraction] = NO
     return found
 
 
-def _closing(question: Question, forms: Forms, turn: float | None = None) -> tuple[list[Fraction], int]:
-    """What must vanish in the only tear, or in the tangent of half of it; how often ∞ is a root then.
-
-    Raises NotPolynomial, TooLarge and OverflowError.
-    """
-    ((polynomial, gross, power),) = _Steps(question, forms, turn).residuals(question)
-    if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in polynomial.items()):
-        raise NotPolynomial
-    found = _dense(polynomial, question.kernel.block.tears[0])
-    return found, 2 * power - max(len(found) - 1, 0)
-
-
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
 
@@ -209,9 +193,13 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     if turn is not None and (not question.graph.is_turning(tears[0]) or domain != (-turn / 2, turn / 2)):
         return False
     try:
-        polynomial, at_half_turn = _closing(question, forms, turn)
+        ((whole, gross, power),) = _Steps(question, forms, turn).residuals(question)
     except (NotPolynomial, TooLarge, OverflowError):
         return False
+    if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
+        return False
+    polynomial = _dense(whole, tears[0])
+    at_half_turn = 2 * power - max(len(polynomial) - 1, 0)  # how often t = ∞ is a root
     simple = simple_part(polynomial)
     roots = real_roots(simple, *(_widened(*domain) if turn is None else ()))
     if roots is None or _doubtful_extremum(simple):
@@ -224,8 +212,13 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         point = _point_at(question, forms, {tears[0]: root})
         if point is None:
             return False
-        plain = turn is None and not several and _plainly(question, trial, point)
-        if not plain and not _tried(question, trial, point, several):
+        count = len(trial.answers)
+        if question.holds(point):
+            trial.keep(point, singular=several)
+            continue
+        if not several:
+            trial.refine(list(point.values()))
+        if len(trial.answers) == count and not astray(question, point):
             return False
     candidates.take(trial)
     return True
@@ -235,41 +228,6 @@ def _widened(low: float, high: float) -> tuple[float, float]:
     """A range with what rounding may lead beyond its ends."""
     slack = BACKWARD * max([abs(end) for end in (low, high) if math.isfinite(end)], default=0.0)
     return low - slack, high + slack
-
-
-def _plainly(question: Question, trial: Candidates, point: Point) -> bool:
-    """Keep a point that holds: a simple root that is counted needs no further look."""
-    if not question.holds(point):
-        return False
-    point = question.inside(dict(point))
-    name = question.outside(point)
-    if name is None and trial.stands(point, uncertainty(question, point)):
-        trial.answers.append(Answer(point))
-    elif name is not None:
-        trial.outside = OutOfRange(question.equations[0], name, point[name])
-    return True
-
-
-def _tried(question: Question, trial: Candidates, point: Point, several: bool) -> bool:
-    """Whether it is plain that the point is an answer (then kept), or that it is none."""
-    if question.holds(point):
-        trial.keep(dict(point), singular=several and _is_singular(question, point))
-        return True
-    count = len(trial.answers)
-    if not several:
-        trial.refine(list(point.values()))
-    return len(trial.answers) > count or astray(question, point)
-
-
-def _is_singular(question: Question, point: Point) -> bool:
-    try:
-        matrix = np.array(question.jacobian(list(point.values())))
-    except (ArithmeticError, ValueError):
-        return False
-    with np.errstate(all="ignore"):
-        sizes = np.abs(matrix).max(axis=1, keepdims=True)
-        rows = matrix / np.where(sizes > 0.0, sizes, 1.0)
-        return bool(np.isfinite(rows).all() and np.linalg.cond(rows) > 1e8)
 
 
 def _explicit_forms(question: Question) -> Forms | None:
@@ -334,19 +292,18 @@ def counted(question: Question, candidates: Candidates) -> bool:
 
 
 def _may_be_free(question: Question, factor: Coefficients) -> bool:
-    """Whether the rules admit a zero of a factor that an explicit form divides by, and into."""
+    """Whether the rules admit a zero of a factor that an explicit form divides by, and into: none of them
+    excludes that value of the tear, whatever the other unknowns are."""
     tear = question.kernel.block.tears[0]
     zeros = real_roots(simple_part(factor), *question.domain(tear))
-    return zeros is None or any(_is_admitted(question, tear, zero) for zero in zeros)
-
-
-def _is_admitted(question: Question, tear: str, zero: float) -> bool:
-    """Whether no rule of the block excludes a value of the tear, whatever the other unknowns are."""
     known = {name: (v, v) for name, v in question.here.items() if isinstance(v, float)}
     box = known | {name: question.domain(name) for name in question.unknowns}
-    box[tear] = math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)
-    ranges = (enclose(form, box) for form in question.kernel.forms)
-    return all(low <= 0.0 <= high for low, high in ranges)
+    for zero in zeros or ():
+        box[tear] = math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)
+        ranges = (enclose(form, box) for form in question.kernel.forms)
+        if all(low <= 0.0 <= high for low, high in ranges):
+            return True
+    return zeros is None
 
 
 def _settled(question: Question, candidates: Candidates, forms: Forms, root: float) -> bool:
@@ -358,21 +315,14 @@ def _settled(question: Question, candidates: Candidates, forms: Forms, root: flo
 
     if is_listed():
         return True
-    points = list(_points(question, forms, root))
+    reach = SAME_VALUE * (abs(root) or 1.0)  # beside it no pole nor the end of a domain hides the unknowns
+    points = [_point_at(question, forms, {tear: at}) for at in (root, root - reach, root + reach)]
     if all(point is None or astray(question, point) for point in points):
         return True
     for point in points:
         if point is not None:
             candidates.refine(list(point.values()))
     return is_listed()
-
-
-def _points(question: Question, forms: Forms, root: float) -> Iterator[dict[str, float] | None]:
-    """The unknowns at a root and right beside it, where a pole or the end of a domain does not hide them."""
-    tear = question.kernel.block.tears[0]
-    reach = SAME_VALUE * (abs(root) or 1.0)
-    for at in (root, root - reach, root + reach):
-        yield _point_at(question, forms, {tear: at})
 
 
 # --- two polynomials in two tears ---
@@ -438,30 +388,25 @@ def _size(polynomial: Coefficients) -> Fraction:
 def _real_parts(polynomial: Coefficients, beside: Coefficients) -> Iterator[float]:
     """The real parts of the roots that may be real but for the rounding of the coefficients.
 
-    ``beside``: the polynomial at a first tear that is further off than its digits are.
+    ``beside``: the polynomial at a first tear that is further off than its digits are. Raises OverflowError
+    where one is beyond floats.
     """
     pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
     slack = [abs(c) * KEPT_AT_REAL + abs(other - c) for c, other in pairs]
-    for root in _roots(polynomial):
-        real, size = Fraction(complex(root).real), Fraction(abs(root))
-        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
-        if abs(complex(root).imag) <= REAL * abs(root) or kept <= sum(
-            share * size**k for k, share in enumerate(slack)
-        ):
-            yield complex(root).real
-
-
-def _roots(polynomial: Coefficients) -> list[complex]:
-    """All roots, to floats. Raises OverflowError where one is beyond these."""
     largest = _size(polynomial) or Fraction(1)
     with np.errstate(all="ignore"):  # seen to below
         try:
-            roots: list[complex] = np.roots([float(c / largest) for c in reversed(polynomial)]).tolist()
+            roots = np.roots([float(c / largest) for c in reversed(polynomial)])
         except np.linalg.LinAlgError:
             raise OverflowError from None
-    if not all(map(isfinite, roots)):
+    if not np.isfinite(roots).all():
         raise OverflowError
-    return roots
+    for root in map(complex, roots):
+        real, size = Fraction(root.real), Fraction(abs(root))
+        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
+        off = sum(share * size**k for k, share in enumerate(slack))
+        if abs(root.imag) <= REAL * abs(root) or kept <= off:
+            yield root.real
 
 
 def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
@@ -473,9 +418,9 @@ def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: di
         return True
     outside = trial.outside
     trial.refine(list(point.values()))
-    return trial.outside is not outside or any(_is_near(question, point, one.values) for one in trial.answers)
-
-
-def _is_near(question: Question, point: Mapping[str, float], other: Mapping[str, float]) -> bool:
-    sizes = zip(point.items(), question.scale(), strict=True)
-    return all(abs(v - other[name]) <= POLISHED * max(abs(v), 1e-3 * scale) for (name, v), scale in sizes)
+    sizes = [max(abs(point[n]), 1e-3 * s) for n, s in zip(question.unknowns, question.scale, strict=True)]
+    near = (
+        all(abs(v - one.values[n]) <= POLISHED * s for (n, v), s in zip(point.items(), sizes, strict=True))
+        for one in trial.answers
+    )
+    return trial.outside is not outside or any(near)

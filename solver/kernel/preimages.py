@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 
@@ -31,17 +31,6 @@ MOST = 1e300
 """Turns that a float can count."""
 
 
-def whole_turns(
-    preimages: Preimages, principal: float, period: float, rest: tuple[Stage, ...]
-) -> list[float]:
-    """The principal preimage and its whole turns that ``rest``, the stages still to undo, leads into the
-    window of the unknown. Where some are left out, ``preimages`` is no longer complete.
-    """
-    bent = next((place for place, stage in enumerate(rest) if not is_affine(stage)), None)
-    turns = _WholeTurns(preimages, principal, period, rest)
-    return turns.straight() if bent is None else turns.bent(bent)
-
-
 def is_scaled(rest: Sequence[Stage]) -> bool:
     """Whether an unknown is no angle, nor a simple share of one in degrees or radians, but what an angle is
     computed from: a time, a place, the day of a year."""
@@ -53,12 +42,11 @@ def is_scaled(rest: Sequence[Stage]) -> bool:
             except KeyError:  # it depends on other variables
                 return True
     shares = (scale, scale * math.degrees(1.0), scale * math.radians(1.0))
-    return not any(_is_simple(share) for share in shares)
-
-
-def _is_simple(share: float) -> bool:
-    simple = Fraction(share).limit_denominator(SIMPLE)
-    return abs(simple) <= SIMPLE and math.isclose(simple, share, rel_tol=SAME_TURN)
+    for share in shares:
+        simple = Fraction(share).limit_denominator(SIMPLE)
+        if abs(simple) <= SIMPLE and math.isclose(simple, share, rel_tol=SAME_TURN):
+            return False
+    return True
 
 
 def is_affine(stage: Stage) -> bool:
@@ -67,11 +55,19 @@ def is_affine(stage: Stage) -> bool:
 
 
 class _WholeTurns:
+    """The principal preimage and its whole turns that ``rest``, the stages still to undo, leads into the
+    window of the unknown. Where some are left out, ``preimages`` is no longer complete.
+    """
+
     def __init__(
         self, preimages: Preimages, principal: float, period: float, rest: tuple[Stage, ...]
     ) -> None:
         self.preimages, self.principal, self.period, self.rest = preimages, principal, period, rest
         self.unknown, self.variable = preimages.isolation.unknown, preimages.variable
+
+    def all(self) -> list[float]:
+        bent = next((place for place, stage in enumerate(self.rest) if not is_affine(stage)), None)
+        return self.straight() if bent is None else self.bent(bent)
 
     def straight(self) -> list[float]:
         """Where what is left to undo is affine: all turns in the window."""
@@ -80,9 +76,7 @@ class _WholeTurns:
         if self.preimages.rounding(first) > LOST * abs(stride):
             self.preimages.uncounted()
         if EPS * abs(first) > LOST * abs(stride):
-            self.preimages.complete = (
-                False  # the floats next to such answers need not be good enough to be told
-            )
+            self.preimages.complete = False  # floats next to such answers may not be good enough to be told
         window = self._window(stride)
         if stride == 0 or not math.isfinite(stride):
             return [self.principal]
@@ -162,17 +156,14 @@ class _WholeTurns:
             return high - span, high
         return (-span / 2, span / 2) if turn or not self.rest else None
 
-    @property
-    def _operand(self) -> Expression:
-        isolation, equation = self.preimages.isolation, self.preimages.equation
-        depth = len(isolation.stages) - len(self.rest)
-        return operand(equation.left, equation.right, self.unknown, depth)
-
     def _range_of_operand(self) -> tuple[float, float]:
         """Bounds of what is still to undo, over the finite range of the unknown."""
+        isolation, equation = self.preimages.isolation, self.preimages.equation
+        depth = len(isolation.stages) - len(self.rest)
+        left = operand(equation.left, equation.right, self.unknown, depth)
         known = self.preimages.values
         box = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}
-        bounds = enclose(self._operand, {**box, self.unknown: (self.variable.low, self.variable.high)})
+        bounds = enclose(left, {**box, self.unknown: (self.variable.low, self.variable.high)})
         return (-math.inf, math.inf) if any(map(math.isnan, bounds)) else bounds
 
     def _leads_inside(self, target: float) -> bool:
@@ -268,26 +259,27 @@ class Preimages:
 
     def _undo(self, targets: list[float], stages: tuple[Stage, ...]) -> list[float]:
         for place, stage in enumerate(stages):
-            targets = self._undo_stage(stage, targets, stages[place + 1 :])
+            found: list[float] = []
+            refused: Exception | None = None
+            for target in targets:
+                try:
+                    found += self._operands(stage, target, stages[place + 1 :])
+                except (Refused, Undefined) as error:
+                    refused = error
+            if not found and refused is not None:
+                raise refused
+            targets = found
         return targets
 
-    def _undo_stage(self, stage: Stage, targets: list[float], rest: tuple[Stage, ...]) -> list[float]:
-        found: list[float] = []
-        refused: Exception | None = None
-        for target in targets:
-            try:
-                if (exponent := self._whole_exponent(stage, target)) is not None:
-                    found.append(exponent)
-                    continue
-                inside = self._in_image(stage, target)
-                self._divisible(stage, inside)
-                turns = [self._form(stage, form, inside, rest) for form in stage.forms]
-                found.extend(_alternately(turns))
-            except (Refused, Undefined) as error:
-                refused = error
-        if not found and refused is not None:
-            raise refused
-        return found
+    def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
+        """What one operation has to be of, to come out as a target."""
+        if (exponent := self._whole_exponent(stage, target)) is not None:
+            return [exponent]
+        inside = self._in_image(stage, target)
+        self._divisible(stage, inside)
+        # the first of each form, the second of each, …: who takes no more than some takes of every form
+        turns = zip_longest(*(self._form(stage, form, inside, rest) for form in stage.forms))
+        return [number for some in turns for number in some if number is not None]
 
     def _form(self, stage: Stage, form: Expression, target: float, rest: tuple[Stage, ...]) -> list[float]:
         try:
@@ -335,7 +327,10 @@ class Preimages:
             return
         unknown = self.isolation.unknown
         dividend = self._dividend(stage, target)
-        if self._holds_anyway() or (dividend == 0.0 and not self.isolation.common):
+        # where the equation holds for different values of the unknown, it does not depend on it
+        tried = ({**self.floats, unknown: number} for number in SAMPLES)
+        anyway = all(check_rule(self.equation, at).holds for at in tried)
+        if anyway or (dividend == 0.0 and not self.isolation.common):
             raise Refused(AsksNothing(self.index, unknown))
         self.delicate = self.delicate or not abs(dividend) > DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"
@@ -365,11 +360,6 @@ class Preimages:
             return self.evaluate(form.left, {**self.values, TARGET.name: target})
         return 0.0
 
-    def _holds_anyway(self) -> bool:
-        """Whether the equation holds for different values of the unknown: one that it does not depend on."""
-        unknown = self.isolation.unknown
-        return all(check_rule(self.equation, {**self.floats, unknown: number}).holds for number in SAMPLES)
-
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole ones.
         None where the base has a logarithm."""
@@ -390,7 +380,7 @@ class Preimages:
     # --- whole turns ---
 
     def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
-        return whole_turns(self, principal, period, rest)
+        return _WholeTurns(self, principal, period, rest).all()
 
     def uncounted(self) -> None:
         """Called where whole turns are lost beside the number that they are added to."""
@@ -420,12 +410,6 @@ class Preimages:
         q = -0.5 * (b - root if b < 0.0 else b + root)
         roots = [q / a, c / q if q else 0.0]
         return sorted(roots, reverse=True) if roots[0] != roots[1] else roots[:1]
-
-
-def _alternately(lists: Iterable[Sequence[float]]) -> Iterator[float]:
-    """The first of each, the second of each, …: whoever takes no more than some takes of every form."""
-    for some in zip_longest(*lists):
-        yield from (number for number in some if number is not None)
 
 
 def _reading(operation: str, target: float) -> str:

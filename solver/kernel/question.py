@@ -25,8 +25,7 @@ from solver.accuracy.alike import note_checks
 from solver.accuracy.rule_check import check_rule
 from solver.facts import RankLoss
 from solver.kernel.block import BlockKernel
-from solver.numerics.linear_algebra import Factor, factorise, sparse_matrix
-from solver.numerics.multistart import Array
+from solver.numerics.linear_algebra import Array, Factor, factorise, sparse_matrix
 from solver.numerics.sparse_newton import Triplets
 from solver.path.graph import within_half_turns
 
@@ -71,9 +70,6 @@ class Budget:
         """So many levels of a search, each of so many operations, can still be afforded."""
         expect_time()
         return min(most, self.of_block // max(operations, 1))
-
-    def affords(self, work: int) -> bool:
-        return work <= self.of_block
 
     def spend(self, work: int) -> None:
         self.used += work
@@ -195,6 +191,7 @@ class Question:
         return moved if moved != point and self.holds(moved) else point
 
     def size_of_residual(self, point: Mapping[str, float]) -> float:
+        """The largest miss of a rule; infinite where one has no value."""
         try:
             if len(self.unknowns) > MANY and self.sparse is not None:
                 found = float(np.abs(self.sparse[0](np.array(list(point.values())))).max())
@@ -209,47 +206,46 @@ class Question:
     def domain(self, name: str) -> tuple[float, float]:
         return self.kernel.domain(name)
 
+    @cached_property
+    def _free_turns(self) -> dict[str, float]:
+        """The whole turns of angles that have no declared range."""
+        unbounded = (v.name for v in self.variables if v.low == -math.inf and v.high == math.inf)
+        return {name: turn for name in unbounded if (turn := self.turn(name)) is not None}
+
     def wrapped(self, point: Mapping[str, float]) -> dict[str, float]:
         """Angles without a declared range in (-180, 180], where the rules allow it."""
-        moved = {name: self._wrapped(name, number) for name, number in point.items()}
+        moved = dict(point)
+        for name, turn in self._free_turns.items():
+            moved[name] = within_half_turns(point[name], turn)
         return moved if moved != point and self.holds(moved) else dict(point)
 
     def beside(self, point: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
         """The point with its angles, without a declared range, moved by whole turns next to another's."""
         moved = dict(point)
-        for name, turn in self._free_turns:
+        for name, turn in self._free_turns.items():
             moved[name] += turn * round((other[name] - moved[name]) / turn)
         return moved
 
     @cached_property
-    def _free_turns(self) -> tuple[tuple[str, float], ...]:
-        turns = ((name, self._free_turn(name)) for name in self.unknowns)
-        return tuple((name, turn) for name, turn in turns if turn is not None)
-
-    def _free_turn(self, name: str) -> float | None:
-        """The whole turn of an angle that has no declared range."""
-        variable = self.graph.model.variables[name]
-        return None if variable.low > -math.inf or variable.high < math.inf else self.turn(name)
-
-    def _wrapped(self, name: str, number: float) -> float:
-        turn = self._free_turn(name)
-        return number if turn is None else within_half_turns(number, turn)
-
-    def guess(self) -> list[float]:
-        return [self.guesses.get(name, 1.0) for name in self.unknowns]
-
     def scale(self) -> list[float]:
         """Typical size of the unknowns: that of the guess, else of the numbers around them."""
-        return self._scale
-
-    @cached_property
-    def _scale(self) -> list[float]:
         sizes = sorted(abs(v) for v in self.known if v)
         around = sizes[len(sizes) // 2] if sizes else 1.0
         return [
             turn / 4 if (turn := self.turn(name)) else abs(self.guesses.get(name, 0.0)) or around
             for name in self.unknowns
         ]
+
+    @cached_property
+    def sizes(self) -> Array:
+        """The size of every unknown (n,): that of its guess, else what the known numbers make of it."""
+        made = self.kernel.arrays.scalings.sizes(dict(zip(self.kernel.known, self.known, strict=True)))
+        return np.array(
+            [
+                turn / 4 if (turn := self.turn(name)) else abs(self.guesses.get(name, 0.0)) or made[name]
+                for name in self.unknowns
+            ]
+        )
 
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
         """Sort key: nearest to the guesses; of those as near angles by size, other numbers positive first."""
@@ -290,31 +286,33 @@ def _everywhere(question: Question, point: Mapping[str, float]) -> bool:
 
     Raises ArithmeticError and LinAlgError.
     """
-    n = len(question.unknowns)
+    n, names = len(question.unknowns), (*question.unknowns, *question.kernel.known)
     z = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])
     if n == len(z):
         return True
-    _, jacobian = _linearized(question, z)
-    rank, right = _rank(jacobian, 1e-6)
+
+    def linearized(z: Array) -> tuple[Array, Array]:
+        """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,)."""
+        at = dict(zip(names, z.tolist(), strict=True))
+        swept = [derivatives(form, at) for form in question.kernel.forms]
+        rows = [[slopes.get(name, 0.0) for name in names] for _, slopes in swept]
+        return np.array([miss for miss, _ in swept]), np.array(rows)
+
+    def size(z: Array) -> Array:
+        return np.where(z, np.abs(z), 1.0)
+
+    rank, right = _rank(linearized(z)[1] * size(z), 1e-6)
     for seed in range(3):
         mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
-        moved = _returned(question, z + STEP_ALONG * _sizes(z) * (mix @ right[rank:]))
-        if moved is not None and _rank(_linearized(question, moved)[1][:, :n], 1e-5)[0] == n:
+        moved = z + STEP_ALONG * size(z) * (mix @ right[rank:])
+        for _ in range(12):
+            miss, jacobian = linearized(moved)
+            moved = moved - np.linalg.lstsq(jacobian, miss, rcond=1e-10)[0]
+        miss, jacobian = linearized(moved)
+        settled = np.abs(miss).max() <= 1e-9 * max(1.0, np.abs(moved).max() ** 2)
+        if settled and _rank((jacobian * size(moved))[:, :n], 1e-5)[0] == n:
             return False
     return True
-
-
-def _linearized(question: Question, z: Array) -> tuple[Array, Array]:
-    """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,), in units of their sizes."""
-    names = (*question.unknowns, *question.kernel.known)
-    at = dict(zip(names, z.tolist(), strict=True))
-    swept = [derivatives(form, at) for form in question.kernel.forms]
-    rows = np.array([[slopes.get(name, 0.0) for name in names] for _, slopes in swept])
-    return np.array([miss for miss, _ in swept]), rows * _sizes(z)
-
-
-def _sizes(z: Array) -> Array:
-    return np.where(z, np.abs(z), 1.0)
 
 
 def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
@@ -322,12 +320,3 @@ def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
     size = np.abs(jacobian).max(axis=1, keepdims=True)
     _, values, right = np.linalg.svd(jacobian / np.where(size > 0.0, size, 1.0))
     return int((values > share * values[0]).sum()), right
-
-
-def _returned(question: Question, z: Array) -> Array | None:
-    """The nearest point of the solution set, by Gauss–Newton; None where it is not reached."""
-    for _ in range(12):
-        miss, jacobian = _linearized(question, z)
-        z = z - np.linalg.lstsq(jacobian / _sizes(z), miss, rcond=1e-10)[0]
-    settled = np.abs(_linearized(question, z)[0]).max() <= 1e-9 * max(1.0, np.abs(z).max() ** 2)
-    return z if settled else None

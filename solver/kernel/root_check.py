@@ -22,8 +22,6 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.evaluate.digits import context
-from rulesheets.model import Value
-from rulesheets.syntax.nodes import Expression
 from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
@@ -152,26 +150,17 @@ def sharp_root(question: Question, start: Sequence[float], sizes: Sequence[float
             return None
         x = [mp.mpf(v) for v in start]
         for _ in range(REFINEMENTS):
-            step = _step(factor, _misses(question, dict(zip(names, x, strict=True))))
+            at = {**question.here, **dict(zip(names, x, strict=True))}
+            misses = [extended(form, at, REFINED_DIGITS) for form in question.kernel.forms]
+            largest = max(map(abs, misses))  # brought to unit size for the floats that solve for the step
+            shares = factor.solve([float(miss / largest) for miss in misses]) if largest else [0.0] * len(x)
+            step = [largest * d for d in shares]
             x = [v - d for v, d in zip(x, step, strict=True)]
             if all(abs(d) <= REFINED * max(abs(v), size) for v, d, size in zip(x, step, sizes, strict=True)):
                 return [float(v) for v in x]
     except (Undefined, ArithmeticError, ValueError):
         return None
     return None
-
-
-def _misses(question: Question, point: dict[str, Any]) -> list[Any]:
-    at = {**question.here, **point}
-    return [extended(form, at, REFINED_DIGITS) for form in question.kernel.forms]
-
-
-def _step(factor: Any, misses: Sequence[Any]) -> list[Any]:
-    """J⁻¹ F, the misses brought to unit size for the floats that solve for it."""
-    largest = max(map(abs, misses))
-    if not largest:
-        return [largest] * len(misses)
-    return [largest * d for d in factor.solve([float(miss / largest) for miss in misses])]
 
 
 DIGITS = 60
@@ -183,9 +172,6 @@ NUDGE = 1e-5
 HALVINGS = 12
 FAR = 100.0
 """Error bars from an answer, beyond which no root is followed any farther."""
-
-ROUNDS, CONTRACTION = 5, 0.1
-"""Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
 
 
 class RootCheck(Enum):
@@ -233,7 +219,15 @@ def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncert
     if not divisors:
         return False
     reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **point}
-    return any(_reaches_zero(divisor, everything, reach) for divisor in divisors)
+    for divisor in divisors:
+        try:
+            at, slopes = derivatives(divisor, everything)
+        except Undefined:
+            return True
+        moves = sum(abs(slope) * reach.get(name, 0.0) for name, slope in slopes.items() if slope)
+        if not moves < BESIDE * abs(at):  # it may be 0, or nearly
+            return True
+    return False
 
 
 def _check_large(
@@ -243,34 +237,12 @@ def _check_large(
     cancel in it is none the worse; one that divides by next to nothing is."""
     start, root = list(point.values()), dict(point)
     if found.relative is None or found.relative > ORDINARY * EPS:
-        sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
+        sharp = sharp_root(question, start, _sizes(question, start))
         if sharp is None or not _within(start, sharp, found.errors, SAFETY):
             return RootCheck.NO_ROOT, root
         root = question.named(sharp)
     beside = is_beside_pole(question, root, found)
     return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
-
-
-def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> list[float] | None:
-    """Where steps with residuals in extended precision, slopes staying as they are, shrink to nothing beside
-    the error bars; None where they do not, or a function has no such values."""
-    assert question.sparse is not None
-    bars, before = np.array(found.errors), math.inf
-    x: Any = np.array(start, dtype=np.longdouble)
-    factor = question.factor(start, _sizes(question, start))
-    for _ in range(ROUNDS):
-        try:
-            miss = question.sparse[0](x).astype(float)
-        except TypeError:
-            return None
-        step = np.array(factor.solve(miss.tolist()))
-        length = float((np.abs(step) / bars).max())
-        if not length <= min(1.0, CONTRACTION * before):
-            return None
-        x, before = x - step, length
-        if length <= CONTRACTION**ROUNDS:
-            return [float(v) for v in x]
-    return None
 
 
 def root_beside(
@@ -296,7 +268,7 @@ def root_beside(
 
 
 def _sizes(question: Question, start: Sequence[float]) -> list[float]:
-    return [max(abs(v), scale) for v, scale in zip(start, question.scale(), strict=True)]
+    return [max(abs(v), scale) for v, scale in zip(start, question.scale, strict=True)]
 
 
 def _solved_on(
@@ -312,51 +284,35 @@ def _solved_on(
 
     Raises Undefined where a slope has no value at the beginning.
     """
-    mp = context(DIGITS)
+    mp, unknowns = context(DIGITS), question.unknowns
+
+    def at(x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
+        """Jacobian (n, n) and residual (n,)."""
+        values = {**question.here, **dict(zip(unknowns, x, strict=True))}
+        return linearized(question.kernel.forms, unknowns, values, DIGITS)
+
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
-    rows, residual = _linearized(question, x)
+    rows, residual = at(x)
     for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
         if step is None:
             return [float(v) for v in x], count > 0 and not any(residual)
-        ahead = _stepped(question, x, step)
-        if ahead is None or not _within(start, ahead[0], bars, FAR):
+        for halving in range(HALVINGS):  # while it leaves the domain of a rule
+            ahead = [v - d / 2**halving for v, d in zip(x, step, strict=True)]
+            try:
+                rows, residual = at(ahead)
+                break
+            except Undefined:
+                continue
+        else:
             return None, False
-        x, rows, residual = ahead
+        if not _within(start, ahead, bars, FAR):
+            return None, False
+        x = ahead
         if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
             return [float(v) for v in x], True
     return [float(v) for v in x], False
 
 
-def _stepped(
-    question: Question, x: Sequence[Any], step: Sequence[Any]
-) -> tuple[list[Any], list[list[Any]], list[Any]] | None:
-    """The end of a step, halved while it leaves the domain of a rule; Jacobian and residual there. None where
-    it leaves the domain however short it is."""
-    for halving in range(HALVINGS):
-        ahead = [v - d / 2**halving for v, d in zip(x, step, strict=True)]
-        try:
-            return ahead, *_linearized(question, ahead)
-        except Undefined:
-            continue
-    return None
-
-
-def _linearized(question: Question, x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
-    """Jacobian (n, n) and residual (n,). Raises Undefined."""
-    values = {**question.here, **dict(zip(question.unknowns, x, strict=True))}
-    return linearized(question.kernel.forms, question.unknowns, values, DIGITS)
-
-
 def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], factor: float) -> bool:
     return all(abs(v - w) <= factor * (bar + EPS * abs(v)) for v, w, bar in zip(start, x, bars, strict=True))
-
-
-def _reaches_zero(divisor: Expression, values: Mapping[str, Value], bars: Mapping[str, float]) -> bool:
-    """Whether a divisor may be 0, or nearly, within the error bars of its variables."""
-    try:
-        at, slopes = derivatives(divisor, values)
-    except Undefined:
-        return True
-    moves = sum(abs(slope) * bars.get(name, 0.0) for name, slope in slopes.items() if slope)
-    return not moves < BESIDE * abs(at)

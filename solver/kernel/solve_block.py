@@ -8,15 +8,14 @@ region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from rulesheets.functions import named
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
-from solver.facts import Attempt, Fact, Method, NoRoot
+from solver.facts import Attempt, Method, NoRoot
 from solver.kernel.algebra import contradiction, solve_by_formula, unattained
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
@@ -31,9 +30,6 @@ from solver.kernel.full_search import (
 from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.question import Budget, Question
 from solver.kernel.sparse_search import search_sparsely
-
-if TYPE_CHECKING:
-    from solver.kernel.tear_search import TearSearch
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -51,14 +47,32 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
 
     What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.
     """
+    n, tears = len(kernel.unknowns), kernel.block.tears
     if kernel.linear:
         yield Method.LINEAR
     elif is_large(kernel):
         yield Method.SPARSE
-    yield from _counts(kernel)
-    if _is_network(kernel):
+    # Those that count the answers. A polynomial in half an angle has a higher degree than a formula.
+    turning = any(map(kernel.graph.turn, tears))
+    if not turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
+    if kernel.closed is not None:
+        yield Method.FORMULA
+    if turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
+    # A block of some size without angles may be a network, most of whose answers nobody asks about, or the
+    # speeds of a mechanism, whose few answers all count.
+    some = MAX_SEARCHED[0] < n <= MAX_SEARCHED[1]
+    if some and not kernel.linear and not any(map(kernel.graph.turn, kernel.unknowns)):
         yield Method.SPARSE
-    yield from _searches(kernel, thorough)
+    if len(tears) == 1:
+        yield Method.RANGE
+    elif reduced(kernel) is not None:
+        yield Method.SUBSTITUTION
+    most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
+    if (thorough or len(tears) > 1) and n <= most and kernel.finite:
+        yield Method.BOXES
+    yield Method.STARTS
 
 
 def is_large(kernel: BlockKernel) -> bool:
@@ -69,36 +83,6 @@ def is_large(kernel: BlockKernel) -> bool:
     if n <= MAX_SEARCHED[0]:
         return n > MAX_BOX_UNKNOWNS and tears > MANY_TEARS and 0 < turning < n
     return n > MAX_SEARCHED[1] or (turning > 0 and (tears > FEW_TEARS or not kernel.exhaustive))
-
-
-def _is_network(kernel: BlockKernel) -> bool:
-    """Whether a block of some size has no angles: it may be a network, most of whose answers nobody asks
-    about, or the speeds of a mechanism, whose few answers all count."""
-    some = MAX_SEARCHED[0] < len(kernel.unknowns) <= MAX_SEARCHED[1]
-    return some and not kernel.linear and not any(map(kernel.graph.turn, kernel.unknowns))
-
-
-def _counts(kernel: BlockKernel) -> Iterator[Method]:
-    """Those that count the answers. A polynomial in half an angle has a higher degree than a formula."""
-    turning = any(kernel.graph.turn(tear) for tear in kernel.block.tears)
-    if not turning and may_be_polynomial(kernel):
-        yield Method.POLYNOMIAL
-    if kernel.closed is not None:
-        yield Method.FORMULA
-    if turning and may_be_polynomial(kernel):
-        yield Method.POLYNOMIAL
-
-
-def _searches(kernel: BlockKernel, thorough: bool) -> Iterator[Method]:
-    torn_once = len(kernel.block.tears) == 1
-    if torn_once:
-        yield Method.RANGE
-    elif reduced(kernel) is not None:
-        yield Method.SUBSTITUTION
-    most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
-    if (thorough or not torn_once) and len(kernel.unknowns) <= most and kernel.finite:
-        yield Method.BOXES
-    yield Method.STARTS
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
@@ -153,40 +137,39 @@ def solve_block(
 def _searched(
     question: Question, budget: Budget, assumed: bool, off: Blur, given: Collection[str]
 ) -> BlockOutcome:
-    kernel, search = question.kernel, _Search(question, budget, off)
-    for method in first_methods(kernel, budget.thorough):
-        if method is Method.STARTS and (found := _refuted(question, search.candidates, given)) is not None:
-            return BlockOutcome(complete=True, facts=(found,))
-        outcome = search.methods[method]()
-        if method is Method.SPARSE and search.candidates.answers and not budget.thorough:
-            if is_large(kernel):
+    search = _Search(question, budget, off)
+    candidates = search.candidates
+
+    def refuted() -> BlockOutcome | None:
+        """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
+        conflict = contradiction(question) if candidates.fruitless else None
+        why = conflict or unattained(question, given)
+        return None if why is None else BlockOutcome(complete=True, facts=(why,))
+
+    for method in first_methods(question.kernel, budget.thorough):
+        if method is Method.STARTS and (found := refuted()) is not None:
+            return found
+        outcome = search.tried(method)
+        if method is Method.SPARSE and candidates.answers and not budget.thorough:
+            if is_large(question.kernel):
                 return search.outcome()
-            search.candidates.sensible = None if budget.every else search.candidates.answers[0]
+            candidates.sensible = None if budget.every else candidates.answers[0]
         if outcome is not None:
             if assumed or (outcome.answers and not any(answer.double for answer in outcome.answers)):
                 return outcome
-            # rounding may have parted what all but meets, and double roots may be points of a curve
-            return search.isolated(outcome) if outcome.answers else search.curve() or outcome
+            return search.without_curves(outcome)
         if search.complete:
             break
-        if method is Method.RANGE and search.candidates.sensible is not None:
+        if method is Method.RANGE and candidates.sensible is not None:
             return search.outcome()
-    if search.complete and search.candidates.fruitless:
-        why = _refuted(question, search.candidates, given)
-        if why is not None:
-            return BlockOutcome(complete=True, facts=(why,))
+    if search.complete and candidates.fruitless and (found := refuted()) is not None:
+        return found
     if not assumed and (curve := search.curve()) is not None:
         return curve
-    if search.candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
-        fall_back(question, search.candidates)
-    return search.outcome() if assumed else search.isolated(search.outcome())
-
-
-def _refuted(question: Question, candidates: Candidates, given: Collection[str]) -> Fact | None:
-    """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
-    if candidates.fruitless and (found := contradiction(question)) is not None:
-        return found
-    return unattained(question, given)
+    if candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
+        fall_back(question, candidates)
+    outcome = search.outcome()
+    return outcome if assumed or budget.brief else without_curves(question, outcome)
 
 
 class _Search:
@@ -201,33 +184,61 @@ class _Search:
         self.candidates = Candidates(question)
         self.complete = self.whole = False
         self.stretches: tuple[Stretch, ...] = ()
-        self.methods: Mapping[Method, Callable[[], BlockOutcome | None]] = {
-            Method.LINEAR: self._linear,
-            Method.POLYNOMIAL: self._polynomial,
-            Method.FORMULA: self._formula,
-            Method.RANGE: self._range,
-            Method.SUBSTITUTION: self._substitution,
-            Method.BOXES: self._boxes,
-            Method.STARTS: self._starts,
-            Method.SPARSE: self._sparse,
-        }
+
+    def tried(self, method: Method) -> BlockOutcome | None:
+        """What a method says that settles the block; else it has added to what is known."""
+        question, candidates, kernel = self.question, self.candidates, self.kernel
+        torn_once, solved = len(kernel.block.tears) == 1, False
+        match method:
+            case Method.LINEAR:
+                return self._linear()
+            case Method.POLYNOMIAL:
+                from solver.kernel import polynomial_block as polynomial
+
+                polynomials = polynomial.solve_as_polynomial if torn_once else polynomial.solve_by_resultant
+                solved = polynomials(question, candidates)
+            case Method.FORMULA:
+                closed = kernel.closed
+                solved = closed is not None and solve_by_formula(question, candidates, closed)
+            case Method.RANGE:
+                return self._over_tear(method, (kernel, *kernel.others))
+            case Method.SUBSTITUTION if (torn := reduced(kernel)) is not None:
+                return self._over_tear(method, (torn,))
+            case Method.BOXES if not self.whole:
+                self.complete = search_boxes(question, candidates, self.budget.thorough)
+                candidates.tried(method, self.complete)
+            case Method.SPARSE:
+                search_sparsely(question, candidates)
+                candidates.tried(method)
+            case Method.STARTS:
+                self._starts()
+        return self._all(method) if solved else None
 
     def outcome(self) -> BlockOutcome:
-        found = _outcome(self.question, self.candidates, self.complete)
-        whole = (self.whole or found.whole) and not self.candidates.remote
-        return found._replace(stretches=self.stretches, whole=whole)
+        question, candidates = self.question, self.candidates
+        return _found(question, candidates, self.complete and not candidates.withheld)._replace(
+            whole=(self.whole or self.complete) and not candidates.remote,
+            stretches=self.stretches,
+            attempts=tuple(candidates.attempts),
+            suspects=tuple(candidates.suspects),
+            refused=tuple(candidates.refused),
+            remote=candidates.remote,
+        )
 
     def curve(self) -> BlockOutcome | None:
         """Where no answer was found in its range: a curve of answers, if there is one."""
         if self.budget.brief or self.kernel.linear or self.candidates.answers:
             return None
-
         found = free_curve(self.question)
         attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
         return found and found._replace(attempts=attempts)
 
-    def isolated(self, outcome: BlockOutcome) -> BlockOutcome:
-        """The outcome without points of a curve."""
+    def without_curves(self, outcome: BlockOutcome) -> BlockOutcome:
+        """The outcome; a curve of answers instead where it has none, for rounding may have parted what all
+        but meets, or where its answers are no more than points of one.
+        """
+        if not outcome.answers:
+            return self.curve() or outcome
         return outcome if self.budget.brief else without_curves(self.question, outcome)
 
     def _linear(self) -> BlockOutcome | None:
@@ -241,33 +252,10 @@ class _Search:
         attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
         return linear._replace(attempts=(attempt,))
 
-    def _polynomial(self) -> BlockOutcome | None:
-        from solver.kernel import polynomial_block as polynomial
-
-        torn_once = len(self.kernel.block.tears) == 1
-        method = polynomial.solve_as_polynomial if torn_once else polynomial.solve_by_resultant
-        solved = method(self.question, self.candidates)
-        return self._all(Method.POLYNOMIAL) if solved else None
-
-    def _formula(self) -> BlockOutcome | None:
-        closed = self.kernel.closed
-        solved = closed is not None and solve_by_formula(self.question, self.candidates, closed)
-        return self._all(Method.FORMULA) if solved else None
-
-    def _sparse(self) -> None:
-        search_sparsely(self.question, self.candidates)
-        self.candidates.tried(Method.SPARSE)
-
     def _all(self, method: Method) -> BlockOutcome:
         self.candidates.tried(method, complete=True)
-        return _outcome(self.question, self.candidates, complete=True)
-
-    def _range(self) -> BlockOutcome | None:
-        return self._over_tear(Method.RANGE, (self.kernel, *self.kernel.others))
-
-    def _substitution(self) -> BlockOutcome | None:
-        torn = reduced(self.kernel)
-        return None if torn is None else self._over_tear(Method.SUBSTITUTION, (torn,))
+        self.complete = True
+        return self.outcome()
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
         """Search the range of the tear, of one tearing after another until all answers are known."""
@@ -282,16 +270,12 @@ class _Search:
         self.whole = any(search.run() for search in searches)
         if method is Method.RANGE and not self.whole:
             self.whole = not self.budget.brief and counted(question, candidates)
-            self.stretches = () if self.whole else _settleable(searches)
+            few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
+            settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
+            self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
         self.complete = self.whole and not candidates.withheld
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
-
-    def _boxes(self) -> None:
-        if self.whole:
-            return
-        self.complete = search_boxes(self.question, self.candidates, self.budget.thorough)
-        self.candidates.tried(Method.BOXES, self.complete)
 
     def _starts(self) -> None:
         search_from_starts(self.question, self.candidates, self.budget)
@@ -303,26 +287,6 @@ class _Search:
             from solver.kernel.tear_search import TearSearch
 
             TearSearch(self.question, self.candidates, self.kernel, self.budget).run()
-
-
-def _settleable(searches: Sequence[TearSearch]) -> tuple[Stretch, ...]:
-    """Where the first search failed to prove that it had found all, if only in a few short stretches."""
-    for search in searches:
-        if search.stretches and not search.doubts and len(search.stretches) <= MAX_STRETCHES:
-            return tuple(search.stretches)
-    return ()
-
-
-def _outcome(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
-    known = complete and not candidates.withheld
-    found = _found(question, candidates, known)
-    return found._replace(
-        whole=complete and not candidates.remote,
-        attempts=tuple(candidates.attempts),
-        suspects=tuple(candidates.suspects),
-        refused=tuple(candidates.refused),
-        remote=candidates.remote,
-    )
 
 
 def _found(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:

@@ -14,7 +14,7 @@ import numpy as np
 
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import MANY, Question
-from solver.numerics.multistart import Array
+from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import sparse_newton
 from solver.ranking.sizes import nearly_balanced
 

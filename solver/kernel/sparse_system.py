@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import differentiate
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, children, names, subtract
 from solver.kernel.emitter import compile_arrays
-from solver.numerics.multistart import Array
+from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import Triplets
 from solver.path.graph import Alike, Family, template
 

@@ -39,21 +39,11 @@ class StepOutcome(NamedTuple):
     delicate: bool = False
 
 
-def solve_step(
-    graph: ModelGraph,
-    equation: int,
-    isolation: Isolation,
-    values: Mapping[str, Value],
-    guess: float | None = None,
-) -> StepOutcome:
-    """All values of the unknown of ``isolation`` that satisfy the equation at the known ``values``."""
-    return StepSolver(graph, equation, isolation, values, guess).outcome()
-
-
 class StepSolver(Preimages):
     """The preimages that satisfy the equation, in its range, to the last digits."""
 
     def outcome(self) -> StepOutcome:
+        """All values of the unknown of the isolation that satisfy the equation at the known values."""
         found = self._outcome()
         if found.values or self.proven:
             return found
@@ -61,12 +51,12 @@ class StepSolver(Preimages):
         return StepOutcome(fact=fact, complete=False, delicate=found.delicate)
 
     def _outcome(self) -> StepOutcome:
+        unknown = self.isolation.unknown
         try:
             found = self.preimages()
         except Refused as refused:
             return StepOutcome(fact=refused.fact, delicate=self.delicate)
         except Undefined as undefined:
-            unknown = self.isolation.unknown
             if undefined.overflow:
                 return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
             delicate = self.delicate or self._on_the_edge(undefined)
@@ -147,7 +137,7 @@ class StepSolver(Preimages):
     def _coarse(self, number: float) -> bool:
         """Whether one last place of a preimage moves the equation farther than it misses by there, so that it
         may well hold between two floats."""
-        miss, slope = self._slope_at(self._floats(number))
+        miss, slope = self._slope(number)
         return miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number))
 
     def _inside(self, number: float) -> float:
@@ -215,10 +205,8 @@ class StepSolver(Preimages):
         return number
 
     def _slope(self, number: float) -> tuple[float | None, float]:
-        return self._slope_at(self._floats(number))
-
-    def _slope_at(self, at: Mapping[str, Value]) -> tuple[float | None, float]:
-        """What the equation misses by at these values, and its slope along the unknown."""
+        """What the equation misses by in floats, and its slope along the unknown."""
+        at = self._floats(number)
         try:
             left, right, slopes, _ = sides(self.equation, at)
         except Undefined:

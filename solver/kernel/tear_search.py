@@ -16,8 +16,7 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
-from rulesheets.evaluate.exactly import Inexact, exactly
-from rulesheets.evaluate.number import enclose
+from rulesheets.evaluate.number import Inexact, enclose, exactly
 from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import with_named_numbers
@@ -92,49 +91,53 @@ class TearSearch:
         every = self.kernel.chains
         self.doubts = self.question.remote or self._divides_by_nothing()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
-        if len(every) > MOST_CHAINS or not self.budget.affords(work):
+        if len(every) > MOST_CHAINS or work > self.budget.of_block:
             return False
-        low, high = self.question.domain(self.tear)
-        turn = self.question.turn(self.tear)
-        complete, known = True, self.question.known
-        for place, chain in enumerate(every):
-            expect_time()
-            enclosure = self.kernel.enclosure(place)
-            smooth = enclosure.slopes is not None
-            levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
-            limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels)
-            search = isolate_roots(
-                self._enclose(place),
-                partial(enclosure.slopes_over, known=known) if smooth else None,
-                self._residual(place),
-                low,
-                high,
-                limits,
-            )
-            self.budget.spend(search.levels * enclosure.operations)
-            search = self._without_holes(place, search)
-            complete = complete and search.complete and (smooth or not search.roots)
-            self.doubts = self.doubts or not smooth
-            self.stretches += [Stretch(chain, *ends, turn) for ends in search.unresolved]
-            for x in search.crossings:
-                self._candidate(place, x)
-            along = [self._along(place, x) for x in search.roots if x not in search.crossings]
-            self.doubts = self.doubts or None in along  # floats have no value there
-            proven = [root for root in along if root is not None]
-            for root in proven:
-                self.candidates.proven(root)
-            if search.complete:
-                self.candidates.part(proven)
-            for x, _ in search.touching:
-                self._candidate(place, x)
-            doubtful = (*(x for x, _ in search.touching), *(0.5 * (a + b) for a, b in search.unresolved))
-            for x in doubtful[: MAX_SUSPECTS if self.candidates.sensible is None else 0]:
-                if (point := self._along(place, x)) is not None:
-                    self.candidates.suspect(point)
-            self.flat += [(place, *interval) for interval in search.flat]
-        self._at_ends()
+        found = [self._search(place) for place in range(len(every))]
+        variable = self.question.graph.model.variables[self.tear]
+        for end in filter(math.isfinite, (variable.low, variable.high)):  # a rounding outside, perhaps
+            points = [self._along(place, end) for place in range(len(every)) if variable.admits(end)]
+            for point in points:
+                if point is not None and self.question.holds(point):
+                    self.candidates.keep(point)
         self.doubts = self.doubts or not self.kernel.exhaustive
-        return complete and not self.doubts
+        return all(found) and not self.doubts
+
+    def _search(self, place: int) -> bool:
+        """Find the roots along one chain. True where they are proven to be all of it."""
+        expect_time()
+        enclosure, known, candidates = self.kernel.enclosure(place), self.question.known, self.candidates
+        smooth, function = enclosure.slopes is not None, self.kernel.chain_function(place)
+        levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
+        search = isolate_roots(
+            self._enclose(place),
+            partial(enclosure.slopes_over, known=known) if smooth else None,
+            lambda x: function(x, *known)[-1],
+            *self.question.domain(self.tear),
+            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels),
+        )
+        self.budget.spend(search.levels * enclosure.operations)
+        search = self._without_holes(place, search)
+        turn = self.question.turn(self.tear)
+        self.stretches += [Stretch(self.kernel.chains[place], *ends, turn) for ends in search.unresolved]
+        for x in search.crossings:
+            self._candidate(place, x)
+        along = [self._along(place, x) for x in search.roots if x not in search.crossings]
+        self.doubts = self.doubts or not smooth or None in along  # floats have no value there
+        proven = [root for root in along if root is not None]
+        for root in proven:
+            candidates.proven(root)
+        if search.complete:
+            candidates.part(proven)
+        touching = [x for x, _ in search.touching]
+        for x in touching:
+            self._candidate(place, x)
+        doubtful = (*touching, *(0.5 * (a + b) for a, b in search.unresolved))
+        for x in doubtful[: MAX_SUSPECTS if candidates.sensible is None else 0]:
+            if (point := self._along(place, x)) is not None:
+                candidates.suspect(point)
+        self.flat += [(place, *interval) for interval in search.flat]
+        return search.complete and (smooth or not search.roots)
 
     def _enclose(self, place: int) -> Callable[[Sequence[Interval]], Sequence[Interval]]:
         """The residual over boxes; nan, nan for those next to a hole at one of the usual points."""
@@ -146,10 +149,8 @@ class TearSearch:
             return partial(enclosure.ranges, known=known)
 
         def is_empty(low: float, high: float) -> bool:
-            near = (x for x in holes if max(abs(low - x), abs(high - x)) <= BESIDE * turn)
-            return low < high and any(
-                enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in near
-            )
+            near = [x for x in holes if max(abs(low - x), abs(high - x)) <= BESIDE * turn]
+            return low < high and self._is_monotone(place, near, low, high)
 
         def enclose(boxes: Sequence[Interval]) -> Sequence[Interval]:
             return [
@@ -167,17 +168,17 @@ class TearSearch:
         """
         if search.complete or not search.unresolved:
             return search
-        enclosure, known = self.kernel.enclosure(place), self.question.known
-        if enclosure.cleared is None:
+        if self.kernel.enclosure(place).cleared is None:
             return search
         holes = [x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
-
-        def empty(low: float, high: float) -> bool:
-            return any(enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in holes)
-
-        left = tuple(box for box in search.unresolved if not empty(*box))
-        touching = tuple((x, f) for x, f in search.touching if not empty(x, x))
+        left = tuple(box for box in search.unresolved if not self._is_monotone(place, holes, *box))
+        touching = tuple((x, f) for x, f in search.touching if not self._is_monotone(place, holes, x, x))
         return search._replace(unresolved=left, touching=touching, complete=not left)
+
+    def _is_monotone(self, place: int, holes: Sequence[float], low: float, high: float) -> bool:
+        """Whether the numerator of the residual rises or falls all the way from some hole over a box."""
+        enclosure, known = self.kernel.enclosure(place), self.question.known
+        return any(enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in holes)
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or
@@ -190,45 +191,32 @@ class TearSearch:
         for item in items:
             with suppress(Inexact):
                 values[item.name] = exactly(item.expression, values)
-        divisors = self.question.kernel.divisors
-        return _is_zero(residual.expression, values) and (
-            any(_is_zero(divisor, values) for divisor in divisors) or self._is_excluded(x)
-        )
-
-    def _is_excluded(self, x: float) -> bool:
-        """Whether a rule can't hold at a value of the tear, whatever the other unknowns are."""
+        if not _is_zero(residual.expression, values):
+            return False
+        if any(_is_zero(divisor, values) for divisor in self.question.kernel.divisors):
+            return True
         box = {n: (v, v) for n, v in self.question.here.items() if isinstance(v, float)}
-        box |= dict.fromkeys(self.question.unknowns, (-math.inf, math.inf))
-        ranges = (enclose(form, {**box, self.tear: (x, x)}) for form in self.question.kernel.forms)
+        box |= {**dict.fromkeys(self.question.unknowns, (-math.inf, math.inf)), self.tear: (x, x)}
+        ranges = (enclose(form, box) for form in self.question.kernel.forms)
         return any(low > 0.0 or high < 0.0 for low, high in ranges)
-
-    def _at_ends(self) -> None:
-        """The ends of a declared range, where a root may lie a rounding outside."""
-        variable = self.question.graph.model.variables[self.tear]
-        for end in (variable.low, variable.high):
-            if math.isfinite(end) and variable.admits(end):
-                points = (self._along(place, end) for place in range(len(self.kernel.chains)))
-                for point in points:
-                    if point is not None and self.question.holds(point):
-                        self.candidates.keep(point)
 
     def _divides_by_nothing(self) -> bool:
         """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
         does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
-        return any(self._only_divides(place) for place in range(len(self.kernel.chains)))
-
-    def _only_divides(self, place: int) -> bool:
-        function, divided = self.kernel.chain_function(place), False
-        for x in self._samples():
-            try:
-                function(x, *self.question.known)
-            except ZeroDivisionError:
-                divided = True
-            except (ArithmeticError, ValueError):
-                continue
+        for place in range(len(self.kernel.chains)):
+            function, divided = self.kernel.chain_function(place), False
+            for x in self._samples():
+                try:
+                    function(x, *self.question.known)
+                    break
+                except ZeroDivisionError:
+                    divided = True
+                except (ArithmeticError, ValueError):
+                    continue
             else:
-                return False
-        return divided
+                if divided:
+                    return True
+        return False
 
     def freedom(self) -> BlockOutcome | None:
         """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
@@ -242,31 +230,24 @@ class TearSearch:
     def flat_stretch(self) -> BlockOutcome | None:
         """After the search: a stretch of the tear on which every point is an answer (``int(x) = 3``)."""
         for place, low, high in self.flat:
-            if self._fades(place, low, high):
+            # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root, where one
+            # that leaves a plateau jumps or bends
+            beyond = [self._along(place, end) for end in (low - (high - low), high + (high - low))]
+            if all(point is not None and self.candidates.nearly(point) for point in beyond):
                 continue
-            points = [self._along(place, low + share * (high - low)) for share in SHARES[:2]]
-            first, second = points
+            first, second = (self._along(place, low + share * (high - low)) for share in SHARES[:2])
             apart = first and second and first[self.tear] != second[self.tear]
             if first and second and apart and self._satisfied(place, (first, second)):
                 return self._free(first, second)
         return None
 
-    def _fades(self, place: int, low: float, high: float) -> bool:
-        """Whether the residual is next to nothing beyond both ends of a stretch, too: it grows from 0 as that
-        of a multiple root, where one that leaves a plateau jumps or bends."""
-        beyond = (self._along(place, low - (high - low)), self._along(place, high + (high - low)))
-        return all(point is not None and self.candidates.nearly(point) for point in beyond)
-
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
         """Whether the block holds at all these points of a chain, and does not only seem to."""
-        if not all(map(self.question.holds, points)):
-            return False
-
-        chain, known = (
-            self.kernel.chains[place],
-            dict(zip(self.kernel.known, self.question.known, strict=True)),
+        known = dict(zip(self.kernel.known, self.question.known, strict=True))
+        chain = self.kernel.chains[place]
+        return all(map(self.question.holds, points)) and all(
+            vanishes(chain, point[self.tear], known) for point in points
         )
-        return all(vanishes(chain, point[self.tear], known) for point in points)
 
     def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
         span = second[self.tear] - first[self.tear]
@@ -280,15 +261,11 @@ class TearSearch:
         low, high = self.question.domain(self.tear)
         if math.isfinite(low) and math.isfinite(high):
             return [low + (high - low) * share for share in SHARES]
-        size = self.question.scale()[self.question.unknowns.index(self.tear)]
+        size = self.question.scale[self.question.unknowns.index(self.tear)]
         middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
         signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
         sizes = (size,) if size > FAINT else (size, 1.0)
         return [middle + sign * s * share for s in sizes for sign in signs for share in SHARES]
-
-    def _residual(self, place: int) -> Callable[[float], float]:
-        function, known = self.kernel.chain_function(place), self.question.known
-        return lambda x: function(x, *known)[-1]
 
     def _along(self, place: int, x: float) -> dict[str, float] | None:
         try:

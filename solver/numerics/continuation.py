@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
-from solver.numerics.tolerances import FLAT_TANGENT, HOME, MEETING, ON_CURVE, TURNING
+from solver.numerics.tolerances import EPS, FLAT_TANGENT, HOME, MEETING, ON_CURVE, TURNING
 
 Vector = NDArray[np.float64]
 
@@ -59,17 +59,6 @@ class Problem:
         """The scaled difference, angles less their whole turns."""
         return np.asarray((self.turned(there, here) - here) / self.scale)
 
-    def scaled_jacobian(self, z: Vector) -> NDArray[np.float64] | None:
-        """The Jacobian by scaled coordinates, rows of unit size; None without a value, or with a row of 0."""
-        try:
-            matrix = self.jacobian(z) * self.scale
-        except (ArithmeticError, ValueError):
-            return None
-        sizes = np.abs(matrix).max(axis=1, initial=0.0)
-        if not (np.isfinite(sizes).all() and sizes.all()):
-            return None
-        return np.asarray(matrix / sizes[:, None])
-
 
 class CurvePoint(NamedTuple):
     """A point of the curve: ``z`` (n + 1,), unit ``tangent`` in scaled coordinates, ``arc`` length from the
@@ -88,9 +77,14 @@ def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> Cu
     The orientation is the sign of the determinant of the Jacobian bordered by the tangent (E. L. Allgower &
     K. Georg, *Introduction to Numerical Continuation Methods*, 2003, chapters 2 and 8).
     """
-    matrix = problem.scaled_jacobian(z)
-    if matrix is None:
+    try:
+        matrix = problem.jacobian(z) * problem.scale
+    except (ArithmeticError, ValueError):
         return None
+    sizes = np.abs(matrix).max(axis=1, initial=0.0)
+    if not (np.isfinite(sizes).all() and sizes.all()):
+        return None
+    matrix = matrix / sizes[:, None]
     tangent = np.ones(1)
     if len(matrix):
         _, singular, right = np.linalg.svd(matrix)
@@ -132,10 +126,23 @@ def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | N
     ahead = here.z + length * problem.scale * here.tangent
     z, before = ahead, np.inf
     for _ in range(CORRECTIONS):
-        move = _correction(problem, z, here.tangent, (z - ahead) / problem.scale)
-        if move is None:
+        try:
+            values, matrix = problem.residual(z), problem.jacobian(z) * problem.scale
+        except (ArithmeticError, ValueError):
+            raise OutOfDomain from None
+        if not (np.isfinite(values).all() and np.isfinite(matrix).all()):
+            raise OutOfDomain
+        bordered = np.vstack([matrix, here.tangent])  # F, and the distance from the plane
+        sizes = np.abs(bordered).max(axis=1)
+        if not sizes.all():
             return None
-        size, grain = float(np.linalg.norm(move)), ON_CURVE * _size(problem, z)
+        off = here.tangent @ ((z - ahead) / problem.scale)
+        try:
+            move = np.linalg.solve(bordered / sizes[:, None], -np.append(values, off) / sizes)
+        except np.linalg.LinAlgError:
+            return None
+        size = float(np.linalg.norm(move))
+        grain = ON_CURVE * (1.0 + float(np.abs(z / problem.scale).max()))
         if size > max(CONTRACTION * before, 100 * grain):
             return None
         z = z + problem.scale * move
@@ -146,28 +153,6 @@ def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | N
     return None
 
 
-def _correction(problem: Problem, z: Vector, tangent: Vector, off: Vector) -> Vector | None:
-    """One Newton move, scaled, of F and of the distance from the plane."""
-    try:
-        values, matrix = problem.residual(z), problem.jacobian(z) * problem.scale
-    except (ArithmeticError, ValueError):
-        raise OutOfDomain from None
-    if not (np.isfinite(values).all() and np.isfinite(matrix).all()):
-        raise OutOfDomain
-    bordered = np.vstack([matrix, tangent])
-    sizes = np.abs(bordered).max(axis=1)
-    if not sizes.all():
-        return None
-    try:
-        return np.linalg.solve(bordered / sizes[:, None], -np.append(values, tangent @ off) / sizes)
-    except np.linalg.LinAlgError:
-        return None
-
-
-def _size(problem: Problem, z: Vector) -> float:
-    return 1.0 + float(np.abs(z / problem.scale).max())
-
-
 def attempted(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
     """The same, None out of the domain too."""
     try:
@@ -176,73 +161,41 @@ def attempted(problem: Problem, here: CurvePoint, length: float) -> CurvePoint |
         return None
 
 
-def last_inside(
-    problem: Problem, here: CurvePoint, length: float, inside: Callable[[CurvePoint], bool]
-) -> float:
-    """The longest step up to ``length`` at whose end the curve is still ``inside``, by bisection."""
-    low, high = 0.0, length
-    while high - low > 1e-15 * length:
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        point = attempted(problem, here, middle)
-        low, high = (middle, high) if point is not None and inside(point) else (low, middle)
-    return low
-
-
 def where(
-    problem: Problem,
-    here: CurvePoint,
-    length: float,
-    level: Callable[[CurvePoint], float],
-    grain: float,
+    problem: Problem, here: CurvePoint, length: float, level: Callable[[CurvePoint], float]
 ) -> CurvePoint | None:
-    """The point within ``length`` at which ``level`` vanishes, to ``grain``: regula falsi (Illinois).
-
-    None where ``level`` has one sign at both ends, or no point is found.
+    """The point within ``length`` at which ``level`` vanishes, by R. P. Brent's method; the nearest to it
+    where the domain ends on the way. None where ``level`` has one sign at both ends, or there is no point.
     """
-    end = attempted(problem, here, length)
-    if end is None:
-        return None
-    low, first, high, second = 0.0, level(here), length, level(end)
-    if first * second > 0.0 or first == second:
-        return None
-    best = here if abs(first) < abs(second) else end
-    for _ in range(ROUNDS):
-        middle = high - second * (high - low) / (second - first)
-        point = attempted(problem, here, middle)
-        if point is None:
-            return best
-        now = level(point)
-        if abs(now) < abs(level(best)):
-            best = point
-        if abs(now) <= grain or abs(high - low) <= 1e-15 * length:
-            return best
-        if now * second < 0.0:
-            low, first = high, second
-        else:
-            first /= 2
-        high, second = middle, now
-    return best
+    from scipy.optimize import brentq  # takes longer to import than most curves
 
+    points = {0.0: here}
 
-def fold(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
-    """Where the parameter turns: the tangent has no part along it."""
-    found = where(problem, here, length, lambda point: float(point.tangent[-1]), 1e-13)
-    return None if found is None else found._replace(fold=True)
+    def at(distance: float) -> float:
+        if distance not in points:
+            point = attempted(problem, here, distance)
+            if point is None:
+                raise OutOfDomain
+            points[distance] = point
+        return level(points[distance])
+
+    try:
+        if at(length) * at(0.0) > 0.0 or at(length) == at(0.0):
+            return None
+        brentq(at, 0.0, length, xtol=1e-15 * length, rtol=4 * EPS, maxiter=ROUNDS, disp=False)
+    except OutOfDomain:
+        if len(points) == 1:
+            return None
+    return min(points.values(), key=lambda point: abs(level(point)))
 
 
 def crossing(problem: Problem, here: CurvePoint, length: float, value: float) -> CurvePoint | None:
     """Where the parameter is ``value``, exactly, the other coordinates polished with it held."""
-    grain = 4e-16 * abs(value)
-    found = where(problem, here, length, lambda point: float(point.z[-1]) - value, grain)
-    return None if found is None else found._replace(z=_held(problem, found.z, value))
-
-
-def _held(problem: Problem, z: Vector, value: float) -> Vector:
-    held = z.copy()
+    found = where(problem, here, length, lambda point: float(point.z[-1]) - value)
+    if found is None:
+        return None
+    held, size = found.z.copy(), problem.scale[:-1]
     held[-1] = value
-    size = problem.scale[:-1]
     try:
         for _ in range(2):
             move = np.linalg.solve(problem.jacobian(held)[:, :-1] * size, -problem.residual(held))
@@ -251,7 +204,7 @@ def _held(problem: Problem, z: Vector, value: float) -> Vector:
             held[:-1] += size * move
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         pass
-    return held
+    return found._replace(z=held)
 
 
 class End(Enum):
@@ -315,7 +268,10 @@ class _Walk:
             end = self._take(here, there, length)
             if end is not None:
                 return Trace(tuple(self.points), end)
-            length = self._next(length, here, there)
+            # tangents turn by an angle that grows with the step: its square is 2 (1 - cosine)
+            turned = max(1.0 - float(here.tangent @ there.tangent), 1e-12)
+            factor = (AIM * (1.0 - TURNING_COSINE) / turned) ** 0.5
+            length = min(LONGEST, length * min(1.6, max(0.5, factor)))
         return Trace(tuple(self.points), End.LIMIT)
 
     def _reason(self) -> End:
@@ -331,12 +287,6 @@ class _Walk:
         singular = np.linalg.svd(found[-1] / sizes[:, None], compute_uv=False)
         return End.SINGULAR if singular[-1] <= MEETING else End.STALLED
 
-    def _next(self, length: float, here: CurvePoint, there: CurvePoint) -> float:
-        """Tangents turn by an angle that grows with the step: its square is 2 (1 - cosine)."""
-        turned = max(1.0 - float(here.tangent @ there.tangent), 1e-12)
-        factor: float = (AIM * (1.0 - TURNING_COSINE) / turned) ** 0.5
-        return min(LONGEST, length * min(1.6, max(0.5, factor)))
-
     def _accepted(self, here: CurvePoint, length: float) -> CurvePoint | None:
         """The next point, where it is certain to lie on the same branch; else ``obstacle`` says why not."""
         try:
@@ -345,9 +295,7 @@ class _Walk:
             self.obstacle = End.DOMAIN
             return None
         self.obstacle = End.STALLED
-        if there is None:
-            return None
-        if float(here.tangent @ there.tangent) < TURNING_COSINE:
+        if there is None or float(here.tangent @ there.tangent) < TURNING_COSINE:
             return None
         moved = (there.z - here.z) / self.problem.scale
         if float(np.linalg.norm(moved - length * here.tangent)) > ASIDE * length:
@@ -363,9 +311,9 @@ class _Walk:
         out = self._boundary(here, there, length)
         if out is not None:
             last, end = out, End.BOUNDARY
-        if self._changes(there):
-            same = last_inside(self.problem, here, length, lambda p: self.problem.regime(p.z) == self.regime)
-            edge = attempted(self.problem, here, same)
+        changed = self.problem.regime(there.z) != self.regime  # and beyond it too: not at one point alone
+        if changed and self.problem.regime(self._nudged(there)) != self.regime:
+            edge = attempted(self.problem, here, self._last_inside(here, length))
             if edge is None or end is None or edge.arc < last.arc:
                 last, end = edge or here, End.CHANGED
         home = self._homecoming(here, length)
@@ -376,17 +324,16 @@ class _Walk:
         return end
 
     def _append(self, here: CurvePoint, last: CurvePoint) -> None:
-        """The fold between two neighbours, if there is one, and the second of them."""
+        """The fold between two neighbours, where the tangent has no part along the parameter, if there is
+        one, and the second of them."""
         if not here.fold and here.tangent[-1] * last.tangent[-1] < 0.0:
-            turning = fold(self.problem, here, self._reach(here, last))
+            reach = float((last.z - here.z) / self.problem.scale @ here.tangent)
+            turning = where(self.problem, here, reach, lambda point: float(point.tangent[-1]))
             if turning is not None:
-                self.points.append(turning)
+                self.points.append(turning._replace(fold=True))
                 chord = float(np.linalg.norm((last.z - turning.z) / self.problem.scale))
                 last = last._replace(arc=turning.arc + chord)
         self.points.append(last)
-
-    def _reach(self, here: CurvePoint, there: CurvePoint) -> float:
-        return float((there.z - here.z) / self.problem.scale @ here.tangent)
 
     def _boundary(self, here: CurvePoint, there: CurvePoint, length: float) -> CurvePoint | None:
         """Where the first coordinate reaches the end of its range; None where all stay inside."""
@@ -395,17 +342,23 @@ class _Walk:
             if place == len(there.z) - 1:
                 point = crossing(self.problem, here, length, bound)
             else:
-                point = where(self.problem, here, length, _beyond(place, bound), 4e-16 * abs(bound))
+                point = where(self.problem, here, length, _beyond(place, bound))
             found.append(point or here)
         return min(found, key=lambda point: point.arc, default=None)
 
-    def _changes(self, point: CurvePoint) -> bool:
-        """Whether other equations hold at the point, and beyond it too: not at one point alone."""
-        if self.problem.regime(point.z) == self.regime:
-            return False
-        return self.problem.regime(self._nudged(point)) != self.regime
+    def _last_inside(self, here: CurvePoint, length: float) -> float:
+        """The longest step at whose end the same equations still hold, by bisection."""
+        low, high = 0.0, length
+        while high - low > 1e-15 * length:
+            middle = 0.5 * (low + high)
+            if middle in (low, high):
+                break
+            point = attempted(self.problem, here, middle)
+            inside = point is not None and self.problem.regime(point.z) == self.regime
+            low, high = (middle, high) if inside else (low, middle)
+        return low
 
-    def _nudged(self, point: CurvePoint) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    def _nudged(self, point: CurvePoint) -> Vector:
         return point.z + 1e-3 * FIRST * self.problem.scale * point.tangent
 
     def _homecoming(self, here: CurvePoint, length: float) -> CurvePoint | None:

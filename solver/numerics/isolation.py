@@ -13,242 +13,34 @@ the least |f|.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from itertools import pairwise
-from math import inf, isfinite, nextafter
+from math import inf, isfinite, isnan, nextafter
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from solver.numerics.one_unknown import (
-    HORIZON,
     MAX,
-    Enclosure,
-    Interval,
-    IntervalFunction,
     ScalarFunction,
-    Section,
     bracketed_root,
     is_zero_crossing,
     lowest_point,
-    sections,
     split_point,
     value_at,
 )
 from solver.numerics.tolerances import EVEN
 
+Interval: TypeAlias = tuple[float, float]
 Intervals: TypeAlias = list[Interval]
+Enclosure: TypeAlias = Callable[[Sequence[Interval]], Sequence[Interval]]
 
+HORIZON = 1e100
+UNKNOWN = -inf, inf
 SAMPLES = 129
 INFLATIONS = (4.0, 64.0, 4096.0, 2.0**20)
 POLE_ULPS = 16
 GAP = 4.0
-
-
-class Cluster(NamedTuple):
-    """Touching boxes. ``rough`` where one of them was still to be split when the limits were reached."""
-
-    low: float
-    high: float
-    rough: bool
-
-
-@dataclass(slots=True)
-class Found:
-    """Filled cluster by cluster. The fields are those of ``RootSearch``."""
-
-    roots: list[float]
-    unresolved: list[Interval] = field(default_factory=list)
-    touching: list[tuple[float, float]] = field(default_factory=list)
-    flat: list[Interval] = field(default_factory=list)
-    crossings: list[float] = field(default_factory=list)
-
-
-def resolve_clusters(
-    function: IntervalFunction,
-    at_rounding: Iterable[Interval],
-    unsplit: Iterable[Interval],
-    roots: list[float],
-) -> Found:
-    """Settle the boxes left over as far as may be; ``roots`` are those already proven.
-
-    ``at_rounding`` can't usefully be split any more, ``unsplit`` could have been. After some
-    clusters the rest is merely listed.
-    """
-    found = Found(list(roots))
-    clusters = [cluster for cluster in merged(at_rounding, unsplit) if _is_asked(function, cluster)]
-    clusters.sort(key=lambda cluster: cluster.rough)
-    for number, cluster in enumerate(clusters):
-        if number < LOOKED_INTO and not (cluster.rough and len(found.roots) > MANY):
-            _resolve(function, cluster, found)
-        else:
-            found.unresolved.append((cluster.low, cluster.high))
-    return found
-
-
-def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) -> list[Cluster]:
-    """Intervals joined that touch, overlap, or are parted by less than a few of their widths (rounding
-    noise leaves such fragments), ascending."""
-    boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]
-    clusters: list[Cluster] = []
-    for box in sorted(boxes, key=lambda b: (b.low, b.high)):
-        expect_time()
-        if clusters and box.low - clusters[-1].high <= GAP * _width(box, clusters[-1]):
-            last = clusters.pop()
-            box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)
-        clusters.append(box)
-    return clusters
-
-
-def _is_asked(function: IntervalFunction, cluster: Cluster) -> bool:
-    """False for remote clusters, and for one that is tiny around 0 where f is not 0 at 0 itself."""
-    if function.is_remote(cluster.low, cluster.high):
-        return False
-    if not cluster.low <= 0.0 <= cluster.high or max(-cluster.low, cluster.high) > 1 / HORIZON:
-        return True
-    at_zero = function.at(0.0)
-    return at_zero is not None and at_zero[0] <= 0.0 <= at_zero[1]
-
-
-def _width(box: Cluster, last: Cluster) -> float:
-    return 0.0 if box.rough or last.rough else max(box.high - box.low, last.high - last.low)
-
-
-def _resolve(function: IntervalFunction, cluster: Cluster, found: Found) -> None:
-    if function.has_slope and _prove(function, cluster, found):
-        return
-    interval = (cluster.low, cluster.high)
-    found.unresolved.append(interval)
-    if _is_flat(function, cluster):
-        found.flat.append(interval)
-        return
-    crossings = _crossings(function, cluster)
-    if crossings:
-        found.roots += crossings
-        found.crossings += crossings
-    elif not cluster.rough:
-        _add_touching(function, cluster, found)
-
-
-def _inflated(function: IntervalFunction, cluster: Cluster, factor: float) -> Interval:
-    """The cluster, wider by ``factor`` times its width (or its last bit) on each side, within the range."""
-    low, high = max(cluster.low, -MAX), min(cluster.high, MAX)
-    pad = factor * max(high - low, math.ulp(max(abs(low), abs(high))))
-    return max(function.low, low - pad, -MAX), min(function.high, high + pad, MAX)
-
-
-# -- proof by inflation -----------------------------------------------------------------------------------
-
-
-def _prove(function: IntervalFunction, cluster: Cluster, found: Found) -> bool:
-    """Whether f is monotone across the inflated cluster, which then holds one root or none."""
-    for factor in INFLATIONS:
-        low, high = _inflated(function, cluster, factor)
-        (cut,) = sections(function, [(low, high)])
-        if cut.slope[0] <= 0.0 <= cut.slope[1]:
-            return False
-        signs = _end_signs(function, cut)
-        if not cut.smooth:
-            return _is_pole(cluster, cut, signs)
-        if 0 not in signs:
-            if signs[0] != signs[1] and not any(low <= x <= high for x in found.roots):
-                found.roots.append(bracketed_root(function.value, low, high))
-            return True
-        for edge in {low, high} & {function.low, function.high}:
-            if value_at(function.value, edge) == 0.0:
-                found.roots.append(edge)
-                return True
-    return False
-
-
-def _end_signs(function: IntervalFunction, cut: Section) -> tuple[int, int]:
-    """Signs of f at both ends: by enclosure, 0 where that holds 0; at an end of the range as computed."""
-    signs = []
-    for x, edge, (below, above) in (
-        (cut.low, function.low, cut.at_low),
-        (cut.high, function.high, cut.at_high),
-    ):
-        sign = int(below > 0.0) - int(above < 0.0)
-        signs.append(sign or (_computed_sign(function, x) if x == edge else 0))
-    return signs[0], signs[1]
-
-
-def _computed_sign(function: IntervalFunction, x: float) -> int:
-    f = value_at(function.value, x)
-    return int(f > 0) - int(f < 0)
-
-
-def _is_pole(cluster: Cluster, cut: Section, signs: tuple[int, int]) -> bool:
-    """f rises wherever it is defined and yet goes from + to - (or falls, from - to +) within a few floats.
-
-    Then each piece that reaches an end keeps its sign. Pieces that reach neither would need two
-    singularities between neighbouring floats; that is taken not to happen.
-    """
-    direction = 1 if cut.slope[0] > 0.0 else -1
-    size = max(abs(cluster.low), abs(cluster.high))
-    narrow = cluster.high - cluster.low <= POLE_ULPS * math.ulp(size)
-    return narrow and signs == (direction, -direction)
-
-
-# -- search where nothing can be proven ------------------------------------------------------------------
-
-
-def _is_flat(function: IntervalFunction, cluster: Cluster) -> bool:
-    """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow."""
-    low, high = cluster.low, cluster.high
-    if not math.isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
-        return False
-    values = map(function.at, _spread(low, high)[1:-1])  # the first of them mostly tells
-    return all(f is not None and f[0] <= 0.0 <= f[1] and math.isfinite(f[1] - f[0]) for f in values)
-
-
-def _spread(low: float, high: float) -> list[float]:
-    """Points at equal distances, the ends among them."""
-    step = (high - low) / (SAMPLES - 1)
-    return [*(low + i * step for i in range(SAMPLES - 1)), high]
-
-
-def _crossings(function: IntervalFunction, cluster: Cluster) -> list[float]:
-    """Roots at changes of sign: between samples of a rough cluster, else between its two sides only,
-    because inside it signs are noise. Poles and jumps are left out."""
-    low, high = _inflated(function, cluster, 2.0)
-    points = _spread(low, high) if cluster.rough and high - low < MAX else [low, high]
-    defined = [(x, f) for x in points if not math.isnan(f := value_at(function.value, x))]
-    roots = set()
-    for (a, f_a), (b, f_b) in pairwise(defined):
-        if min(f_a, f_b) < 0.0 < max(f_a, f_b):
-            root = bracketed_root(function.value, a, b)
-            if is_zero_crossing(function.value, root, function.low, function.high):
-                roots.add(root)
-    return sorted(roots)
-
-
-def _add_touching(function: IntervalFunction, cluster: Cluster, found: Found) -> None:
-    """The extremum where f is 0 to rounding; failing that, the least |f|, if f is defined at all."""
-    low, high = _inflated(function, cluster, 2.0)
-    lowest = lowest_point(function.value, low, high)
-    for x in (_stationary_point(function, low, high), lowest):
-        if x is not None and not math.isnan(f := value_at(function.value, x)):
-            found.touching.append((x + 0.0, f + 0.0))
-            return
-
-
-def _stationary_point(function: IntervalFunction, low: float, high: float) -> float | None:
-    """Where the slope changes sign, if f is 0 to rounding there: for a double root far better
-    conditioned than the least |f|."""
-    if not function.has_slope:
-        return None
-
-    def slope(x: float) -> float:
-        ((below, above),) = function.slopes([(x, x)])
-        return (below + above) / 2
-
-    if not slope(low) * slope(high) < 0.0:
-        return None
-    x = bracketed_root(slope, low, high)
-    at_x = function.at(x)
-    return x if at_x is None or at_x[0] <= 0.0 <= at_x[1] else None
 
 
 class IsolationLimits(NamedTuple):
@@ -315,61 +107,306 @@ def isolate_roots(
     """
     if not low <= high:
         return RootSearch((), True)
-    function = IntervalFunction(enclose, enclose_slope, value, float(low), float(high))
-    settled, at_rounding, unsplit, levels = _branch_and_prune(function, limits)
-    roots = [bracketed_root(function.value, low, high) for low, high in settled]
-    valued = [not math.isnan(value_at(function.value, root)) for root in roots]
-    blank = [box for box, there in zip(settled, valued, strict=True) if not there]
-    found = resolve_clusters(function, at_rounding, unsplit, roots)
-    return RootSearch(
-        roots=tuple(sorted(set(found.roots))),
-        complete=not (found.unresolved or blank),
-        unresolved=(*found.unresolved, *blank),
-        touching=tuple(found.touching),
-        flat=tuple(found.flat),
-        evaluations=function.evaluations,
-        levels=levels,
-        crossings=tuple(found.crossings),
-    )
+    return _Search(enclose, enclose_slope, value, float(low), float(high)).run(limits)
 
 
-def _branch_and_prune(
-    function: IntervalFunction, limits: IsolationLimits
-) -> tuple[Intervals, Intervals, Intervals, int]:
-    """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and the levels.
-    Remote boxes are given up."""
-    settled: Intervals = []
-    at_rounding: Intervals = []
-    unsplit: Intervals = []
-    front = _presplit(function.low, function.high, PRESPLIT)
-    level = 0
-    for level in range(limits.levels):
+class Cluster(NamedTuple):
+    """Touching boxes. ``rough`` where one of them was still to be split when the limits were reached."""
+
+    low: float
+    high: float
+    rough: bool
+
+
+class Section(NamedTuple):
+    """A box cut at a middle point, with f enclosed at both ends and there.
+
+    ``smooth`` tells whether a finite slope is known that agrees with those three values.
+    """
+
+    low: float
+    middle: float
+    high: float
+    at_low: Interval
+    at_middle: Interval
+    at_high: Interval
+    slope: Interval
+    smooth: bool
+
+
+class _Search:
+    """f with its enclosures, what was found so far, and how many boxes were evaluated."""
+
+    def __init__(
+        self,
+        enclose: Enclosure,
+        enclose_slope: Enclosure | None,
+        value: ScalarFunction,
+        low: float,
+        high: float,
+    ) -> None:
+        self._enclose, self._enclose_slope = enclose, enclose_slope
+        self.value, self.low, self.high = value, low, high
+        self.evaluations = 0
+        self.roots: list[float] = []
+        self.crossings: list[float] = []
+        self.touching: list[tuple[float, float]] = []
+        self.flat: Intervals = []
+        self.unresolved: Intervals = []
+
+    def run(self, limits: IsolationLimits) -> RootSearch:
+        settled, at_rounding, unsplit, levels = self._branch_and_prune(limits)
+        self.roots = [bracketed_root(self.value, *box) for box in settled]
+        valueless = [isnan(value_at(self.value, root)) for root in self.roots]
+        blank = [box for box, nowhere in zip(settled, valueless, strict=True) if nowhere]
+        clusters = [cluster for cluster in merged(at_rounding, unsplit) if self._is_asked(cluster)]
+        for number, cluster in enumerate(sorted(clusters, key=lambda cluster: cluster.rough)):
+            if number < LOOKED_INTO and not (cluster.rough and len(self.roots) > MANY):
+                self._resolve(cluster)
+            else:
+                self.unresolved.append((cluster.low, cluster.high))
+        return RootSearch(
+            roots=tuple(sorted(set(self.roots))),
+            complete=not (self.unresolved or blank),
+            unresolved=(*self.unresolved, *blank),
+            touching=tuple(self.touching),
+            flat=tuple(self.flat),
+            evaluations=self.evaluations,
+            levels=levels,
+            crossings=tuple(self.crossings),
+        )
+
+    # -- f over boxes --------------------------------------------------------------------------------------
+
+    def _is_remote(self, low: float, high: float) -> bool:
+        """A box of which nobody asks: beyond ±1e100 where the range is infinite, or nearer to 0 than
+        1e-100 without holding it. There enclosures overflow, and a box left open says nothing."""
+        if (self.low == -inf and high <= -HORIZON) or (self.high == inf and low >= HORIZON):
+            return True
+        near = max(abs(low), abs(high)) <= 1 / HORIZON and (low > 0.0 or high < 0.0)
+        return near and max(-self.low, self.high) > HORIZON**-0.5
+
+    def _ranges(self, boxes: Sequence[Interval]) -> list[Interval | None]:
+        """Enclosures of f, a nan that stands alone widened to infinity; None where f is undefined all over
+        the box, or known to have no root there."""
+        self.evaluations += len(boxes)
+        return [
+            None if isnan(below) and isnan(above) else _widened(below, above)
+            for below, above in self._enclose(boxes)
+        ]
+
+    def _slopes(self, boxes: Sequence[Interval]) -> list[Interval]:
+        """Enclosures of the slope, infinite where unknown."""
+        if self._enclose_slope is None:
+            return [UNKNOWN] * len(boxes)
+        self.evaluations += len(boxes)
+        return [_widened(below, above) for below, above in self._enclose_slope(boxes)]
+
+    def _sections(self, boxes: Sequence[Interval]) -> list[Section]:
+        """Evaluate f at the ends and at the middle of each box, and its slope on the box."""
+        k, middles = len(boxes), [split_point(low, high) for low, high in boxes]
+        points = [low for low, _ in boxes] + middles + [high for _, high in boxes]
+        at = [UNKNOWN if values is None else values for values in self._ranges([(x, x) for x in points])]
+        found = []
+        for (low, high), middle, left, centre, right, slope in zip(
+            boxes, middles, at[:k], at[k : 2 * k], at[2 * k :], self._slopes(boxes), strict=True
+        ):
+            smooth = (
+                all(isfinite(end) for pair in (slope, left, centre, right) for end in pair)
+                and _agrees(left, centre, slope, middle - low)
+                and _agrees(centre, right, slope, high - middle)
+            )
+            found.append(Section(low, middle, high, left, centre, right, slope, smooth))
+        return found
+
+    # -- branch and prune -----------------------------------------------------------------------------------
+
+    def _branch_and_prune(self, limits: IsolationLimits) -> tuple[Intervals, Intervals, Intervals, int]:
+        """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and the number
+        of levels. Remote boxes are given up."""
+        settled: Intervals = []
+        at_rounding: Intervals = []
+        unsplit: Intervals = []
+        front = _presplit(self.low, self.high, PRESPLIT)
+        level = 0
+        for level in range(limits.levels):
+            expect_time()
+            if not front or self.evaluations > LAST_LOOK * limits.boxes:
+                break
+            ranges = zip(front, self._ranges(front), strict=True)
+            kept = [(box, f[1] - f[0]) for box, f in ranges if f is not None and f[0] <= 0.0 <= f[1]]
+            opened: list[Section] = []
+            for section, (box, width) in zip(self._sections([b for b, _ in kept]), kept, strict=True):
+                match judge(section, width):
+                    case Verdict.SINGLE:
+                        settled.append(box)
+                    case Verdict.NOISY_END:
+                        at_rounding += _noise_at_ends(section)
+                    case Verdict.ROUNDING:
+                        at_rounding.append(box)
+                    case Verdict.OPEN:
+                        opened.append(section)
+            if level >= REMOTE_LEVELS:
+                opened = [section for section in opened if not self._is_remote(section.low, section.high)]
+            work = self.evaluations + 2 * BOXES_ASKED * len(opened)
+            if unsplit or 2 * len(opened) > limits.alive or work > limits.boxes:
+                opened.sort(key=_rise)
+                unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
+                del opened[CALMEST:]
+            front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
+        left = [box for box in unsplit if not self._is_remote(*box)]
+        return settled, at_rounding, left + front, level + 1
+
+    # -- what is left over ----------------------------------------------------------------------------------
+
+    def _is_asked(self, cluster: Cluster) -> bool:
+        """False for remote clusters, and for one that is tiny around 0 where f is not 0 at 0 itself."""
+        if self._is_remote(cluster.low, cluster.high):
+            return False
+        if not cluster.low <= 0.0 <= cluster.high or max(-cluster.low, cluster.high) > 1 / HORIZON:
+            return True
+        (at_zero,) = self._ranges([(0.0, 0.0)])
+        return at_zero is not None and at_zero[0] <= 0.0 <= at_zero[1]
+
+    def _resolve(self, cluster: Cluster) -> None:
+        if self._enclose_slope is not None and self._prove(cluster):
+            return
+        interval = (cluster.low, cluster.high)
+        self.unresolved.append(interval)
+        if self._is_flat(*interval):
+            self.flat.append(interval)
+        elif crossings := self._crossings(cluster):
+            self.roots += crossings
+            self.crossings += crossings
+        elif not cluster.rough:
+            self._add_touching(cluster)
+
+    def _inflated(self, cluster: Cluster, factor: float) -> Interval:
+        """The cluster, wider by ``factor`` times its width (or its last bit) on each side, in the range."""
+        low, high = max(cluster.low, -MAX), min(cluster.high, MAX)
+        pad = factor * max(high - low, math.ulp(max(abs(low), abs(high))))
+        return max(self.low, low - pad, -MAX), min(self.high, high + pad, MAX)
+
+    def _prove(self, cluster: Cluster) -> bool:
+        """Whether f is monotone across the inflated cluster, which then holds one root or none."""
+        for factor in INFLATIONS:
+            low, high = self._inflated(cluster, factor)
+            (cut,) = self._sections([(low, high)])
+            if cut.slope[0] <= 0.0 <= cut.slope[1]:
+                return False
+            signs = self._sign(low, self.low, cut.at_low), self._sign(high, self.high, cut.at_high)
+            if not cut.smooth:
+                return _is_pole(cluster, cut, signs)
+            if 0 not in signs:
+                if signs[0] != signs[1] and not any(low <= x <= high for x in self.roots):
+                    self.roots.append(bracketed_root(self.value, low, high))
+                return True
+            for edge in {low, high} & {self.low, self.high}:
+                if value_at(self.value, edge) == 0.0:
+                    self.roots.append(edge)
+                    return True
+        return False
+
+    def _sign(self, x: float, edge: float, bounds: Interval) -> int:
+        """The sign of f: by enclosure, 0 where that holds 0; at an end of the range as computed."""
+        sign = int(bounds[0] > 0.0) - int(bounds[1] < 0.0)
+        if sign or x != edge:
+            return sign
+        f = value_at(self.value, x)
+        return int(f > 0) - int(f < 0)
+
+    # Where nothing can be proven:
+
+    def _is_flat(self, low: float, high: float) -> bool:
+        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow."""
+        if not isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
+            return False
+        values = (self._ranges([(x, x)])[0] for x in _spread(low, high)[1:-1])  # the first mostly tells
+        return all(f is not None and f[0] <= 0.0 <= f[1] and isfinite(f[1] - f[0]) for f in values)
+
+    def _crossings(self, cluster: Cluster) -> list[float]:
+        """Roots at changes of sign: between samples of a rough cluster, else between its two sides only,
+        because inside it signs are noise. Poles and jumps are left out."""
+        low, high = self._inflated(cluster, 2.0)
+        points = _spread(low, high) if cluster.rough and high - low < MAX else [low, high]
+        defined = [(x, f) for x in points if not isnan(f := value_at(self.value, x))]
+        roots = set()
+        for (a, f_a), (b, f_b) in pairwise(defined):
+            if min(f_a, f_b) < 0.0 < max(f_a, f_b):
+                root = bracketed_root(self.value, a, b)
+                if is_zero_crossing(self.value, root, self.low, self.high):
+                    roots.add(root)
+        return sorted(roots)
+
+    def _add_touching(self, cluster: Cluster) -> None:
+        """The extremum where f is 0 to rounding; failing that, the least |f|, if f is defined at all."""
+        low, high = self._inflated(cluster, 2.0)
+        lowest = lowest_point(self.value, low, high)
+        for x in (self._stationary_point(low, high), lowest):
+            if x is not None and not isnan(f := value_at(self.value, x)):
+                self.touching.append((x + 0.0, f + 0.0))
+                return
+
+    def _stationary_point(self, low: float, high: float) -> float | None:
+        """Where the slope changes sign, if f is 0 to rounding there: for a double root far better
+        conditioned than the least |f|."""
+
+        def slope(x: float) -> float:
+            ((below, above),) = self._slopes([(x, x)])
+            return (below + above) / 2
+
+        if not slope(low) * slope(high) < 0.0:  # nan where no slope is known
+            return None
+        x = bracketed_root(slope, low, high)
+        (at_x,) = self._ranges([(x, x)])
+        return x if at_x is None or at_x[0] <= 0.0 <= at_x[1] else None
+
+
+def _widened(below: float, above: float) -> Interval:
+    return -inf if isnan(below) else below, inf if isnan(above) else above
+
+
+def _agrees(left: Interval, right: Interval, slope: Interval, distance: float) -> bool:
+    """Whether f can rise from ``left`` to ``right`` with such slopes. A jump in between mostly can't."""
+    least, most = slope[0] * distance, slope[1] * distance
+    slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(least) + abs(most))
+    return right[1] >= left[0] + least - slack and right[0] <= left[1] + most + slack
+
+
+def _is_pole(cluster: Cluster, cut: Section, signs: tuple[int, int]) -> bool:
+    """f rises wherever it is defined and yet goes from + to - (or falls, from - to +) within a few floats.
+
+    Then each piece that reaches an end keeps its sign. Pieces that reach neither would need two
+    singularities between neighbouring floats; that is taken not to happen.
+    """
+    direction = 1 if cut.slope[0] > 0.0 else -1
+    size = max(abs(cluster.low), abs(cluster.high))
+    narrow = cluster.high - cluster.low <= POLE_ULPS * math.ulp(size)
+    return narrow and signs == (direction, -direction)
+
+
+def _spread(low: float, high: float) -> list[float]:
+    """Points at equal distances, the ends among them."""
+    step = (high - low) / (SAMPLES - 1)
+    return [*(low + i * step for i in range(SAMPLES - 1)), high]
+
+
+def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) -> list[Cluster]:
+    """Intervals joined that touch, overlap, or are parted by less than a few of their widths (rounding
+    noise leaves such fragments), ascending."""
+    boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]
+    clusters: list[Cluster] = []
+    for box in sorted(boxes, key=lambda b: (b.low, b.high)):
         expect_time()
-        if not front or function.evaluations > LAST_LOOK * limits.boxes:
-            break
-        ranges = zip(front, function.ranges(front), strict=True)
-        kept = [(box, f[1] - f[0]) for box, f in ranges if f is not None and f[0] <= 0.0 <= f[1]]
-        opened: list[Section] = []
-        for section, (box, width) in zip(sections(function, [b for b, _ in kept]), kept, strict=True):
-            match judge(section, width):
-                case Verdict.SINGLE:
-                    settled.append(box)
-                case Verdict.NOISY_END:
-                    at_rounding += _noise_at_ends(section)
-                case Verdict.ROUNDING:
-                    at_rounding.append(box)
-                case Verdict.OPEN:
-                    opened.append(section)
-        if level >= REMOTE_LEVELS:
-            opened = [section for section in opened if not function.is_remote(section.low, section.high)]
-        work = function.evaluations + 2 * BOXES_ASKED * len(opened)
-        if unsplit or 2 * len(opened) > limits.alive or work > limits.boxes:
-            opened.sort(key=_rise)
-            unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
-            del opened[CALMEST:]
-        front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
-    left = [box for box in unsplit if not function.is_remote(*box)]
-    return settled, at_rounding, left + front, level + 1
+        if clusters and box.low - clusters[-1].high <= GAP * _width(box, clusters[-1]):
+            last = clusters.pop()
+            box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)
+        clusters.append(box)
+    return clusters
+
+
+def _width(box: Cluster, last: Cluster) -> float:
+    return 0.0 if box.rough or last.rough else max(box.high - box.low, last.high - last.low)
 
 
 def _rise(section: Section) -> float:
@@ -403,7 +440,13 @@ def judge(section: Section, width: float) -> Verdict:
     if section.smooth:
         slope_0, slope_1 = section.slope
         steepest = max(abs(slope_0), abs(slope_1))
-        if _mean_value_excludes(section, steepest):
+        reaches = (
+            (section.high - section.low, section.at_low),
+            (max(section.middle - section.low, section.high - section.middle), section.at_middle),
+            (section.high - section.low, section.at_high),
+        )
+        # f(a) + [-s, s] (x - a) excludes 0 for some a of the ends and the middle
+        if any(below > steepest * reach or above < -steepest * reach for reach, (below, above) in reaches):
             return Verdict.EMPTY
         if slope_0 > 0.0 or slope_1 < 0.0:
             if (low_0 > 0.0 or low_1 < 0.0) and (high_0 > 0.0 or high_1 < 0.0):
@@ -417,19 +460,6 @@ def judge(section: Section, width: float) -> Verdict:
     narrow = nextafter(nextafter(section.low, inf), inf) >= section.high
     done = narrow or spread <= 4.0 * noise or not section.low < section.middle < section.high
     return Verdict.ROUNDING if done else Verdict.OPEN
-
-
-def _mean_value_excludes(section: Section, steepest: float) -> bool:
-    """f(a) + [-s, s] (x - a) excludes 0 for some a of the ends and the middle."""
-    low, middle, high = section.low, section.middle, section.high
-    for reach, (below, above) in (
-        (high - low, section.at_low),
-        (max(middle - low, high - middle), section.at_middle),
-        (high - low, section.at_high),
-    ):
-        if below > steepest * reach or above < -steepest * reach:
-            return True
-    return False
 
 
 def _noise_at_ends(section: Section) -> Intervals:

@@ -19,7 +19,8 @@ from solver.numerics.tolerances import EPS, INDEPENDENT, MOVES
 LARGE = 16
 """Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
 
-Rows: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
+Rows: TypeAlias = Sequence[Sequence[float]] | Array
 
 
 class Factor:
@@ -97,7 +98,7 @@ def _is_regular(pivots: Any) -> bool:
 def _sparse(matrix: Any, weights: Any) -> Factor | None:
     import scipy.sparse.linalg
 
-    sizes = np.asarray(row_sizes(matrix, weights))
+    sizes = row_sizes(matrix, weights)
     if not sizes.all() or matrix.shape[0] != matrix.shape[1]:
         return None
     try:
@@ -137,17 +138,11 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
     )
 
 
-def row_sizes(matrix: Any, column_weights: Sequence[float]) -> list[float]:
+def row_sizes(matrix: Any, column_weights: Any) -> Array:
     """Σ_j |A_ij| w_j for every row i; w may hold signed values, of which the absolute ones count."""
     with np.errstate(all="ignore"):  # an infinite size tells of what overflows
-        sizes: list[float] = (abs(as_matrix(matrix, len(column_weights))) @ np.abs(column_weights)).tolist()
+        sizes: Array = abs(as_matrix(matrix, len(column_weights))) @ np.abs(column_weights)
     return sizes
-
-
-def row_products(matrix: Any, vector: Sequence[float]) -> list[float]:
-    """A v, for rows, array, or scipy sparse matrix."""
-    products: list[float] = (as_matrix(matrix, len(vector)) @ np.asarray(vector)).tolist()
-    return products
 
 
 def inverse(matrix: Rows) -> Any:

@@ -1,4 +1,4 @@
-"""Damped Newton for F(x) = 0 with an exact Jacobian.
+"""Newton's method for F(x) = 0 with an exact Jacobian: damped, from one start, and on arrays, from many.
 
 The damping is the error-oriented one of P. Deuflhard, *Newton Methods for Nonlinear Problems* (2004),
 section 3.3.3 (NLEQ-ERR): a step is accepted by the natural monotonicity test, which looks at corrections
@@ -6,34 +6,36 @@ and not at residuals, so that neither the units of the rules nor a linear mix of
 iterates. Where the test fails at every length, or the Jacobian loses rank, Levenberg–Marquardt steps
 (MINPACK's) lead away. Inside the region of fast contraction full steps are taken until rounding
 ends the contraction, so that the last digits are right.
+
+Two scale-free measures tell the end of an iteration. The *backward error* of equation i at x is
+|F_i| / Σ_j |J_ij x_j|: the relative change of the unknowns that would explain the residual. The *scaled
+step* of unknown j is |dx_j| / w_j with the weight w_j = max(|x_j|, scale_j).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from solver.numerics.linear_algebra import Factor, as_matrix, factorise, row_products, row_sizes
+from solver.numerics.linear_algebra import Array, Factor, as_matrix, factorise, row_sizes
 from solver.numerics.tolerances import (
+    ARRIVED,
     DEGENERATE,
+    EPS,
     ESCAPED,
     FAST,
+    NULL,
+    ON_LINE,
+    RESIDUAL,
     STAGNATION,
     TIGHT,
+    VANISHING,
     Outcome,
-    explains,
-    falls,
-    residual_is_rounding,
-    residual_vanishes,
-    scaled_norm,
     stagnates,
-    step_is_rounding,
-    step_vanishes,
-    weights,
 )
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
@@ -42,45 +44,66 @@ Jacobian: TypeAlias = Callable[[list[float]], Any]
 
 
 class Point(NamedTuple):
-    """An iterate with its residual, Jacobian, weights and factored Jacobian."""
+    """An iterate with its residual, Jacobian, weights, factored Jacobian and Newton step."""
 
-    x: list[float]
-    residual: list[float]
+    x: Array
+    residual: Array
     jacobian: Any
-    weight: list[float]
+    weight: Array
     factor: Factor
+    step: Array
 
-    def correction(self, residual: Sequence[float]) -> list[float]:
-        return [-d for d in self.factor.solve(residual)]
+    def correction(self, residual: Array) -> Array:
+        corrected: Array = -self.factor.solution(residual)
+        return corrected
+
+    def norm(self, step: Array) -> float:
+        """The largest |dx_j| / w_j."""
+        return float((np.abs(step) / self.weight).max(initial=0.0))
+
+    def sizes(self) -> Array:
+        """Σ_j |J_ij| w_j for every rule."""
+        return row_sizes(self.jacobian, self.weight)
+
+    def vanishes(self) -> bool:
+        """Whether the backward error is at rounding level."""
+        return bool((np.abs(self.residual) <= RESIDUAL * row_sizes(self.jacobian, self.x)).all())
+
+    def explains(self) -> bool:
+        """Whether the step accounts for the residual: F + J dx is small beside F, or beside the sizes of the
+        rules. (Where rank is lost at a minimum of |F| it does not.)"""
+        left = np.abs(self.residual + self.jacobian @ self.step)
+        return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * self.sizes())).all())
 
 
 class System:
     """Residual and Jacobian with every way of being undefined turned into None."""
 
     def __init__(self, residual: Residual, jacobian: Jacobian, scale: Sequence[float]) -> None:
-        self._residual, self._jacobian, self.scale = residual, jacobian, scale
         self.functions = residual, jacobian
+        self.scale = np.array(scale, dtype=float)
 
-    def residual_at(self, x: list[float]) -> list[float] | None:
+    def residual_at(self, x: Array) -> Array | None:
         try:
-            values = [float(v) for v in self._residual(x)]
+            values = np.array(self.functions[0](x.tolist()), dtype=float)
         except (ArithmeticError, ValueError):
             return None
-        return values if all(map(math.isfinite, values)) else None
+        return values if np.isfinite(values).all() else None
 
-    def point(self, x: list[float], residual: list[float] | None = None) -> Point | None:
+    def point(self, x: Array, residual: Array | None = None) -> Point | None:
         """The point x, or None where residual or Jacobian is undefined or infinite."""
         values = self.residual_at(x) if residual is None else residual
         if values is None:
             return None
-        weight = weights(x, self.scale)
+        weight = np.maximum(np.abs(x), self.scale)
         try:
-            matrix = as_matrix(self._jacobian(x), len(x))
+            matrix = as_matrix(self.functions[1](x.tolist()), len(x))
         except (ArithmeticError, ValueError):
             return None
-        if not all(map(math.isfinite, row_sizes(matrix, weight))):
+        if not np.isfinite(row_sizes(matrix, weight)).all():
             return None
-        return Point(x, values, matrix, weight, factorise(matrix, weight))
+        factor = factorise(matrix, weight)
+        return Point(x, values, matrix, weight, factor, -factor.solution(values))
 
 
 SHORTEST = 1e-6
@@ -123,17 +146,15 @@ def newton(
     The residual may raise ArithmeticError or ValueError, or return nan, outside its domain: steps are
     shortened back into it. Never raises for failing to converge: see the outcome.
     """
-    x = [float(v) for v in start]
-    system = System(residual, jacobian, _scales(x, scale))
-    first = system.point(x)
-    if first is None:
-        return NewtonResult(tuple(x), tuple(system.residual_at(x) or ()), Outcome.DOMAIN, 0)
-    return _Search(system, first, limits).run()
-
-
-def _scales(x: Sequence[float], scale: Sequence[float] | None) -> list[float]:
-    given = scale if scale is not None else x
-    return [abs(s) if s else 1.0 for s in given]
+    x = np.array(start, dtype=float)
+    system = System(residual, jacobian, [abs(s) or 1.0 for s in (start if scale is None else scale)])
+    with np.errstate(all="ignore"):
+        first = system.point(x)
+        if first is not None:
+            return _Search(system, first, limits).run()
+        values = system.residual_at(x)
+    shown = () if values is None else tuple(values.tolist())
+    return NewtonResult(tuple(x.tolist()), shown, Outcome.DOMAIN, 0)
 
 
 class _Search:
@@ -141,20 +162,20 @@ class _Search:
 
     def __init__(self, system: System, point: Point, limits: NewtonLimits) -> None:
         self.system, self.point, self.limits = system, point, limits
-        self.iterations = 0
-        self.escapes = 0
-        self.slow = 0
+        self.iterations = self.escapes = self.slow = 0
         self.damping = 1.0
-        self.last: tuple[list[float], list[float], float] | None = None
+        self.last: tuple[Array, Array, float] | None = None
 
     def run(self) -> NewtonResult:
         while self.iterations < self.limits.iterations:
             expect_time()
-            if self._vanishes():
+            p = self.point
+            if p.vanishes():
                 return self._polished()
             contraction = self._damped_step()
             if contraction is None:
-                if self._at_rounding():
+                # where an unknown is 0 beside its scale, neither its last bit nor the rows tell the end
+                if p.norm(p.step) <= 4 * EPS and p.explains():
                     return self._polished()
                 if not self._escape():
                     return self._stuck()
@@ -165,166 +186,124 @@ class _Search:
                 self.slow += 1
         return self._stuck(Outcome.LIMIT)
 
-    # -- tests, all of them asked of ``tolerances`` ------------------------------------------------------
-
-    def _vanishes(self, point: Point | None = None) -> bool:
-        p = point or self.point
-        return residual_vanishes(p.residual, row_sizes(p.jacobian, p.x))
-
-    def _explains(self, step: list[float]) -> bool:
-        p = self.point
-        sizes = row_sizes(p.jacobian, p.weight)
-        return explains(p.residual, row_products(p.jacobian, step), sizes)
-
-    def _at_rounding(self) -> bool:
-        step = self.point.correction(self.point.residual)
-        norm = scaled_norm(step, self.point.weight)
-        return step_is_rounding(norm) and self._explains(step)
-
-    def _degenerate(self) -> bool:
-        """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
-        residual until it is rounding; at a minimum of |F| the step is long, or leaves the residual as it was.
-        At a root where rounding in F keeps the residual up, the Jacobian is the same at both ends.
-        """
-        for _ in range(HALVINGS):
-            p = self.point
-            step = p.correction(p.residual)
-            if scaled_norm(step, p.weight) > DEGENERATE or not self._explains(step):
-                return False
-            if residual_is_rounding(p.residual, row_sizes(p.jacobian, p.weight)):
-                return True
-            following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
-            if following is None:
-                return False
-            if self._is_straight(following, step):
-                return True
-            if not falls(following.residual, p.residual):
-                return False
-            self.point = following
-            self.iterations += 1
-        return False
-
-    def _is_straight(self, following: Point, step: list[float]) -> bool:
-        """Whether F is so straight along a short full step that a simple root is near (Newton–Kantorovich):
-        |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of |F|."""
-        p, norm = self.point, scaled_norm(step, self.point.weight)
-        if norm > STAGNATION or p.factor.rank < p.factor.columns:
-            return False
-        ends = zip(row_products(following.jacobian, step), row_products(p.jacobian, step), strict=True)
-        bend = p.correction([ahead - here for ahead, here in ends])
-        return scaled_norm(bend, p.weight) <= FAST * norm
-
-    # -- one damped step -------------------------------------------------------------------------------
+    def _advance(self, following: Point) -> None:
+        self.point = following
+        self.iterations += 1
 
     def _damped_step(self) -> float | None:
         """Take one damped Newton step. The contraction factor, or None where no length is accepted."""
         p = self.point
-        step = p.correction(p.residual)
-        norm = scaled_norm(step, p.weight)
+        step, norm = p.step, p.norm(p.step)
         if norm == 0.0 or not math.isfinite(norm):
             return None
-        damping = self._predicted(step, norm)
+        damping = 1.0
+        if self.last is not None:  # the factor that the previous simplified correction predicts (eq. 3.48)
+            simplified, weight, before = self.last
+            change = float((np.abs(simplified - step) / weight).max())
+            if change:
+                length = float((np.abs(simplified) / weight).max())
+                damping = min(1.0, max((before / norm) * (length / change) * self.damping, 10 * SHORTEST))
         while damping >= SHORTEST:
-            x = [v + damping * d for v, d in zip(p.x, step, strict=True)]
+            x = p.x + damping * step
             values = self.system.residual_at(x)
             if values is None:
                 damping /= 2
                 continue
             simplified = p.correction(values)
-            ahead = scaled_norm(simplified, p.weight)
-            deviation = scaled_norm(
-                [b - (1 - damping) * d for b, d in zip(simplified, step, strict=True)], p.weight
-            )
+            ahead = p.norm(simplified)
             if ahead <= (1 - damping / 4) * norm and (following := self.system.point(x, values)):
-                self._accept(following, simplified, norm, damping)
+                self.last, self.damping = (simplified, p.weight, norm), damping
+                self._advance(following)
                 return ahead / norm
-            longest = 0.5 * norm * damping**2 / deviation if deviation else 1.0
-            damping = min(longest, damping / 2)
+            deviation = p.norm(simplified - (1 - damping) * step)
+            damping = min(0.5 * norm * damping**2 / deviation if deviation else 1.0, damping / 2)
         return None
-
-    def _predicted(self, step: list[float], norm: float) -> float:
-        """A priori damping factor from the previous simplified correction (Deuflhard, eq. 3.48)."""
-        if self.last is None:
-            return 1.0
-        simplified, weight, previous = self.last
-        change = scaled_norm([b - d for b, d in zip(simplified, step, strict=True)], weight)
-        if change == 0.0 or norm == 0.0:
-            return 1.0
-        predicted = (previous / norm) * (scaled_norm(simplified, weight) / change) * self.damping
-        return min(1.0, max(predicted, 10 * SHORTEST))
-
-    def _accept(self, point: Point, simplified: list[float], norm: float, damping: float) -> None:
-        self.last = (simplified, self.point.weight, norm)
-        self.point, self.damping = point, damping
-        self.iterations += 1
-
-    # -- the end: full steps until rounding stops them ---------------------------------------------------
 
     def _converge(self) -> NewtonResult | None:
         """Full steps from a point of fast contraction; None (and the best point kept) where it is lost."""
         previous = math.inf
         for _ in range(POLISH):
             p = self.point
-            step = p.correction(p.residual)
-            norm = scaled_norm(step, p.weight)
-            if self._vanishes():
+            norm = p.norm(p.step)
+            if p.vanishes():
                 return self._polished()
-            if self._ended(step, norm, previous):
-                return self._polished() if self._explains(step) else self._stuck()
+            lost = bool((np.abs(p.step) <= EPS * np.abs(p.x)).all())  # in the last bits of x
+            if lost or stagnates(norm, previous):
+                return self._polished() if p.explains() else self._stuck()
             if norm <= FAST * previous < math.inf:
                 self.slow = 0
-            following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
+            following = self.system.point(p.x + p.step)
             if following is None or norm > previous:
                 break
-            self.point, previous = following, norm
-            self.iterations += 1
+            self._advance(following)
+            previous = norm
         self.last, self.damping = None, 1.0
         return None
-
-    def _ended(self, step: list[float], norm: float, previous: float) -> bool:
-        return step_vanishes(step, self.point.x) or stagnates(norm, previous)
 
     def _polished(self) -> NewtonResult:
         """One more full step or two while they still lower the simplified correction."""
         for _ in range(3):
             p = self.point
-            step = p.correction(p.residual)
-            following = self.system.point([v + d for v, d in zip(p.x, step, strict=True)])
-            if following is None or not _smaller(p.correction(following.residual), step, p.weight):
+            following = self.system.point(p.x + p.step)
+            if following is None or not p.norm(p.correction(following.residual)) < p.norm(p.step):
                 break
-            self.point = following
-            self.iterations += 1
+            self._advance(following)
         regular = self.point.factor.rank == self.point.factor.columns and self.slow < SLOW
         return self._result(Outcome.CONVERGED if regular else Outcome.SINGULAR_JACOBIAN)
-
-    # -- when Newton is stuck ----------------------------------------------------------------------------
 
     def _escape(self) -> bool:
         """Levenberg–Marquardt steps towards a smaller residual; False where there is none."""
         if self.escapes >= self.limits.escapes:
             return False
         self.escapes += 1
-        p = self.point
-        end = scipy_root(*self.system.functions, p.x, "lm", p.weight, ESCAPED)
         self.iterations += 1
-        lower = self.system.point(list(end.x)) if end.x != tuple(p.x) else None
+        x, weight = self.point.x, self.point.weight
+        end = scipy_root(*self.system.functions, x.tolist(), "lm", weight.tolist(), ESCAPED).x
+        lower = None if end == tuple(x.tolist()) else self.system.point(np.array(end))
         if lower is None:
             return False
         self.point, self.last, self.damping = lower, None, 1.0
         return True
 
     def _stuck(self, otherwise: Outcome = Outcome.STALLED) -> NewtonResult:
-        if self._vanishes():
+        if self.point.vanishes():
             return self._polished()
         return self._result(Outcome.SINGULAR_JACOBIAN if self._degenerate() else otherwise)
 
+    def _degenerate(self) -> bool:
+        """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
+        residual until it is rounding: a quarter of it is left at a double one, (1 - 1/m)^m at one of
+        multiplicity m. At a minimum of |F| the step is long, or leaves the residual as it was. At a root
+        where rounding in F keeps the residual up, the Jacobian is the same at both ends.
+        """
+        for _ in range(HALVINGS):
+            p = self.point
+            if p.norm(p.step) > DEGENERATE or not p.explains():
+                return False
+            if (np.abs(p.residual) <= VANISHING * p.sizes()).all():  # the rows themselves vanish with x
+                return True
+            following = self.system.point(p.x + p.step)
+            if following is None:
+                return False
+            if _is_straight(p, following):
+                return True
+            if not np.abs(following.residual).max() <= 0.5 * np.abs(p.residual).max():
+                return False
+            self._advance(following)
+        return False
+
     def _result(self, outcome: Outcome) -> NewtonResult:
         p = self.point
-        return NewtonResult(tuple(p.x), tuple(p.residual), outcome, self.iterations)
+        return NewtonResult(tuple(p.x.tolist()), tuple(p.residual.tolist()), outcome, self.iterations)
 
 
-def _smaller(simplified: list[float], step: list[float], weight: list[float]) -> bool:
-    return scaled_norm(simplified, weight) < scaled_norm(step, weight)
+def _is_straight(p: Point, following: Point) -> bool:
+    """Whether F is so straight along a short full step that a simple root is near (Newton–Kantorovich):
+    |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of |F|."""
+    norm = p.norm(p.step)
+    if norm > STAGNATION or p.factor.rank < p.factor.columns:
+        return False
+    return p.norm(p.correction(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
 
 
 TRUST_REGIONS = ("lm", "hybr")
@@ -375,3 +354,157 @@ def scipy_root(
         return ScipyRoot(tuple(start), False, 0)
     x = tuple(float(v) for v in found.x)
     return ScipyRoot(x, bool(found.success) and bool(np.isfinite(found.x).all()), int(found.nfev))
+
+
+# --- many starts at once ---
+
+BatchFunction: TypeAlias = Callable[[Array], Array]
+
+PATIENCE = 12
+"""Steps without a gain of a tenth after which a start is given up."""
+KEPT = 0.1
+"""Share of the distance to the end of a range that a step beyond it leaves."""
+
+
+def _solved(matrices: Array, rhs: Array) -> Array:
+    """-A⁻¹ b for each of (k, n, n) and (k, n), nan where a row is 0; where a matrix is singular, all are
+    regularised by rounding."""
+    usable = (abs(matrices).max(axis=2) > 0.0).all(axis=1)
+    matrices = np.where(usable[:, None, None], matrices, np.eye(matrices.shape[1]))
+    try:
+        found = np.linalg.solve(matrices, -rhs[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        turned = np.swapaxes(matrices, 1, 2)
+        normal = turned @ matrices + 1e-12 * np.eye(matrices.shape[1])
+        found = np.linalg.solve(normal, turned @ -rhs[:, :, None])[:, :, 0]
+    return np.where(usable[:, None], found, np.nan)
+
+
+def _least_norm(matrices: Array, rhs: Array) -> Array:
+    """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``NULL`` of the largest are 0."""
+    u, s, v = np.linalg.svd(matrices, full_matrices=False)
+    inverse = np.where(s > NULL * s[:, :1], 1.0 / s, 0.0)
+    parts: Any = inverse * np.einsum("kmi,km->ki", u, rhs)
+    found: Array = -np.einsum("kin,ki->kn", v, np.where(inverse > 0.0, parts, 0.0))
+    return found
+
+
+class Iteration(NamedTuple):
+    """``solved`` gives a step; of its ``lengths`` the best is taken, none ``longest`` sizes of the unknowns
+    or more. A step as short as ``arrived`` is the last one; there are ``most`` at the most."""
+
+    solved: Callable[[Array, Array], Array]
+    lengths: tuple[float, ...]
+    longest: float
+    arrived: float
+    most: int
+
+
+NEWTON = Iteration(_solved, (1.0, 0.3), 10.0, ARRIVED, 80)
+GAUSS_NEWTON = Iteration(_least_norm, (1.0, 0.3, 0.05), 2.0, ON_LINE, 60)
+"""Steps of least norm: they keep to the point of a curve that is nearest."""
+
+
+def arrivals(
+    residual: BatchFunction,
+    jacobian: BatchFunction,
+    starts: Array,
+    scale: Array,
+    by: Iteration = NEWTON,
+    ranges: tuple[Array, Array] | None = None,
+) -> Array:
+    """The ends (m, n) of those ``starts`` (k, n) that arrive at a zero of F: Rⁿ → Rᵐ, in their order.
+
+    ``residual`` maps (k, n) to (k, m), ``jacobian`` to (k, m, n), both nan outside their domain. ``scale``
+    (n,): typical sizes of the unknowns; ``ranges``: their lower and upper ends (n,), between which the way
+    stays. Nothing is polished or made distinct.
+    """
+    with np.errstate(all="ignore"):
+        f = residual(starts)
+        place = np.flatnonzero(np.isfinite(f).all(axis=1))
+        x, f = starts[place], f[place]
+        best, idle = np.full(len(x), np.inf), np.zeros(len(x), dtype=int)
+        arrived: list[tuple[int, Array]] = []
+        for _ in range(by.most):
+            expect_time()
+            if not len(x):
+                break
+            weight = np.maximum(abs(x), scale)
+            matrix = jacobian(x) * weight[:, None, :]
+            rows = abs(matrix).sum(axis=2)
+            rows = np.where(np.isfinite(rows) & (rows > 0.0), rows, np.inf)
+            step = by.solved(np.nan_to_num(matrix / rows[:, :, None]), f / rows)
+            length = abs(step).max(axis=1)
+            step *= np.minimum(1.0, by.longest / np.maximum(length, 1e-300))[:, None]
+            trials = np.stack([_inside(x, x + share * (weight * step), ranges) for share in by.lengths])
+            values = residual(trials.reshape(-1, x.shape[1])).reshape(*trials.shape[:2], -1)
+            norms = abs(values / rows).max(axis=2)
+            norms = np.where(np.isfinite(norms), norms, np.inf)
+            chosen, each = norms.argmin(axis=0), np.arange(len(x))
+            x, f, norm = trials[chosen, each], values[chosen, each], norms[chosen, each]
+            near, finite = length <= by.arrived, np.isfinite(norm)
+            arrived += zip(place[near & finite].tolist(), x[near & finite], strict=True)
+            gained = norm < 0.9 * best
+            best, idle = np.where(gained, norm, best), np.where(gained, 0, idle + 1)
+            going = ~near & finite & (idle < PATIENCE)
+            x, f, place, best, idle = x[going], f[going], place[going], best[going], idle[going]
+    ends = [end for _, end in sorted(arrived, key=lambda pair: pair[0])]
+    return np.array(ends).reshape(len(ends), len(scale))
+
+
+def _inside(x: Array, moved: Array, ranges: tuple[Array, Array] | None) -> Array:
+    """Where a step beyond the end of a range stops: before it, as the end may not belong to it."""
+    if ranges is None:
+        return moved
+    low, high = ranges
+    moved = np.where((moved <= low) & (x > low), low + KEPT * (x - low), moved)
+    return np.where((moved >= high) & (x < high), high - KEPT * (high - x), moved)
+
+
+# -- where to start ---------------------------------------------------------------------------------------
+
+Range = tuple[float, float]
+
+DECADES = 3.0
+"""An unbounded unknown is sought from 10⁻³ to 10³ times its size, on both sides."""
+
+
+def starting_points(
+    guess: Sequence[float], ranges: Sequence[Range], sizes: Sequence[float], count: int
+) -> Iterator[list[float]]:
+    """The guess, moved into the ranges, and ``count`` points that fill them."""
+    yield [min(max(g, low), high) for g, (low, high) in zip(guess, ranges, strict=True)]
+    yield from spread(ranges, sizes, count)
+
+
+def spread(
+    ranges: Sequence[Range], sizes: Sequence[float], count: int, offset: int = 0
+) -> Iterator[list[float]]:
+    """``count`` points that fill the ranges evenly, after the first ``offset``: the k-th at the shares
+    k/φ^j, modulo 1, for j = 1 … n, with φ the positive root of φ^(n+1) = φ + 1."""
+    n, phi = len(ranges), 2.0
+    for _ in range(64):
+        phi = (1.0 + phi) ** (1.0 / (n + 1))
+    for k in range(offset + 1, offset + count + 1):
+        yield [
+            place((0.5 + k * phi**-j) % 1.0, *ends, size)
+            for j, (ends, size) in enumerate(zip(ranges, sizes, strict=True), 1)
+        ]
+
+
+def place(share: float, low: float, high: float, size: float) -> float:
+    """The point of a range at ``share`` in [0, 1): even over a finite range, else over some decades around
+    ``size`` from its finite end, or on both sides of 0."""
+    if math.isfinite(low) and math.isfinite(high):
+        return low + share * (high - low)
+    if math.isfinite(low):
+        return low + _magnitude(share, size)
+    if math.isfinite(high):
+        return high - _magnitude(share, size)
+    return _magnitude(2 * share - 1, size) if share >= 0.5 else -_magnitude(1 - 2 * share, size)
+
+
+def _magnitude(share: float, size: float) -> float:
+    """From 10⁻³ to 10³ times the size, most of them near it."""
+    centred = 2.0 * share - 1.0
+    return size * math.pow(10.0, DECADES * centred * abs(centred))

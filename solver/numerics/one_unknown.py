@@ -1,4 +1,4 @@
-"""One unknown: the real roots of a polynomial, a root between two points, boxes seen through enclosures."""
+"""One unknown: the real roots of a polynomial, and a root between two points."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from math import inf, isfinite, isnan
-from typing import NamedTuple, TypeAlias
-
-import numpy as np
+from typing import TypeAlias
 
 from rulesheets.deadline import expect_time
 
@@ -47,8 +44,7 @@ def real_roots(
     ends = (-math.inf if low == -math.inf else least), (math.inf if high == math.inf else most)
     count = _changes(sequence, ends[0]) - _changes(sequence, ends[1])
     within = list(_isolated(sequence, least, most))
-    guesses = _guesses(polynomial) if within else []
-    found = [_nearest(sequence[0], *places, guesses) for places in within]
+    found = [_nearest(sequence[0], *places) for places in within]
     if len(found) < count or len(set(found)) < len(found):
         return None
     at_the_end = not _sign(sequence[0], least) and [_float(least)]
@@ -130,43 +126,20 @@ def _isolated(sequence: list[list[int]], first: int, last: int) -> Iterator[tupl
             waiting += [(middle, last, between, after), (first, middle, before, between)]
 
 
-def _nearest(whole: list[int], first: int, last: int, guesses: Sequence[float]) -> float:
-    """The float nearest to the only root between two places, looked for from the guesses between them."""
+def _nearest(whole: list[int], first: int, last: int) -> float:
+    """The float nearest to the only root between two places, by bisection."""
     end = _sign(whole, last)
     if not end:
         return _float(last)
-
-    def side(place: int) -> int:
-        """The sign of the place less the root."""
-        return _sign(whole, place) * end
-
-    for start in [place for place in map(_place, guesses) if first < place < last]:
-        guess, begun, stride = start, side(start), 1
-        while first < guess < last and begun == (at := side(guess)) != 0:
-            first, last = (guess, last) if at < 0 else (first, guess)
-            guess, stride = guess - at * stride, 2 * stride
-        if first < guess < last:
-            first, last = (guess, last) if begun > 0 else (first, guess)
     while last - first > 1:
         middle = (first + last) // 2
-        at = side(middle)
-        if not at:
+        side = _sign(whole, middle) * end  # of the place less the root
+        if not side:
             return _float(middle)
-        first, last = (middle, last) if at < 0 else (first, middle)
+        first, last = (middle, last) if side < 0 else (first, middle)
     middle_of_both = (Fraction(_float(first)) + Fraction(_float(last))) / 2
     value = sum((c * middle_of_both**k for k, c in enumerate(whole)), Fraction(0)) * end
     return _float(first) if value > 0 else _float(last)
-
-
-def _guesses(polynomial: Coefficients) -> list[float]:
-    """The real parts of the roots in floats, as far as these can tell."""
-    largest = max(map(abs, polynomial))
-    with np.errstate(all="ignore"):
-        try:
-            found = np.roots([float(c / largest) for c in reversed(polynomial)])
-        except np.linalg.LinAlgError:
-            return []
-    return found.real[np.isfinite(found.real)].tolist()  # type: ignore[no-any-return]
 
 
 def _place(number: float) -> int:
@@ -290,121 +263,3 @@ def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
 def _magnitude(function: ScalarFunction, x: float) -> float:
     f = abs(value_at(function, x))
     return math.inf if math.isnan(f) else f
-
-
-# --- boxes seen through enclosures ---
-
-Interval: TypeAlias = tuple[float, float]
-Enclosure: TypeAlias = Callable[[Sequence[Interval]], Sequence[Interval]]
-
-HORIZON = 1e100
-UNKNOWN = -inf, inf
-
-
-class IntervalFunction:
-    """f with its enclosures; counts the boxes evaluated."""
-
-    def __init__(
-        self,
-        enclose: Enclosure,
-        enclose_slope: Enclosure | None,
-        value: ScalarFunction,
-        low: float,
-        high: float,
-    ) -> None:
-        self._enclose, self._enclose_slope = enclose, enclose_slope
-        self.value, self.low, self.high = value, low, high
-        self.evaluations = 0
-
-    @property
-    def has_slope(self) -> bool:
-        return self._enclose_slope is not None
-
-    def is_remote(self, low: float, high: float) -> bool:
-        """A box of which nobody asks: beyond ±1e100 where the range is infinite, or nearer to 0 than
-        1e-100 without holding it. There enclosures overflow, and a box left open says nothing."""
-        if (self.low == -inf and high <= -HORIZON) or (self.high == inf and low >= HORIZON):
-            return True
-        near = max(abs(low), abs(high)) <= 1 / HORIZON and (low > 0.0 or high < 0.0)
-        return near and max(-self.low, self.high) > HORIZON**-0.5
-
-    def ranges(self, boxes: Sequence[Interval]) -> list[Interval | None]:
-        """Enclosures of f, a nan that stands alone widened to infinity; None where f is undefined all over
-        the box, or known to have no root there."""
-        self.evaluations += len(boxes)
-        return [
-            None if isnan(below) and isnan(above) else _widened(below, above)
-            for below, above in self._enclose(boxes)
-        ]
-
-    def at(self, x: float) -> Interval | None:
-        """The enclosure of f at one point."""
-        return self.ranges([(x, x)])[0]
-
-    def slopes(self, boxes: Sequence[Interval]) -> list[Interval]:
-        """Enclosures of the slope, infinite where unknown."""
-        if self._enclose_slope is None:
-            return [UNKNOWN] * len(boxes)
-        self.evaluations += len(boxes)
-        return [_widened(below, above) for below, above in self._enclose_slope(boxes)]
-
-
-def _widened(below: float, above: float) -> Interval:
-    return -inf if isnan(below) else below, inf if isnan(above) else above
-
-
-class Section(NamedTuple):
-    """A box cut at a middle point, with f enclosed at both ends and there.
-
-    ``smooth`` tells whether a finite slope is known that agrees with those three values.
-    """
-
-    low: float
-    middle: float
-    high: float
-    at_low: Interval
-    at_middle: Interval
-    at_high: Interval
-    slope: Interval
-    smooth: bool
-
-
-def sections(function: IntervalFunction, boxes: Sequence[Interval]) -> list[Section]:
-    """Evaluate f at the ends and at the middle of each box, and its slope on the box."""
-    middles = [split_point(low, high) for low, high in boxes]
-    points = [low for low, _ in boxes] + middles + [high for _, high in boxes]
-    values, slopes = function.ranges([(x, x) for x in points]), function.slopes(boxes)
-    k = len(boxes)
-    return [
-        _section(box, middle, at, slope)
-        for box, middle, at, slope in zip(
-            boxes,
-            middles,
-            zip(values[:k], values[k : 2 * k], values[2 * k :], strict=True),
-            slopes,
-            strict=True,
-        )
-    ]
-
-
-def _section(
-    box: Interval,
-    middle: float,
-    at: tuple[Interval | None, Interval | None, Interval | None],
-    slope: Interval,
-) -> Section:
-    low, high = box
-    at_low, at_middle, at_high = (UNKNOWN if value is None else value for value in at)
-    smooth = (
-        all(isfinite(below) and isfinite(above) for below, above in (slope, at_low, at_middle, at_high))
-        and _agrees(at_low, at_middle, slope, middle - low)
-        and _agrees(at_middle, at_high, slope, high - middle)
-    )
-    return Section(low, middle, high, at_low, at_middle, at_high, slope, smooth)
-
-
-def _agrees(left: Interval, right: Interval, slope: Interval, distance: float) -> bool:
-    """Whether f can rise from ``left`` to ``right`` with such slopes. A jump in between mostly can't."""
-    least, most = slope[0] * distance, slope[1] * distance
-    slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(least) + abs(most))
-    return right[1] >= left[0] + least - slack and right[0] <= left[1] + most + slack

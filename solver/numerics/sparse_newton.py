@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.numerics.multistart import Array
+from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION, stagnates
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]

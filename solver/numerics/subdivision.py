@@ -15,51 +15,62 @@ radius by a bound of its rounding.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
+from solver.numerics.linear_algebra import Array
 from solver.numerics.one_unknown import split_point
 from solver.numerics.tolerances import EPS, NARROW
 
-Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 BoxFunction: TypeAlias = Callable[[Array, Array], tuple[Array, Array]]
 
 
 class NewtonImage(NamedTuple):
-    """``lo``, ``hi`` (k, n): image cut with the box. Masks (k,): ``empty``: no root in the box;
+    """``box`` (2, k, n): image cut with the box. Masks (k,): ``empty``: no root in the box;
     ``unique``: exactly one; ``regular``: the Jacobian is invertible all over the box."""
 
-    lo: Array
-    hi: Array
+    box: Array
     empty: Mask
     unique: Mask
     regular: Mask
 
 
-def interval_newton(enclose: BoxFunction, enclose_jacobian: BoxFunction, lo: Array, hi: Array) -> NewtonImage:
-    """One step on the boxes ``lo``, ``hi`` (k, n). Boxes with an unbounded Jacobian stay as they are."""
+def interval_newton(enclose: BoxFunction, enclose_jacobian: BoxFunction, box: Array) -> NewtonImage:
+    """One step on boxes (2, k, n). Those with an unbounded Jacobian stay as they are."""
+    lo, hi = box.copy()
     k, n = lo.shape
     centre = lo + (hi - lo) / 2
-    jacobian_lo, jacobian_hi = enclose_jacobian(lo, hi)
-    at_lo, at_hi = enclose(centre, centre)
-    usable = _finite(jacobian_lo, jacobian_hi) & _finite(at_lo, at_hi)
-    middle = np.where(usable[:, None, None], _middle(jacobian_lo, jacobian_hi), np.eye(n))
-    inverse, invertible = _inverses(middle)
+    slopes, at = np.array(enclose_jacobian(lo, hi)), np.array(enclose(centre, centre))
+    usable = np.logical_and(np.isfinite(slopes).all(axis=(0, 2, 3)), np.isfinite(at).all(axis=(0, 2)))
+    inverse, invertible = _inverses(np.where(usable[:, None, None], _middle(*slopes), np.eye(n)))
     usable &= invertible
-    jacobian = _product(inverse, jacobian_lo, jacobian_hi)
-    shift = _product(inverse, at_lo[:, :, None], at_hi[:, :, None])
-    state = _Boxes(lo.copy(), hi.copy(), centre, np.zeros(k, bool), usable.copy())
-    for i in range(n):
-        row = (jacobian[0][:, i, :], jacobian[1][:, i, :])
-        _sweep(state, row, (shift[0][:, i, 0], shift[1][:, i, 0]), i, usable)
-    from_identity = np.sum(abs(jacobian[0] - np.eye(n)) + jacobian[1], axis=2)
+    jacobian, radius = _product(inverse, *slopes)
+    shift, slack = (part[:, :, 0] for part in _product(inverse, *at[:, :, :, None]))
+    empty, inside = np.zeros(k, bool), usable.copy()
+    for i in range(n):  # x_i ∈ c_i − (shift_i + Σ_{j≠i} A_ij (x_j − c_j)) / A_ii
+        row, wide, others = jacobian[:, i], radius[:, i], np.arange(n) != i
+        half = np.maximum(hi - centre, centre - lo)
+        offset = (hi - centre) / 2 - (centre - lo) / 2
+        spread = np.maximum(half - abs(offset), 0.0)
+        middle = shift[:, i] + np.sum((row * offset)[:, others], axis=1)
+        reach = slack[:, i] + np.sum((abs(row) * spread + wide * half)[:, others], axis=1)
+        reach = reach * (1 + 8 * EPS * n) + 4 * EPS * (abs(middle) + abs(shift[:, i]))
+        nonzero = usable & (abs(row[:, i]) > wide[:, i])
+        divisor = [np.where(nonzero, row[:, i] + side * wide[:, i], 1.0) for side in (-1, 1)]
+        low, high = _divided((middle - reach, middle + reach), divisor)
+        image_lo = np.where(nonzero, np.nextafter(centre[:, i] - high, -np.inf), -np.inf)
+        image_hi = np.where(nonzero, np.nextafter(centre[:, i] - low, np.inf), np.inf)
+        inside &= (image_lo > lo[:, i]) & (image_hi < hi[:, i])
+        empty |= (image_lo > hi[:, i]) | (image_hi < lo[:, i])
+        lo[:, i] = np.where(empty, lo[:, i], np.maximum(lo[:, i], image_lo))
+        hi[:, i] = np.where(empty, hi[:, i], np.minimum(hi[:, i], image_hi))
+    from_identity = np.sum(abs(jacobian - np.eye(n)) + radius, axis=2)
     regular = usable & (from_identity < 1).all(axis=1)
-    return NewtonImage(state.lo, state.hi, state.empty, state.inside & ~state.empty, regular)
+    return NewtonImage(np.stack([lo, hi]), empty, inside & ~empty, regular)
 
 
 def narrowed_by_rows(
@@ -86,49 +97,7 @@ def narrowed_by_rows(
     return np.fmax(lo, np.fmax.reduce(low, axis=1)), np.fmin(hi, np.fmin.reduce(high, axis=1))
 
 
-@dataclass(slots=True)
-class _Boxes:
-    """Boxes under contraction: ``inside`` while every image so far lay in the interior."""
-
-    lo: Array
-    hi: Array
-    centre: Array
-    empty: Mask
-    inside: Mask
-
-
-def _sweep(
-    boxes: _Boxes, equation: tuple[Array, Array], shift: tuple[Array, Array], i: int, usable: Mask
-) -> None:
-    """Contract side i by row i: x_i ∈ c_i − (shift_i + Σ_{j≠i} A_ij (x_j − c_j)) / A_ii."""
-    row, radius = equation
-    half = np.maximum(boxes.hi - boxes.centre, boxes.centre - boxes.lo)
-    offset = (boxes.hi - boxes.centre) / 2 - (boxes.centre - boxes.lo) / 2
-    spread = np.maximum(half - abs(offset), 0.0)
-    others = np.arange(row.shape[1]) != i
-    middle = shift[0] + np.sum((row * offset)[:, others], axis=1)
-    reach = shift[1] + np.sum((abs(row) * spread + radius * half)[:, others], axis=1)
-    reach = reach * (1 + 8 * EPS * row.shape[1]) + 4 * EPS * (abs(middle) + abs(shift[0]))
-    nonzero = usable & (abs(row[:, i]) > radius[:, i])
-    low, high = _quotient(middle, reach, row[:, i], radius[:, i], nonzero)
-    centre = boxes.centre[:, i]
-    image_lo = np.where(nonzero, np.nextafter(centre - high, -np.inf), -np.inf)
-    image_hi = np.where(nonzero, np.nextafter(centre - low, np.inf), np.inf)
-    boxes.inside &= (image_lo > boxes.lo[:, i]) & (image_hi < boxes.hi[:, i])
-    boxes.empty |= (image_lo > boxes.hi[:, i]) | (image_hi < boxes.lo[:, i])
-    boxes.lo[:, i] = np.where(boxes.empty, boxes.lo[:, i], np.maximum(boxes.lo[:, i], image_lo))
-    boxes.hi[:, i] = np.where(boxes.empty, boxes.hi[:, i], np.minimum(boxes.hi[:, i], image_hi))
-
-
-def _quotient(
-    middle: Array, reach: Array, divisor: Array, radius: Array, nonzero: Mask
-) -> tuple[Array, Array]:
-    """(middle ± reach) / (divisor ± radius) where the divisor excludes 0."""
-    ends = np.where(nonzero, divisor - radius, 1.0), np.where(nonzero, divisor + radius, 1.0)
-    return _divided((middle - reach, middle + reach), ends)
-
-
-def _divided(dividend: tuple[Array, Array], divisor: tuple[Array, Array]) -> tuple[Array, Array]:
+def _divided(dividend: Sequence[Array], divisor: Sequence[Array]) -> tuple[Array, Array]:
     """The quotient of two intervals by their ends; the divisor excludes 0."""
     quotients = [top / bottom for top in dividend for bottom in divisor]
     slack = 4 * EPS * np.maximum.reduce([abs(q) for q in quotients])
@@ -148,26 +117,20 @@ def _middle(lo: Array, hi: Array) -> Array:
     return lo / 2 + hi / 2
 
 
-def _finite(lo: Array, hi: Array) -> Mask:
-    axes = tuple(range(1, lo.ndim))
-    finite: Mask = np.logical_and.reduce(np.isfinite(lo) & np.isfinite(hi), axis=axes)
-    return finite
-
-
 def _inverses(matrices: Array) -> tuple[Array, Mask]:
     """Inverses of the regular ones of (k, n, n) finite matrices; the identity, and False, for the others."""
     identity = np.eye(matrices.shape[-1])
     rows = abs(matrices).sum(axis=2, keepdims=True)
     sizes = np.where(rows > 0, rows, 1.0)
     scaled = matrices / sizes
-    regular: Mask = (abs(np.linalg.det(scaled)) > 1e-100) & _finite(scaled, scaled)
+    regular: Mask = (abs(np.linalg.det(scaled)) > 1e-100) & np.isfinite(scaled).all(axis=(1, 2))
     scaled = np.where(regular[:, None, None], scaled, identity)
     try:
         inverse = np.linalg.inv(scaled)
     except np.linalg.LinAlgError:  # a pivot has vanished all the same
         inverse = np.linalg.pinv(scaled)
     inverse = inverse / sizes.swapaxes(1, 2)
-    regular &= _finite(inverse, inverse)
+    regular &= np.isfinite(inverse).all(axis=(1, 2))
     return np.where(regular[:, None, None], inverse, identity), regular
 
 
@@ -218,149 +181,128 @@ def branch_and_prune(
     equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of ∂F_i/∂x_j, infinite
     or nan on a box on which F may be undefined or discontinuous somewhere.
     """
-    low, high = (np.array([[side[end] for side in box]], dtype=float) for end in (0, 1))
-    search = _Search(enclose, enclose_jacobian, low, high, limits)
+    search = _Search(enclose, enclose_jacobian, np.array(box, dtype=float).T[:, None, :], limits)
     with np.errstate(all="ignore"):
         return search.run()
 
 
 class _Search:
+    """Boxes are arrays (2, k, n), their lower ends first."""
+
     def __init__(
-        self,
-        enclose: BoxFunction,
-        enclose_jacobian: BoxFunction,
-        low: Array,
-        high: Array,
-        limits: SubdivisionLimits,
+        self, enclose: BoxFunction, enclose_jacobian: BoxFunction, whole: Array, limits: SubdivisionLimits
     ) -> None:
         self.enclose, self.enclose_jacobian = enclose, enclose_jacobian
-        self.low, self.high, self.limits = low, high, limits
-        self.proved: list[tuple[Array, Array]] = []
-        self.unresolved = 0
-        self.boxes = 0
+        self.whole, self.limits = whole, limits
+        self.proved: list[Array] = []
+        self.unresolved = self.boxes = 0
 
     def run(self) -> Subdivision:
-        lo, hi = self.low, self.high
-        while len(lo) and len(lo) <= self.limits.alive and self.boxes <= self.limits.boxes:
+        waiting = self.whole
+        while 0 < waiting.shape[1] <= self.limits.alive and self.boxes <= self.limits.boxes:
             expect_time()
-            next_lo, next_hi = self._level(lo[-FRONT:], hi[-FRONT:])
-            lo = np.concatenate([lo[:-FRONT], next_lo])
-            hi = np.concatenate([hi[:-FRONT], next_hi])
-        self.unresolved += len(lo)
-        proved = tuple(_as_box(*pair) for pair in self._distinct())
-        return Subdivision(proved, not self.unresolved, self.boxes)
+            waiting = np.concatenate([waiting[:, :-FRONT], self._level(waiting[:, -FRONT:])], axis=1)
+        self.unresolved += waiting.shape[1]
+        distinct: list[Array] = []  # inside the range; two narrow ones that overlap hold the same root
+        for box in self.proved:
+            if _meet(box, self.whole[:, 0]) and not any(_meet(box, other) for other in distinct):
+                distinct.append(box)
+        proved = sorted(distinct, key=lambda box: box.tolist())
+        return Subdivision(
+            tuple(tuple((lo, hi) for lo, hi in box.T.tolist()) for box in proved),
+            not self.unresolved,
+            self.boxes,
+        )
 
-    def _level(self, lo: Array, hi: Array) -> tuple[Array, Array]:
+    def _level(self, whole: Array) -> Array:
         """Treat every box once; the boxes of the next level."""
-        whole_lo, whole_hi = lo, hi
-        lo, hi, empty = self._narrowed_by_rows(lo, hi)
-        whole_lo, whole_hi, lo, hi = (ends[~empty] for ends in (whole_lo, whole_hi, lo, hi))
-        kept = self._may_hold_root(lo, hi)
-        whole_lo, whole_hi, lo, hi = (ends[kept] for ends in (whole_lo, whole_hi, lo, hi))
-        image = self._newton(lo, hi)
-        self._settle(lo, hi, image.unique)
-        covered = self._settle_inflated(lo, hi, image.regular & ~image.unique & ~image.empty)
+        box = self._narrowed_by_rows(whole)
+        possible = ~(box[0] > box[1]).any(axis=1)
+        whole, box = whole[:, possible], box[:, possible]
+        self.boxes += box.shape[1]
+        below, above = self.enclose(*box)
+        kept = ~((below > 0) | (above < 0) | (np.isnan(below) & np.isnan(above))).any(axis=1)
+        whole, box = whole[:, kept], box[:, kept]
+        image = self._newton(box)
+        self._settle(box[:, image.unique])
+        covered = self._settle_inflated(box, image.regular & ~image.unique & ~image.empty)
         rest = ~image.empty & ~image.unique & ~covered
-        return self._divide(whole_lo[rest], whole_hi[rest], image.lo[rest], image.hi[rest])
+        return self._divide(whole[:, rest], image.box[:, rest])
 
-    def _narrowed_by_rows(self, lo: Array, hi: Array) -> tuple[Array, Array, Mask]:
-        """The boxes narrowed for as long as that gains much, and which of them hold no root."""
-        lo, hi, empty = lo.copy(), hi.copy(), np.zeros(len(lo), bool)
-        live = np.arange(len(lo))
+    def _narrowed_by_rows(self, box: Array) -> Array:
+        """The boxes narrowed for as long as that gains much; the ends of those without a root are crossed."""
+        box = box.copy()
+        live = np.arange(box.shape[1])
         for _ in range(PASSES):
-            new_lo, new_hi = narrowed_by_rows(self.enclose, self.enclose_jacobian, lo[live], hi[live])
-            gained = ((new_hi - new_lo) < GAIN * (hi[live] - lo[live])).any(axis=1)
-            lo[live], hi[live] = new_lo, new_hi
-            empty[live] = (new_lo > new_hi).any(axis=1)
-            live = live[gained & ~empty[live]]
+            new = np.stack(narrowed_by_rows(self.enclose, self.enclose_jacobian, *box[:, live]))
+            gained = (_widths(new) < GAIN * _widths(box[:, live])).any(axis=1)
+            box[:, live] = new
+            live = live[gained & ~(new[0] > new[1]).any(axis=1)]
             if not len(live):
                 break
-        return lo, hi, empty
+        return box
 
-    def _may_hold_root(self, lo: Array, hi: Array) -> Mask:
-        self.boxes += len(lo)
-        below, above = self.enclose(lo, hi)
-        excluding = (below > 0) | (above < 0) | (np.isnan(below) & np.isnan(above))
-        kept: Mask = ~np.logical_or.reduce(excluding, axis=1)
-        return kept
-
-    def _newton(self, lo: Array, hi: Array) -> NewtonImage:
-        return interval_newton(self.enclose, self.enclose_jacobian, lo, hi)
+    def _newton(self, box: Array) -> NewtonImage:
+        return interval_newton(self.enclose, self.enclose_jacobian, box)
 
     # -- proofs ------------------------------------------------------------------------------------------
 
-    def _settle(self, lo: Array, hi: Array, chosen: Mask) -> None:
-        """Keep each proved box with the narrow box that its one root lies in."""
-        for low, high in zip(lo[chosen], hi[chosen], strict=True):
-            self.proved.append(self._narrowed(low, high))
+    def _settle(self, boxes: Array) -> None:
+        """Keep of each proved box the narrow box that its one root lies in."""
+        for place in range(boxes.shape[1]):
+            box = boxes[:, place : place + 1]
+            for _ in range(30):
+                image = self._newton(box)
+                if image.empty[0] or not (_widths(image.box) < 0.9 * _widths(box)).any():
+                    break
+                box = image.box
+            self.proved.append(box[:, 0])
 
-    def _narrowed(self, low: Array, high: Array) -> tuple[Array, Array]:
-        lo, hi = low[None], high[None]
-        for _ in range(30):
-            image = self._newton(lo, hi)
-            if image.empty[0] or not ((image.hi - image.lo) < 0.9 * (hi - lo)).any():
-                break
-            lo, hi = image.lo, image.hi
-        return lo[0], hi[0]
-
-    def _settle_inflated(self, lo: Array, hi: Array, chosen: Mask) -> Mask:
+    def _settle_inflated(self, box: Array, chosen: Mask) -> Mask:
         """Prove the boxes that lie in a wider one with exactly one root: roots on faces and corners."""
-        covered = np.zeros(len(lo), bool)
+        covered = np.zeros(len(chosen), bool)
         index = np.flatnonzero(chosen)
-        if not index.size:
-            return covered
-        pad = hi[index] - lo[index] + 8 * np.spacing(np.maximum(abs(lo[index]), abs(hi[index])))
-        wide_lo, wide_hi = lo[index] - pad, hi[index] + pad
-        unique = self._newton(wide_lo, wide_hi).unique
-        self._settle(wide_lo, wide_hi, unique)
-        covered[index[unique]] = True
+        if index.size:
+            lo, hi = box[:, index]
+            pad = hi - lo + 8 * np.spacing(np.maximum(abs(lo), abs(hi)))
+            wide = np.stack([lo - pad, hi + pad])
+            unique = self._newton(wide).unique
+            self._settle(wide[:, unique])
+            covered[index[unique]] = True
         return covered
-
-    def _distinct(self) -> list[tuple[Array, Array]]:
-        """Proved boxes inside the range; two narrow ones that overlap hold the same root."""
-        distinct: list[tuple[Array, Array]] = []
-        for lo, hi in self.proved:
-            in_range = bool(((lo <= self.high[0]) & (hi >= self.low[0])).all())
-            if in_range and not any(((lo <= h) & (hi >= g)).all() for g, h in distinct):
-                distinct.append((lo, hi))
-        return sorted(distinct, key=lambda pair: pair[0].tolist())
 
     # -- division ----------------------------------------------------------------------------------------
 
-    def _divide(self, lo: Array, hi: Array, new_lo: Array, new_hi: Array) -> tuple[Array, Array]:
+    def _divide(self, whole: Array, box: Array) -> Array:
         """Boxes that shrank much go on as they are; others are cut, or left where too narrow to cut."""
-        widths = self._relative_widths(new_lo, new_hi)
-        wide = widths > NARROW
-        shrunk = (((new_hi - new_lo) < 0.5 * (hi - lo)) & wide).any(axis=1)
+        floor = np.maximum(NARROW * _widths(self.whole), 1e-300)
+        wide = _widths(box) / np.maximum(abs(box).max(axis=0), floor) > NARROW
+        shrunk = ((_widths(box) < 0.5 * _widths(whole)) & wide).any(axis=1)
         narrow = ~wide.any(axis=1)
         self.unresolved += int(narrow.sum())
         kept, cut = shrunk & ~narrow, ~shrunk & ~narrow
-        halves = self._halves(new_lo[cut], new_hi[cut], widths[cut])
-        return np.concatenate([new_lo[kept], halves[0]]), np.concatenate([new_hi[kept], halves[1]])
+        return np.concatenate([box[:, kept], self._halves(box[:, cut], wide[cut])], axis=1)
 
-    def _relative_widths(self, lo: Array, hi: Array) -> Array:
-        floor = NARROW * (self.high - self.low)
-        size = np.maximum(np.maximum(abs(lo), abs(hi)), np.maximum(floor, 1e-300))
-        widths: Array = (hi - lo) / size
-        return widths
-
-    def _halves(self, lo: Array, hi: Array, widths: Array) -> tuple[Array, Array]:
+    def _halves(self, box: Array, wide: Mask) -> Array:
         """Cut across the side of largest smear max_i |∂F_i/∂x_j| w_j, or the widest where unbounded."""
-        if not len(lo):
-            return lo, hi
-        below, above = self.enclose_jacobian(lo, hi)
-        slopes = np.maximum(abs(below), abs(above))
-        rows = slopes * (hi - lo)[:, None, :]
+        if not len(wide):
+            return box
+        slopes = abs(np.array(self.enclose_jacobian(*box))).max(axis=0)
+        rows = slopes * _widths(box)[:, None, :]
         smear = (rows / np.maximum(rows.sum(axis=2, keepdims=True), 1e-300)).sum(axis=1)
-        measure = np.where(np.isfinite(smear).all(axis=1)[:, None], smear, (hi - lo) / (self.high - self.low))
-        side = np.where(widths > NARROW, measure, -1.0).argmax(axis=1)
-        each = np.arange(len(lo))
-        ends = zip(lo[each, side].tolist(), hi[each, side].tolist(), strict=True)
-        middle = np.array([split_point(a, b) for a, b in ends])
-        left_hi, right_lo = hi.copy(), lo.copy()
-        left_hi[each, side] = right_lo[each, side] = middle
-        return np.concatenate([lo, right_lo]), np.concatenate([left_hi, hi])
+        bounded = np.isfinite(smear).all(axis=1)[:, None]
+        measure = np.where(bounded, smear, _widths(box) / _widths(self.whole))
+        each, side = np.arange(len(wide)), np.where(wide, measure, -1.0).argmax(axis=1)
+        middle = [split_point(*ends) for ends in box[:, each, side].T.tolist()]
+        left, right = box.copy(), box.copy()
+        left[1, each, side] = right[0, each, side] = middle
+        return np.concatenate([left, right], axis=1)
 
 
-def _as_box(lo: Array, hi: Array) -> Box:
-    return tuple(zip(lo.tolist(), hi.tolist(), strict=True))
+def _widths(box: Array) -> Array:
+    widths: Array = box[1] - box[0]
+    return widths
+
+
+def _meet(one: Array, other: Array) -> bool:
+    return bool(((one[0] <= other[1]) & (one[1] >= other[0])).all())

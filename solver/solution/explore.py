@@ -18,7 +18,7 @@ from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.question import MANY, PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
-from solver.kernel.step import StepOutcome, solve_step
+from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import (
     Asked,
     Branch,
@@ -332,7 +332,7 @@ class Explorer:
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
-        return solve_step(self.graph, equation, isolation, branch.values, guess)
+        return StepSolver(self.graph, equation, isolation, branch.values, guess).outcome()
 
     def _forks(
         self,
@@ -389,7 +389,7 @@ class Explorer:
             if name in self.inputs or isolation is None or isinstance(number, str):
                 continue
             others = {other: value for other, value in branch.values.items() if other != name}
-            found = solve_step(self.graph, equation, isolation, others).values
+            found = StepSolver(self.graph, equation, isolation, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
                 if self._hold(name, {**others, name: value}, branch.conditions):
                     branch.values[name] = value

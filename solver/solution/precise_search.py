@@ -246,7 +246,7 @@ class _Block:
         for seed in (*(answer.values for answer in self.floats.answers), *self.floats.refused):
             start = list(seed.values())
             if not self._folded(start):
-                self._keep(_refined(self.system, start, self.question.scale()))
+                self._keep(_refined(self.system, start, self.question.scale))
         for suspect in self.floats.suspects:
             self._folded(list(suspect.values()))
         return self._summary()
@@ -270,7 +270,7 @@ class _Block:
         """Whether a fold is near: then its roots are kept."""
         if any(_near(root, start, CLOSE, [1e-3 * max(map(abs, start))] * len(start)) for root in self.folded):
             return True
-        fold = resolve_fold(self.system, start, self.question.scale())
+        fold = resolve_fold(self.system, start, self.question.scale)
         if fold is None:
             return False
         self.folded += fold.roots

@@ -15,7 +15,6 @@ from solver.numerics.linear_algebra import (
     factorise,
     inverse,
     null_direction,
-    row_products,
     row_sizes,
 )
 
@@ -63,8 +62,7 @@ def test_sparse_agrees_with_dense() -> None:
     sparse = scipy.sparse.csr_array(dense)
     rhs = [1.0] * 40
     assert factorise(sparse, rhs).solve(rhs) == pytest.approx(numpy.linalg.solve(dense, rhs).tolist())
-    assert row_sizes(sparse, [-1.0] * 40) == row_sizes(dense.tolist(), [-1.0] * 40)
-    assert row_products(sparse, rhs) == row_products(dense.tolist(), rhs)
+    assert (row_sizes(sparse, [-1.0] * 40) == row_sizes(dense.tolist(), [-1.0] * 40)).all()
 
 
 def test_a_singular_sparse_matrix_tells_its_rank() -> None:
