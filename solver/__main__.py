@@ -32,8 +32,7 @@ A sheet is a file, a folder with a model.tk, or the name of a sheet that `backso
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or command."""
     words = list(sys.argv[1:] if argv is None else argv)
-    _open_streams()
-    _print_anything()
+    _prepare_streams()
     try:
         code = _dispatch(words)
         sys.stdout.flush()
@@ -61,7 +60,9 @@ def _dispatch(words: list[str]) -> int:
         print(usage())
         return 0 if words else WRONG
     if words[0] == "--version":
-        print(_version())
+        from importlib.metadata import version  # takes longer to import than help does
+
+        print(f"backsolve {version('backsolve')}")
         return 0
     gc.set_threshold(*COLLECTION)
     from solver.commands.running import run, unknown_command  # help needs nothing of what this brings
@@ -77,25 +78,16 @@ def usage() -> str:
     return USAGE.format(commands="\n".join(lines))
 
 
-def _version() -> str:
-    from importlib.metadata import version  # takes longer to import than help does
+def _prepare_streams() -> None:
+    """Streams that the caller has closed lead nowhere, and no file that is opened later takes their place.
 
-    return f"backsolve {version('backsolve')}"
-
-
-def _open_streams() -> None:
-    """Streams that the caller has closed lead nowhere; no file that is opened later takes their place."""
+    A terminal that cannot show a character shows a mark for it.
+    """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w"))  # noqa: SIM115
-
-
-def _print_anything() -> None:
-    """A terminal that cannot show a character shows a mark for it."""
-    for stream in (sys.stdout, sys.stderr):
-        reconfigure = getattr(stream, "reconfigure", None)
-        if reconfigure is not None:
-            reconfigure(errors="replace")
+        elif name != "stdin" and hasattr(stream := getattr(sys, name), "reconfigure"):
+            stream.reconfigure(errors="replace")
 
 
 def _silence_stdout() -> None:

@@ -50,8 +50,11 @@ class Lane:
 
     async def ask(self, question: Json) -> Json:
         """The worker's answer, or ``gave_up`` with the seconds that it was given."""
-        if self._turn.locked() and question["do"] == self._doing == "solve":
-            self._give_way()
+        again = self._turn.locked() and question["do"] == self._doing == "solve"
+        if again and time.monotonic() - self._since > PATIENCE:
+            self._superseded = True
+            if self._process is not None:
+                self._process.kill()
         async with self._turn:
             if self._process is None:
                 self._process, self._loaded = await self.workers.take(), False
@@ -71,12 +74,6 @@ class Lane:
         process, self._process = self._process, None
         if process is not None:
             await _end(process)
-
-    def _give_way(self) -> None:
-        if time.monotonic() - self._since > PATIENCE:
-            self._superseded = True
-            if self._process is not None:
-                self._process.kill()
 
     async def _answer(self, question: Json) -> Json:
         assert self._process is not None

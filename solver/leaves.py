@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from copy import copy
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.deadline import TimeIsUp
@@ -47,7 +49,6 @@ if TYPE_CHECKING:
 
     from solver.facts import Attempt
     from solver.path import SolveBlock, Step
-    from solver.path.cases import Pair
 
 
 def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:
@@ -58,10 +59,11 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
     """
     moved = dict(values)
     for name, variable in graph.model.variables.items():
-        turn, number = graph.turn(name), moved.get(name)
-        if not variable.posted or turn is None or _bounded(variable) or name in inputs:
+        number = moved.get(name)
+        if name in inputs or not isinstance(number, float) or not _may_be_turned(variable, number):
             continue
-        if isinstance(number, float) and not -turn / 2 < number <= turn / 2:
+        turn = graph.turn(name)
+        if turn is not None and not -turn / 2 < number <= turn / 2:
             shift = -turn * math.ceil(number / turn - 0.5)
             moved = _moved(graph, moved, _tied(graph, name, inputs), shift)
     return moved
@@ -73,17 +75,19 @@ def within_one_turn(graph: ModelGraph, values: Mapping[str, Value], inputs: Coll
     Other angles are moved there; these have answers in two turns and more, each another one.
     """
     for name, variable in graph.model.variables.items():
-        turn, number = graph.single_turn(name), values.get(name)
-        apart = variable.posted and name not in inputs and not _bounded(variable)
-        if turn is None or not apart or graph.is_turning(name) or not isinstance(number, float):
+        number = values.get(name)
+        if name in inputs or not isinstance(number, float) or not _may_be_turned(variable, number):
             continue
-        if not -turn / 2 < number <= turn / 2:
+        turn = graph.single_turn(name)
+        if turn is not None and not graph.is_turning(name) and not -turn / 2 < number <= turn / 2:
             return False
     return True
 
 
-def _bounded(variable: Variable) -> bool:
-    return variable.low > -math.inf or variable.high < math.inf
+def _may_be_turned(variable: Variable, number: float) -> bool:
+    """Whether a number is no less than half a turn in any unit, of a posted variable without a range."""
+    free = variable.low == -math.inf and variable.high == math.inf
+    return variable.posted and free and abs(number) >= math.pi
 
 
 def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
@@ -136,20 +140,7 @@ class Branch:
         return {**self.decided, **self.assumed}
 
     def fork(self) -> Branch:
-        return replace(
-            self,
-            values=dict(self.values),
-            decided=dict(self.decided),
-            assumed=dict(self.assumed),
-            signs=dict(self.signs),
-            void=dict(self.void),
-            steps=list(self.steps),
-            settled=set(self.settled),
-            blank=set(self.blank),
-            origins=dict(self.origins),
-            attempts=dict(self.attempts),
-            precise=dict(self.precise),
-        )
+        return Branch(**{one.name: copy(getattr(self, one.name)) for one in fields(self)})
 
 
 @dataclass(frozen=True)
@@ -223,7 +214,6 @@ def blocked(leaf: Leaf) -> bool:
 def excluded(leaf: Leaf) -> bool:
     """Whether it is proven that no value fits a case that the leaf assumes: nothing is hidden there."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
-
     return any(
         isinstance(fact, Conflict) or not asked.isdisjoint(without_value(fact)[1])
         for fact in leaf.branch.void.values()
@@ -417,9 +407,12 @@ def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indetermin
 def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]) -> Iterator[Unmet]:
     """The requirements that these values break; those that read what has no value are not asked."""
     for index, requirement in enumerate(model.requirements):
-        asked = activity(requirement, decided) and all(name in values for name in requirement.names)
-        if asked and not _met(requirement, values):
-            yield Unmet(index, shortfall(requirement, values), values)
+        if activity(requirement, decided) and all(name in values for name in requirement.names):
+            met = False
+            with suppress(Undefined):
+                met = meets(requirement.comparison, values)
+            if not met:
+                yield Unmet(index, shortfall(requirement, values), values)
 
 
 def shortfall(requirement: Requirement, values: Mapping[str, Value]) -> float | None:
@@ -431,10 +424,3 @@ def shortfall(requirement: Requirement, values: Mapping[str, Value]) -> float | 
         return None
     apart = abs(left - right)
     return apart if math.isfinite(apart) else None
-
-
-def _met(requirement: Requirement, values: Mapping[str, Value]) -> bool:
-    try:
-        return meets(requirement.comparison, values)
-    except Undefined:
-        return False

@@ -17,7 +17,7 @@ import os
 import secrets
 import socket
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from hashlib import sha256
 from http.cookies import CookieError, SimpleCookie
@@ -158,8 +158,13 @@ class Gate:
             return
         headers = Headers(scope=scope)
         reason = self._foreign(scope, headers)
-        if reason is None and scope["type"] == "http" and self._entering(scope):
-            await self._welcome(scope, receive, _guarded(send))
+        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
+        entering = scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/"
+        if reason is None and entering and self._right(given):
+            response = RedirectResponse("/", 303)  # the token goes into a cookie and off the address
+            name = _cookie_name(headers.get("host", ""))
+            response.set_cookie(name, self.token, httponly=True, samesite="strict", path="/")
+            await response(scope, receive, _guarded(send))
             return
         if reason is None and not self._known(headers):
             reason = "there is no token; open the address that backsolve printed"
@@ -181,18 +186,6 @@ class Gate:
         if origin is None:
             return "a websocket says where it comes from" if scope["type"] == "websocket" else None
         return None if origin == f"http://{host}" else "it comes from another site"
-
-    def _entering(self, scope: Scope) -> bool:
-        """Whether the address holds the token."""
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
-        return scope["method"] == "GET" and scope["path"] == "/" and self._right(given)
-
-    async def _welcome(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Put the token into a cookie and take it off the address."""
-        response = RedirectResponse("/", 303)
-        name = _cookie_name(Headers(scope=scope).get("host", ""))
-        response.set_cookie(name, self.token, httponly=True, samesite="strict", path="/")
-        await response(scope, receive, send)
 
     def _known(self, headers: Headers) -> bool:
         try:
@@ -225,6 +218,9 @@ def _guarded(send: Send) -> Send:
 Json = dict[str, Any]
 
 STATIC = Path(__file__).parent / "static"
+
+OWN = "sheets", "open", "edit", "save", "keep"
+"""What the server answers itself; the workers answer the rest."""
 
 KEPT = 200_000
 """Characters of a tab's state that the server keeps for a sheet."""
@@ -284,19 +280,15 @@ class Tab:
         self.quick, self.slow = Lane(workers, timeout), Lane(workers, timeout)
         self.sheet: Sheet | None = None
         self.tasks: set[asyncio.Task[None]] = set()
-        self.own: dict[str, Callable[[Json], Awaitable[Json]]] = {
-            "sheets": self.sheets,
-            "open": self.open,
-            "edit": self.edit,
-            "save": self.save,
-            "keep": self.keep,
-        }
 
     async def run(self) -> None:
         """Answer until the tab is closed."""
         while True:
-            message = _message(await self.socket.receive_text())
-            task = asyncio.create_task(self._reply(message))
+            try:
+                message = json.loads(await self.socket.receive_text())
+            except (ValueError, RecursionError):
+                message = None
+            task = asyncio.create_task(self._reply(message if isinstance(message, dict) else {}))
             self.tasks.add(task)
             task.add_done_callback(self.tasks.discard)
 
@@ -323,8 +315,9 @@ class Tab:
 
     async def _answer(self, message: Json) -> Json:
         do = str(message.get("do"))
-        if do in self.own:
-            return await self.own[do](message)
+        if do in OWN:
+            reply: Json = await getattr(self, do)(message)
+            return reply
         if do == "check":
             return await self.quick.ask({**self._text(str(message["text"])), "do": "check"})
         if do in QUICK:
@@ -379,15 +372,6 @@ class Tab:
             raise Refused(f"this text is too long for a page: it takes {LARGEST:,} characters")
         folder, within = str(self.sheet.folder), str(self.sheet.within)
         return {"text": text, "name": self.sheet.file.name, "base": folder, "within": within}
-
-
-def _message(text: str) -> Json:
-    """What a tab has sent; an empty object for what is none."""
-    try:
-        message = json.loads(text)
-    except (ValueError, RecursionError):
-        return {}
-    return message if isinstance(message, dict) else {}
 
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
