@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -95,9 +96,6 @@ class Server(LanguageServer):
             return ""
         return str((await self.slow.ask({"do": "why", "name": name})).get("text", ""))
 
-    async def close(self) -> None:
-        await asyncio.gather(self.quick.stop(), self.slow.stop(), self.workers.close())
-
 
 def _sheet(document: TextDocument, text: str) -> Json:
     path = document.path or ""
@@ -148,12 +146,22 @@ def used_files(document: TextDocument, names: Names) -> Iterator[Path]:
             yield path
 
 
-def home(document: TextDocument, names: Names, named: Symbol) -> lsp.Location | None:
-    """Where a symbol is declared: in the document, or in a file that it uses."""
-    name = named.name
-    function, dot, local = name.partition(".")
+def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
+    """Where a symbol is declared, in the document or in a file that it uses; of a path, its file."""
+    document = server.document(params.text_document.uri)
+    names, word = word_at(document, params.position)
+    if word and word.kind == "path":
+        path = Path(document.path or ".").parent / word.text.strip('"')
+        start = lsp.Position(0, 0)
+        return lsp.Location(str(from_fs_path(str(path.resolve()))), lsp.Range(start, start))
+    named = symbol(word) if word else None
+    if named is None:
+        return None
+    function, dot, local = named.name.partition(".")
     texts = [(document, names)]
-    texts += [(_other(path), Names(read_source(path).text)) for path in used_files(document, names)]
+    for path in used_files(document, names):
+        text = read_source(path).text
+        texts.append((TextDocument(str(from_fs_path(str(path.resolve()))), text), Names(text)))
     wanted = Symbol(local, function.partition("#")[0].lower()) if dot else named
     for other, known in texts if dot or named.function else texts[:1]:
         if word := known.definition(wanted):
@@ -161,11 +169,17 @@ def home(document: TextDocument, names: Names, named: Symbol) -> lsp.Location | 
     return None
 
 
-def _other(path: Path) -> TextDocument:
-    return TextDocument(str(from_fs_path(str(path.resolve()))), read_source(path).text)
+async def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
+    document = server.document(params.text_document.uri)
+    _, word = word_at(document, params.position)
+    said = await explained(server, document, word) if word else ""
+    if not word or not said:
+        return None
+    content = lsp.MarkupContent(lsp.MarkupKind.Markdown, said)
+    return lsp.Hover(content, stretch(document, word.start, word.end))
 
 
-async def explained(server: Server, document: TextDocument, names: Names, word: Word) -> str:
+async def explained(server: Server, document: TextDocument, word: Word) -> str:
     """What a hover says of a word, as Markdown."""
     if word.kind in ("builtin", "constant"):
         entry = TABLE[word.text.lower()]
@@ -188,8 +202,10 @@ async def explained(server: Server, document: TextDocument, names: Names, word: 
     return "\n\n".join(filter(None, lines))
 
 
-def completions(document: TextDocument, names: Names, offset: int) -> Iterator[lsp.CompletionItem]:
+def completions(server: Server, params: lsp.CompletionParams) -> Iterator[lsp.CompletionItem]:
     """Names of the scope, functions and keywords; symbols after ``'``."""
+    document = server.document(params.text_document.uri)
+    names, offset = Names(document.source), document.offset_at_position(params.position)
     kinds = lsp.CompletionItemKind
     word = names.at(offset)
     if word and word.kind in ("comment", "unit", "path"):
@@ -241,8 +257,9 @@ async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit
     return lsp.WorkspaceEdit(changes={document.uri: edits})
 
 
-def formatted(document: TextDocument) -> list[lsp.TextEdit]:
+def formatted(server: Server, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
     """The edit that puts a document in canonical form; nothing for one that is no sheet yet."""
+    document = server.document(params.text_document.uri)
     text = document.source
     try:
         new = format_sheet(parsed(Source(document.path or document.uri, text), document.path or None))
@@ -254,67 +271,42 @@ def formatted(document: TextDocument) -> list[lsp.TextEdit]:
 # --- the protocol ---
 
 
+def closed(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
+    uri = params.text_document.uri
+    server.answers.pop(uri, None)
+    if task := server.waiting.pop(uri, None):
+        task.cancel()
+    server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+
 def server(timeout: float) -> Server:
     """The server with everything that it answers."""
     one = Server(timeout)
 
     @one.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
-    async def opened(params: lsp.DidOpenTextDocumentParams) -> None:
+    @one.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
+    async def saved(params: lsp.DidOpenTextDocumentParams | lsp.DidSaveTextDocumentParams) -> None:
         one.changed(params.text_document.uri, solve=True)
 
     @one.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     async def changed(params: lsp.DidChangeTextDocumentParams) -> None:
         one.changed(params.text_document.uri)
 
-    @one.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
-    async def saved(params: lsp.DidSaveTextDocumentParams) -> None:
-        one.changed(params.text_document.uri, solve=True)
-
-    @one.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
-    async def closed(params: lsp.DidCloseTextDocumentParams) -> None:
-        uri = params.text_document.uri
-        one.answers.pop(uri, None)
-        if task := one.waiting.pop(uri, None):
-            task.cancel()
-        one.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
-
-    @one.feature(lsp.TEXT_DOCUMENT_HOVER)
-    async def hover(params: lsp.HoverParams) -> lsp.Hover | None:
-        document = one.document(params.text_document.uri)
-        names, word = word_at(document, params.position)
-        said = await explained(one, document, names, word) if word else ""
-        if not word or not said:
-            return None
-        content = lsp.MarkupContent(lsp.MarkupKind.Markdown, said)
-        return lsp.Hover(content, stretch(document, word.start, word.end))
-
     @one.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=["'"]))
     async def complete(params: lsp.CompletionParams) -> list[lsp.CompletionItem]:
-        document = one.document(params.text_document.uri)
-        offset = document.offset_at_position(params.position)
-        return list(completions(document, Names(document.source), offset))
-
-    @one.feature(lsp.TEXT_DOCUMENT_DEFINITION)
-    async def define(params: lsp.DefinitionParams) -> lsp.Location | None:
-        document = one.document(params.text_document.uri)
-        names, word = word_at(document, params.position)
-        if word and word.kind == "path":
-            path = Path(document.path or ".").parent / word.text.strip('"')
-            start = lsp.Position(0, 0)
-            return lsp.Location(str(from_fs_path(str(path.resolve()))), lsp.Range(start, start))
-        named = symbol(word) if word else None
-        return home(document, names, named) if named else None
-
-    @one.feature(lsp.TEXT_DOCUMENT_RENAME)
-    async def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-        return await renamed(one, params)
-
-    @one.feature(lsp.TEXT_DOCUMENT_FORMATTING)
-    async def format_(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-        return formatted(one.document(params.text_document.uri))
+        return list(completions(one, params))
 
     @one.feature(lsp.SHUTDOWN)
     async def shutdown(_: None) -> None:
-        await one.close()
+        await asyncio.gather(one.quick.stop(), one.slow.stop(), one.workers.close())
 
+    answers: dict[str, Callable[..., Any]] = {
+        lsp.TEXT_DOCUMENT_DID_CLOSE: closed,
+        lsp.TEXT_DOCUMENT_HOVER: hover,
+        lsp.TEXT_DOCUMENT_DEFINITION: defined,
+        lsp.TEXT_DOCUMENT_RENAME: renamed,
+        lsp.TEXT_DOCUMENT_FORMATTING: formatted,
+    }
+    for feature, answer in answers.items():
+        one.feature(feature)(partial(answer, one))
     return one
