@@ -8,7 +8,7 @@ first whatever the numbers are, within that, it is the first in all of the box.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from rulesheets.model import Value
@@ -18,13 +18,16 @@ from solver.trace.order import RANGES, UNORDERED, Range, Ranked, before, spread
 from solver.trace.program import Box, Ending, Program
 from solver.trace.python import compile_scalar
 
-SHARES = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
+SHARES = (0.1, 0.03, 0.01, 3e-3, 1e-3)
 """How far the ranges reach, relative to the numbers that they lie around."""
+HALVINGS = 4
+"""How often a number may come to half of what it is, or to twice that, where it might come to 0."""
 PRICE = 32
-"""Calls that pay for another box; twice as many for each after one that was not worth it."""
+"""Calls that pay for another box; four times as many for each after one that was not worth it."""
 
 Numbers: TypeAlias = tuple[Value, ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
+Limits: TypeAlias = Mapping[int, Range]
 
 
 class Nearby:
@@ -38,7 +41,7 @@ class Nearby:
         self.box: Box | None = None
         self.call: Callable[..., Any] | None = None
         """What tells the first answer of rows in the box."""
-        self._alone: dict[int, tuple[Box, Callable[..., Any]]] = {}
+        self._alone: dict[tuple[int, tuple[int, ...]], tuple[Box, Callable[..., Any]]] = {}
         self._missed, self._price = 0, 1
         self._values = compile_scalar(_reading(program, program.ranked), all_answers=True)
         self._lay(sample)
@@ -49,39 +52,91 @@ class Nearby:
         self._missed += 1
         if told + self._missed < self._price:
             return
-        self._price = PRICE if told >= PRICE else 2 * self._price
+        self._price = PRICE if told >= PRICE else 4 * self._price
         self._missed = 0
         self._lay(numbers)
 
     def _lay(self, numbers: Numbers) -> None:
         self.box, self.call = None, None
         if (found := self._found(numbers)) is not None:
-            place, ends = found
-            if place not in self._alone:
-                box = Box(ends)
-                alone = self.program._replace(endings=(self.endings[place],), order=UNORDERED, box=box)
-                self._alone[place] = box, compile_scalar(lean(alone))
-            self.box, self.call = self._alone[place]
+            place, checks, ends = found
+            if found[:2] not in self._alone:
+                box, ending = Box(ends), self.endings[place]
+                ending = ending._replace(holds=(*ending.holds, *checks))
+                alone = self.program._replace(endings=(ending,), order=UNORDERED, box=box)
+                self._alone[found[:2]] = box, compile_scalar(lean(alone))
+            self.box, self.call = self._alone[found[:2]]
             self.box.ends, self.box.told = ends, 0
 
-    def _found(self, numbers: Numbers) -> tuple[int, tuple[float, ...]] | None:
-        """The place of the first answer and the ends of the widest box in which it is the first."""
+    def _found(self, numbers: Numbers) -> tuple[int, tuple[int, ...], tuple[float, ...]] | None:
+        """The place of the first answer, the conditions under which it is the first in a box, and the ends
+        of the box: of those with conditions on the numbers of the fewest answers the widest."""
         here = self._rows(numbers)
         if here is None:
             return None
         keys = self._keys(here)
-        place = min(range(len(keys)), key=keys.__getitem__)
+        place, most = min(range(len(keys)), key=keys.__getitem__), len(keys)
+        best: tuple[Limits, float] | None = None
         for share in SHARES:
-            moves = [
-                [(*numbers[:at], number + way * share * abs(number), *numbers[at + 1 :]) for way in (-1, 1)]
-                for at, number in enumerate(numbers)
-                if isinstance(number, float) and number
-            ]
-            there = [rows for pair in moves for rows in map(self._rows, pair) if rows is not None]
-            if len(there) == 2 * len(moves) and self._is_first(place, here, there):
-                ends = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
-                return place, tuple(end for pair in ends for end in pair)
+            there = self._moved(numbers, share) if most else None
+            asked = there and self._asked(place, [here, *there], most)
+            if asked:
+                most, best = len(asked[0]) - 1, (asked[1], share)
+        if best is None:
+            return None
+        flow, (limits, share) = self.program.flow, best
+        checks = []
+        for node, inside in limits.items():
+            checks += [flow.add("lt", flow.constant(inside.low), node)]
+            checks += [flow.add("lt", node, flow.constant(inside.high))]
+        ends = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
+        return place, tuple(checks), tuple(end for pair in ends for end in pair)
+
+    def _moved(self, numbers: Numbers, share: float) -> list[Rows] | None:
+        """The answers where each number is moved down and up by a share; None where one of them ends."""
+        found = []
+        for at, number in enumerate(numbers):
+            if isinstance(number, float) and number:
+                for move in (-share * abs(number), share * abs(number)):
+                    rows = self._rows((*numbers[:at], number + move, *numbers[at + 1 :]))
+                    if rows is None:
+                        return None
+                    found.append(rows)
+        return found
+
+    def _asked(self, place: int, rows: Sequence[Rows], most: int) -> tuple[list[int], Limits] | None:
+        """The answers, at ``most``, that are asked for one of them to be the first, and the limits that their
+        numbers must keep to. ``rows`` are the answers here and where each number is moved.
+        """
+        ranges = [
+            [_around(*column) for column in zip(*some, strict=True)] for some in zip(*rows, strict=True)
+        ]
+        keys = [self._keys(some) for some in rows]
+        asked, new = list[int](), [place]
+        while new and len(asked) + len(new) <= most:
+            asked += new
+            limits = self._limits([(k, rows[0][k], ranges[k]) for k in asked])
+            unclear = self._unclear(place, ranges, keys, limits)
+            if not unclear:
+                return asked, limits
+            new = [other for other in unclear if other not in asked]
         return None
+
+    def _limits(self, answers: Iterable[tuple[int, Sequence[float], Sequence[Any]]]) -> Limits:
+        """Of the numbers of answers that may come near to 0 the nodes, and how far these may."""
+        found, ranking = {}, self.ranked.ranking
+        angles = (*ranking.angles, *(False for _ in ranking.read))
+        for k, numbers, ranges in answers:
+            columns = zip(self.ranked.answers[k], numbers, ranges, angles, strict=False)
+            for node, number, around, angle in columns:
+                if node is None or not number or angle or number != number:
+                    continue
+                power = math.frexp(number)[1]
+                ends = math.ldexp(0.5, power - HALVINGS), math.ldexp(1.0, power + HALVINGS)
+                inside = Range(*ends) if number > 0.0 else -Range(*ends)
+                if not inside.low <= around.low <= around.high <= inside.high:
+                    found[node] = inside
+        return found
 
     def _rows(self, numbers: Numbers) -> Rows | None:
         """The numbers of every answer that the rule reads, and those that are given."""
@@ -93,18 +148,26 @@ class Nearby:
         count = len(self.ranked.ranking.read)
         return self.ranked.ranking.keys_of_rows([row[:count] for row in rows], rows[0][count:])
 
-    def _is_first(self, place: int, here: Rows, there: Sequence[Rows]) -> bool:
-        """Whether an answer comes first wherever the numbers are."""
+    def _unclear(
+        self, place: int, ranges: Sequence[Sequence[Any]], keys: Sequence[Sequence[Key]], limits: Limits
+    ) -> list[int]:
+        """The answers that may come before that of a place somewhere in the ranges, within the limits."""
         ranking, count = self.ranked.ranking, len(self.ranked.ranking.read)
-        zero = tuple(number == 0.0 for number in here[0][count:])
-        ranges = [
-            [_around(*numbers) for numbers in zip(*rows, strict=True)]
-            for rows in zip(here, *there, strict=True)
+        rows = [
+            [
+                around if node is None or node not in limits else _within(around, limits[node])
+                for node, around in zip(nodes, some, strict=False)
+            ]
+            for nodes, some in zip(self.ranked.answers, ranges, strict=True)
         ]
-        told = ranking.keys_on(RANGES, [row[:count] for row in ranges], ranges[0][count:], zero)
-        keys = [self._keys(rows) for rows in (here, *there)]
-        others = (other for other in range(len(here)) if other != place)
-        return all(before(told[place], told[k], [(key[place], key[k]) for key in keys]) for k in others)
+        given = ranges[0][count:]
+        told = ranking.keys_on(RANGES, rows, given, tuple(around == Range(0.0, 0.0) for around in given))
+        others = (other for other in range(len(rows)) if other != place)
+        return [k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])]
+
+
+def _within(one: Range, other: Range) -> Range:
+    return Range(max(one.low, other.low), min(one.high, other.high))
 
 
 def _reading(program: Program, ranked: Ranked) -> Program:
