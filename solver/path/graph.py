@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model
 from rulesheets.syntax import nodes
-from rulesheets.syntax.forms import Like
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -62,22 +61,18 @@ def alike(model: Model, equations: Sequence[Equation]) -> Alike:
     """The rules by their shapes (found once for the same rules)."""
     known: dict[tuple[int, ...], Alike] = model.__dict__.setdefault("_alike", {})
     key = tuple([equation.index for equation in equations])
-    if key not in known:
-        known[key] = _grouped(equations)
-    return known[key]
-
-
-def _grouped(equations: Sequence[Equation]) -> Alike:
+    if key in known:
+        return known[key]
     found: dict[Shape, list[tuple[int, Sequence[float]]]] = {}
     for place, equation in enumerate(equations):
         shape, numbers = shape_of(equation)
         found.setdefault(shape, []).append((place, numbers))
     column = {name: place for place, name in enumerate(dict.fromkeys(n for e in equations for n in e.names))}
-    grouped = []
+    families = []
     for members in found.values():
         rules = [equations[place] for place, _ in members]
         columns = [[column[name] for name in rule.names] for rule in rules]
-        grouped.append(
+        families.append(
             Family(
                 np.array([place for place, _ in members], dtype=np.intp),
                 rules[0],
@@ -85,7 +80,8 @@ def _grouped(equations: Sequence[Equation]) -> Alike:
                 np.array([numbers for _, numbers in members], dtype=float).reshape(len(rules), -1).T,
             )
         )
-    return Alike(tuple(column), tuple(grouped))
+    known[key] = Alike(tuple(column), tuple(families))
+    return known[key]
 
 
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
@@ -94,20 +90,19 @@ def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
     Found once for an equation.
     """
     found: tuple[Shape, Sequence[float]] | None = equation.__dict__.get("_shape")
-    if found is None:
-        found = _shape(equation) if (like := equation.like) is None else _shape_like(equation, like)
-        equation.__dict__["_shape"] = found
+    if found is not None:
+        return found
+    if (like := equation.like) is None:
+        found = _shape(equation)
+    else:  # of rules that are alike, the same where names repeat as here and exponents are the same
+        key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept
+        if key not in kept:
+            if len(kept) >= MOST:
+                kept.clear()
+            kept[key] = _shape(equation)[0]
+        found = kept[key], like.numbers
+    equation.__dict__["_shape"] = found
     return found
-
-
-def _shape_like(equation: Equation, like: Like) -> tuple[Shape, Sequence[float]]:
-    """That of a rule that is like others, the same where names repeat as here and exponents are the same."""
-    key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept
-    if key not in kept:
-        if len(kept) >= MOST:
-            kept.clear()
-        kept[key] = _shape(equation)[0]
-    return kept[key], like.numbers
 
 
 def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
@@ -163,10 +158,7 @@ def _template(form: Expression, names: dict[str, Name], numbers: Iterator[int]) 
     return rebuilt(form, tuple(parts))
 
 
-if TYPE_CHECKING:
-    from typing import Any, TypeAlias
-
-    Ratio: TypeAlias = tuple[int, int]
+Ratio: TypeAlias = tuple[int, int]
 
 MAX_FACTOR = 1e9
 MAX_TURNS = 12
@@ -180,9 +172,10 @@ class ModelGraph:
         self.model = model
         self.names = tuple(model.variables)
         self.number = {name: i for i, name in enumerate(self.names)}
-        self.occurs = tuple(self._numbers(equation.names) for equation in model.equations)
+        self.occurs = tuple(tuple(map(self.number.__getitem__, e.names)) for e in model.equations)
         self.condition_occurs = tuple(
-            self._numbers(dict.fromkeys(nodes.names(condition))) for condition in model.conditions
+            tuple(self.number[name] for name in dict.fromkeys(nodes.names(condition)))
+            for condition in model.conditions
         )
         self._users: dict[str, tuple[int, ...]] = {}
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
@@ -191,9 +184,6 @@ class ModelGraph:
         self._turns: dict[str, _Angle] | None = None
         self._weighed: frozenset[str] | None = None
         self.kernels: dict[Any, Any] = {}
-
-    def _numbers(self, names: Iterable[str]) -> tuple[int, ...]:
-        return tuple(self.number[name] for name in names)
 
     def users(self, name: str) -> tuple[int, ...]:
         """Equations that read a variable, in their body or their guard."""
@@ -216,19 +206,16 @@ class ModelGraph:
     def cost(self, equation: int, variable: int) -> int | None:
         """The cost of an isolation, told without isolating where that is plain; None where there is none."""
         if equation not in self._plain:
-            self._plain[equation] = self._plainly_resolvable(self.model.equations[equation])
+            body = self.model.equations[equation]
+            shape, names = shape_of(body)[0], body.names
+            if shape not in self._plain_of:
+                plain = plainly_resolvable(body.left, body.right)
+                self._plain_of[shape] = tuple(k for k, name in enumerate(names) if name in plain)
+            self._plain[equation] = frozenset([names[k] for k in self._plain_of[shape]])
         if self.names[variable] in self._plain[equation]:
             return 0
         isolation = self.isolation(equation, variable)
         return None if isolation is None else isolation.cost
-
-    def _plainly_resolvable(self, equation: Equation) -> frozenset[str]:
-        """What an equation gives at no cost, found out once for each shape."""
-        (shape, _), names = shape_of(equation), equation.names
-        if shape not in self._plain_of:
-            plain = plainly_resolvable(equation.left, equation.right)
-            self._plain_of[shape] = tuple(k for k, name in enumerate(names) if name in plain)
-        return frozenset([names[k] for k in self._plain_of[shape]])
 
     def turn(self, name: str) -> float | None:
         """The period of a variable that is nothing but an angle: 360 or 2π, or None.
@@ -290,20 +277,9 @@ class _Angles:
         else:
             self.found[name] = _Angle(turn, together)
 
-    def weigh(self, condition: nodes.Condition) -> None:
-        """Every occurrence in an inequality."""
-        stack: list[nodes.Expression | nodes.Condition] = [condition]
-        while stack:
-            node = stack.pop()
-            if isinstance(node, nodes.Comparison) and node.operator not in ("=", "<>"):
-                self.read(node.left)
-                self.read(node.right)
-            else:
-                stack.extend(nodes.children(node))
-
-    def read(self, side: nodes.Expression) -> None:
-        """Every occurrence in an expression."""
-        stack: list[nodes.Expression] = [side]
+    def read(self, *parts: nodes.Expression | nodes.Condition) -> None:
+        """Every occurrence in expressions, and in the inequalities of conditions."""
+        stack = [*parts]
         while stack:
             node = stack.pop()
             if isinstance(node, Name):
@@ -311,48 +287,44 @@ class _Angles:
             elif (
                 isinstance(node, Call)
                 and (turn := TABLE[node.function].turn)
-                and (parts := _parts(node.arguments[0]))
+                and (addends := _addends(node.arguments[0]))
             ):
                 own = 2 if TABLE[node.function].half_turn else 1
-                for name, (numerator, denominator) in parts:
+                for name, (numerator, denominator) in addends:
                     self.learn(name, turn, denominator // gcd(denominator, own * numerator))
-            else:
+            elif not isinstance(node, nodes.Comparison) or node.operator not in ("=", "<>"):
                 stack.extend(nodes.children(node))
 
-
-def _read_at_once(equations: Iterable[Equation], angles: _Angles) -> Iterator[Equation]:
-    """Enter the names of rules that know nothing of angles as plain, shape by shape; the others are left."""
-    plainly: dict[Any, bool] = {}
-    for equation in equations:
-        shape, _ = shape_of(equation)
-        if (plain := plainly.get(shape)) is None:
-            sides = equation.left, equation.right
-            turns = any(_turns_or_tells(node) for side in sides for node in walk(side))
-            plain = plainly[shape] = not (turns or all(map(is_angle_sum, sides)))
-        if plain:
-            angles.plain.update(equation.names)
-        else:
-            yield equation
-
-
-def _turns_or_tells(node: nodes.Expression | nodes.Condition) -> bool:
-    """Whether a function takes an angle or gives one."""
-    return isinstance(node, Call) and bool(TABLE[node.function].turn or TABLE[node.function].angle)
+    def read_direction(self, equation: Equation) -> bool:
+        """Whether an equation gives an angle as such, ``thetaAB = atan2d(…)``; it is read then."""
+        left, right = equation.left, equation.right
+        for one, other in ((left, right), (right, left)):
+            if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
+                self.learn(one.name, turn)
+                self.read(*other.arguments)
+                return True
+        return False
 
 
 def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
     angles = _Angles()
-    for condition in conditions:
-        angles.weigh(condition)
+    angles.read(*conditions)
     sums: dict[str, list[Equation]] = {}
-    for equation in _read_at_once(equations, angles):
-        if is_angle_sum(equation.left) and is_angle_sum(equation.right):
+    plainly: dict[Shape, bool] = {}
+    for equation in equations:
+        shape, sides = shape_of(equation)[0], (equation.left, equation.right)
+        if shape not in plainly:
+            calls = (node.function for side in sides for node in walk(side) if isinstance(node, Call))
+            angular = any(TABLE[name].turn or TABLE[name].angle for name in calls)
+            plainly[shape] = not (angular or all(map(is_angle_sum, sides)))
+        if plainly[shape]:  # rules that know nothing of angles, told shape by shape
+            angles.plain.update(equation.names)
+        elif all(map(is_angle_sum, sides)):
             for name in equation.names:
                 sums.setdefault(name, []).append(equation)
-        elif not _direction(equation, angles):
-            angles.read(equation.left)
-            angles.read(equation.right)
+        elif not angles.read_direction(equation):
+            angles.read(*sides)
     plain = list(angles.plain)
     read: dict[int, tuple[str, ...]] = {}
     while plain:  # what a sum ties to a number that is no angle is none either
@@ -363,18 +335,6 @@ def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] 
                     plain.append(name)
             read[id(equation)] = ()
     return {name: angle for name, angle in angles.found.items() if name not in angles.plain}
-
-
-def _direction(equation: Equation, angles: _Angles) -> bool:
-    """Whether an equation gives an angle as such: ``thetaAB = atan2d(…)``."""
-    left, right = equation.left, equation.right
-    for one, other in ((left, right), (right, left)):
-        if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
-            angles.learn(one.name, turn)
-            for argument in other.arguments:
-                angles.read(argument)
-            return True
-    return False
 
 
 def within_half_turns(number: float, turn: float) -> float:
@@ -398,7 +358,7 @@ def is_angle_sum(side: nodes.Expression) -> bool:
             return False
 
 
-def _parts(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
+def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
     """The angles that are added up in an argument with their factors; None where it is no such sum."""
     match argument:
         case Number():
@@ -406,7 +366,7 @@ def _parts(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
         case Name(name):
             return ((name, (1, 1)),)
         case Negative(operand):
-            return _parts(operand)
+            return _addends(operand)
         case Product(Number(factor), Name(name)) | Product(Name(name), Number(factor)):
             ratio = _ratio(factor)
             return ratio and ((name, ratio),)
@@ -414,8 +374,8 @@ def _parts(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
             ratio = _ratio(divisor)
             return ratio and ((name, ratio[::-1]),)
         case Sum(terms):
-            found = [_parts(term) for term in terms]
-            return None if None in found else tuple(pair for parts in found for pair in parts or ())
+            found = [_addends(term) for term in terms]
+            return None if None in found else tuple(pair for pairs in found for pair in pairs or ())
         case _:
             return None
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model
-from rulesheets.syntax.nodes import Comparison, Name, Number, Symbol
+from rulesheets.syntax.nodes import Comparison, Condition, Name, Number, Symbol
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.cases import activity
 from solver.path.graph import ModelGraph
@@ -23,6 +23,12 @@ from solver.structure.triangular import block_triangular
 TEARINGS = 2
 MAX_TORN = 100
 """Unknowns of a block up to which it is torn; all of a larger one are iterated on at once."""
+
+
+def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
+    isolation = graph.isolation(equation, unknown)
+    assert isolation is not None
+    return Evaluate(equation, graph.names[unknown], isolation.branches)
 
 
 class _Remaining:
@@ -45,62 +51,46 @@ class _Remaining:
         """
         matching = maximum_matching(self.incidence)
         parts = dulmage_mendelsohn(self.incidence, matching)
-        if parts.over.unknowns:
-            return self._first_of(parts.over)
-        return block_triangular(self.incidence, parts.square, matching)
-
-    def _first_of(self, over: Block) -> tuple[Block, ...]:
-        """The first block of a matched square part of the over-determined equations."""
+        over = parts.over
+        if not over.unknowns:
+            return block_triangular(self.incidence, parts.square, matching)
         matching = maximum_matching(self.incidence.restrict(over))
         matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
         return block_triangular(self.incidence, matched)[:1]
 
     def step(self, block: Block) -> Evaluate | SolveBlock:
         """The step that solves a block; of those with one tear, with another way to tear it."""
-        equations, unknowns = (
-            tuple(self.equations[e] for e in block.equations),
-            tuple(map(self._name, block.unknowns)),
-        )
+        names = {unknown: self.graph.names[self.unknowns[unknown]] for unknown in block.unknowns}
+        equations, unknowns = tuple(self.equations[e] for e in block.equations), tuple(names.values())
         if len(unknowns) > MAX_TORN:
             return SolveBlock(equations, unknowns, ())
-        incidence = self._resolvable(block)
-        if len(unknowns) == 1 and incidence.resolvable[block.equations[0]]:
+        part = self.incidence.restrict(block)
+        resolvable = {equation: self._costs(equation, part.occurs[equation]) for equation in block.equations}
+        if len(unknowns) == 1 and resolvable[block.equations[0]]:
             return self._evaluate(block.equations[0], block.unknowns[0])
-        weights = {unknown: self._weight(unknown) for unknown in block.unknowns}
+        weights = {unknown: self._weight(name) for unknown, name in names.items()}
         first, *others = (
             SolveBlock(
                 equations,
                 unknowns,
-                tuple(map(self._name, tearing.tears)),
+                tuple(names[u] for u in tearing.tears),
                 tuple(self._evaluate(e, u) for e, u in tearing.order),
                 tuple(self.equations[e] for e in tearing.residuals),
             )
-            for tearing in tearings(incidence, weights, limit=TEARINGS)
+            for tearing in tearings(replace(part, resolvable=resolvable), weights, limit=TEARINGS)
         )
         return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
 
-    def _resolvable(self, block: Block) -> Incidence:
-        """The part that is a block, with what each of its equations can be solved for."""
-        part, resolvable = self.incidence.restrict(block), {}
-        for equation in block.equations:
-            costs = (
-                (unknown, self.graph.cost(self.equations[equation], self.unknowns[unknown]))
-                for unknown in part.occurs[equation]
-            )
-            resolvable[equation] = {unknown: cost for unknown, cost in costs if cost is not None}
-        return replace(part, resolvable=resolvable)
+    def _costs(self, equation: int, unknowns: Iterable[int]) -> dict[int, int]:
+        """What an equation can be solved for, and at which cost."""
+        costs = ((u, self.graph.cost(self.equations[equation], self.unknowns[u])) for u in unknowns)
+        return {unknown: cost for unknown, cost in costs if cost is not None}
 
     def _evaluate(self, equation: int, unknown: int) -> Evaluate:
-        isolation = self.graph.isolation(self.equations[equation], self.unknowns[unknown])
-        assert isolation is not None
-        return Evaluate(self.equations[equation], self._name(unknown), isolation.branches)
+        return _evaluate(self.graph, self.equations[equation], self.unknowns[unknown])
 
-    def _name(self, unknown: int) -> str:
-        return self.graph.names[self.unknowns[unknown]]
-
-    def _weight(self, unknown: int) -> int:
+    def _weight(self, name: str) -> int:
         """Angles and variables with a finite range are the better ones to search over."""
-        name = self._name(unknown)
         variable = self.graph.model.variables[name]
         finite = variable.low > float("-inf") and variable.high < float("inf")
         return 0 if finite or self.graph.turn(name) else 1
@@ -172,22 +162,15 @@ class _Building:
             i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
             for i in self.pending
         }
-        self.frontier = self._frontier(known)
         self.parked: list[int] = []
         self.forking: list[int] = []
-        self.selectable: set[int] = set()
-
-    def _frontier(self, known: Collection[str]) -> Frontier:
-        graph = self.graph
-        frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
+        self.frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
         for name in known:
-            frontier.learn(graph.number[name])
-        frontier.activate(i for i, active in enumerate(self.active) if active)
-        frontier.activate(self.pending)
-        first = len(graph.occurs)
+            self.frontier.learn(graph.number[name])
+        self.frontier.activate(i for i, active in enumerate(self.active) if active)
+        self.frontier.activate(self.pending)
         waiting = dict.fromkeys(c for guard in self.guards.values() for c in guard)
-        frontier.activate(first + condition for condition in waiting)
-        return frontier
+        self.frontier.activate(len(graph.occurs) + condition for condition in waiting)
 
     def run(self) -> Path:
         while self._advance():
@@ -196,37 +179,51 @@ class _Building:
             self._assume()
         names = self.graph.names
         undetermined = tuple(n for n, known in zip(names, self.frontier.known, strict=True) if not known)
-        steps = self.steps
-        if self.want is not None:
-            want = self._with_requirements(self.want, undetermined) if self.required else self.want
+        steps, want = self.steps, self.want
+        if want is not None:
+            for requirement in self.graph.model.requirements if self.required else ():
+                want |= self._asked(frozenset(requirement.names) - want, want, undetermined)
             steps = needed_steps(self.graph, steps, want, undetermined)
         return Path(tuple(steps), undetermined)
 
-    def _with_requirements(self, want: frozenset[str], undetermined: Collection[str]) -> frozenset[str]:
-        """The wanted names, with those of requirements that direct steps of one value lead to."""
-        for requirement in self.graph.model.requirements:
-            new = frozenset(requirement.names) - want
-            if not new or not new.isdisjoint(undetermined):
-                continue
-            plain = needed_steps(self.graph, self.steps, want, undetermined)
-            steps = needed_steps(self.graph, self.steps, want | new, undetermined)
-            if all(step in plain or (isinstance(step, Evaluate) and step.branches == 1) for step in steps):
-                want |= new
-        return want
+    def _asked(
+        self, new: frozenset[str], want: frozenset[str], undetermined: Collection[str]
+    ) -> frozenset[str]:
+        """The new names of a requirement, if direct steps of one value lead to them."""
+        if not new or not new.isdisjoint(undetermined):
+            return frozenset()
+        plain = needed_steps(self.graph, self.steps, want, undetermined)
+        steps = needed_steps(self.graph, self.steps, want | new, undetermined)
+        direct = all(step in plain or (isinstance(step, Evaluate) and step.branches == 1) for step in steps)
+        return new if direct else frozenset()
 
     def _advance(self) -> bool:
         """One way forward, the cheapest first; False at the end."""
         return (
-            self._direct(cost=1)
+            self._direct()
             or self._select(cost=1)
             or self._fork()
             or self._select(cost=ANY_COST)
             or (not self._decide() and self._blocks())
         )
 
+    def _take(self, step: Step) -> None:
+        """One more step: what it finds is known, and what it uses checks nothing."""
+        self.steps.append(step)
+        for name in given_by(step):
+            self.frontier.learn(self.graph.number[name])
+        used = set(equations_of(step))
+        self.frontier.spent = [e for e in self.frontier.spent if e not in used]
+
+    def _checks(self) -> None:
+        for equation in self.frontier.spent:
+            if equation < len(self.graph.occurs) and self.active[equation]:
+                self.steps.append(Check(equation))
+        self.frontier.spent = []
+
     # --- direct steps ---
 
-    def _direct(self, cost: int) -> bool:
+    def _direct(self) -> bool:
         """A round of ripe equations; those that fork are put by."""
         ripe, self.frontier.ripe = self.frontier.ripe, []
         best: dict[int, tuple[int, int]] = {}
@@ -238,37 +235,14 @@ class _Building:
                 self.parked.append(equation)
                 continue
             isolation = self.graph.isolation(equation, unknown)
-            if isolation is None:
-                continue
-            if isolation.cost > cost:
+            if isolation is not None and isolation.cost > 1:
                 self.forking.append(equation)
-            else:
+            elif isolation is not None:
                 best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (isolation.cost, equation))
         for unknown, (_, equation) in best.items():
-            self._evaluate(equation, unknown)
+            self._take(_evaluate(self.graph, equation, unknown))
         self._checks()
         return bool(best) or bool(self.frontier.ripe)
-
-    def _evaluate(self, equation: int, unknown: int) -> None:
-        isolation = self.graph.isolation(equation, unknown)
-        assert isolation is not None
-        self.steps.append(Evaluate(equation, self.graph.names[unknown], isolation.branches))
-        self._learn(unknown, equation)
-
-    def _learn(self, unknown: int, *through: int) -> None:
-        self.frontier.learn(unknown)
-        self._spend(through)
-
-    def _spend(self, equations: Iterable[int]) -> None:
-        """These are used by a step: they check nothing."""
-        used = set(equations)
-        self.frontier.spent = [e for e in self.frontier.spent if e not in used]
-
-    def _checks(self) -> None:
-        for equation in self.frontier.spent:
-            if equation < len(self.graph.occurs) and self.active[equation]:
-                self.steps.append(Check(equation))
-        self.frontier.spent = []
 
     def _fork(self) -> bool:
         """The ripe equation with the fewest preimages, once nothing cheaper goes on."""
@@ -280,9 +254,9 @@ class _Building:
                 candidates.append((isolation.cost, equation, unknown))
         if not candidates:
             return False
-        _, equation, unknown = min(candidates)
-        self.forking = [e for _, e, _ in sorted(candidates) if e != equation]
-        self._evaluate(equation, unknown)
+        (_, equation, unknown), *others = sorted(candidates)
+        self.forking = [e for _, e, _ in others]
+        self._take(_evaluate(self.graph, equation, unknown))
         self._checks()
         return True
 
@@ -308,9 +282,7 @@ class _Building:
         for unknown, members in groups.items():
             equations = tuple(sorted(equation for equation, _ in members))
             branches = max(isolation.branches for _, isolation in members)
-            self.steps.append(Select(equations, self.graph.names[unknown], branches))
-            self.selectable.update(equations)
-            self._learn(unknown, *equations)
+            self._take(Select(equations, self.graph.names[unknown], branches))
             self._checks()
         return bool(groups)
 
@@ -328,40 +300,34 @@ class _Building:
 
     def _assume(self) -> None:
         """Case by case, where a guarded rule could still say something about an unknown."""
-        first = len(self.graph.occurs)
+        first, conditions = len(self.graph.occurs), self.graph.model.conditions
         for equation in self.pending:
-            waiting = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
-            useful = (
-                waiting if self.frontier.missing(equation) else list(filter(self._names_a_value, waiting))
-            )
+            useful = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
+            if not self.frontier.missing(equation):  # a condition may say what its unknown is
+                useful = [c for c in useful if _says_a_value(conditions[c])]
             if useful:
                 self.steps.append(Assume(useful[0]))
                 return
-
-    def _names_a_value(self, condition: int) -> bool:
-        """Whether a condition, where it is true, says what its unknown is: ``branch = 'open``."""
-        match self.graph.model.conditions[condition]:
-            case Comparison("=", Name(), Symbol() | Number()):
-                return True
-            case _:
-                return False
 
     # --- simultaneous blocks ---
 
     def _blocks(self) -> bool:
         remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
-        if not remaining:
-            return False
-
         part = _Remaining(self.graph, self.frontier, remaining)
-        steps = tuple(map(part.step, part.blocks()))
+        steps = [part.step(block) for block in part.blocks()] if remaining else []
         for step in steps:
-            self.steps.append(step)
-            for name in given_by(step):
-                self.frontier.learn(self.graph.number[name])
-            self._spend(equations_of(step))
+            self._take(step)
             self._checks()
         return bool(steps)
+
+
+def _says_a_value(condition: Condition) -> bool:
+    """Whether a condition, where it is true, says what its unknown is: ``branch = 'open``."""
+    match condition:
+        case Comparison("=", Name(), Symbol() | Number()):
+            return True
+        case _:
+            return False
 
 
 Key: TypeAlias = tuple[
