@@ -32,8 +32,7 @@ from solver.commands.inputs import (
 )
 from solver.commands.running import Command
 from solver.files import write_file
-from solver.path.planner import planner
-from solver.path.tree import path_tree
+from solver.path.planner import path_tree, planner
 from solver.report import shown_on
 from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json

@@ -41,8 +41,7 @@ from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike
-from solver.path.isolate import Isolation, is_linear, isolate
-from solver.path.rational import smooth
+from solver.path.isolate import Isolation, is_linear, isolate, smooth
 from solver.ranking.sizes import Scalings
 
 FEW = 30

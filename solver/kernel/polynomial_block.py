@@ -28,6 +28,7 @@ from solver.kernel.question import Question
 from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, REAL, SAME_VALUE, TOUCHING
+from solver.path.isolate import smooth
 from solver.path.polynomial import (
     UNIT,
     Polynomial,
@@ -41,7 +42,6 @@ from solver.path.polynomial import (
     scaled,
     times,
 )
-from solver.path.rational import smooth
 
 HIGHEST_DEGREE = 12
 NOWHERE: Mapping[str, Fraction] = {}

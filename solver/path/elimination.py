@@ -13,9 +13,10 @@ equations themselves have to refuse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 from functools import partial
+from itertools import combinations, permutations
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.model import Equation
@@ -23,7 +24,6 @@ from rulesheets.syntax.nodes import Expression, Name, Number, add, call, divide,
 from solver.path.polynomial import (
     UNIT,
     Letters,
-    Monomial,
     NoForm,
     Polynomial,
     TooLarge,
@@ -105,10 +105,6 @@ class System:
         self.forward: list[Formula] = []
         self.backward: list[list[Formula]] = []
 
-    def formulas(self) -> list[Formula]:
-        """All of them, in the order in which they are followed."""
-        return [*self.forward, *(formula for group in reversed(self.backward) for formula in group)]
-
     def tidy(self) -> None:
         """Drop the equations that have come to 0 = 0. Raises NoForm where one holds no unknown."""
         self.equations = [e for e in (reduced(p, self.letters.pairs) for p in self.equations) if e]
@@ -132,14 +128,15 @@ class System:
         return not name.startswith(("#c ", "#s "))
 
     def linear(self, equation: Polynomial) -> bool:
-        return all(self._degree(monomial) <= 1 for monomial in equation)
+        return not self.curved(equation)
 
     def curved(self, equation: Polynomial) -> Polynomial:
         """What is not linear of it."""
-        return {m: c for m, c in equation.items() if self._degree(m) > 1}
-
-    def _degree(self, monomial: Monomial) -> int:
-        return sum(exponent for name, exponent in monomial if name in self.open)
+        return {
+            monomial: c
+            for monomial, c in equation.items()
+            if sum(exponent for name, exponent in monomial if name in self.open) > 1
+        }
 
     def sides(self, equation: Polynomial, x: str, y: str) -> Line:
         """``a x + b y = k``."""
@@ -180,7 +177,7 @@ def close(system: System) -> bool:
         unknown = sorted(system.unknown(equation))
         if len(unknown) == 1 and system.plain(unknown[0]) and degree(equation, unknown[0]) <= 2:
             _root(system, equation, unknown[0])
-        elif len(unknown) == 2 and _is_pair(system, *unknown) and system.linear(equation):
+        elif system.linear(equation) and [system.letters.pairs.get(n) for n in unknown[1:]] == unknown[:1]:
             cosine, sine = unknown
             a, b, k = system.line(equation, cosine, sine)
             system.forward.append(Circle(cosine, sine, a, b, k, system.coefficient(constant(1.0))))
@@ -190,10 +187,6 @@ def close(system: System) -> bool:
         system.drop(place)
         return True
     return False
-
-
-def _is_pair(system: System, cosine: str, sine: str) -> bool:
-    return system.letters.pairs.get(sine) == cosine
 
 
 def _root(system: System, equation: Polynomial, name: str) -> None:
@@ -210,45 +203,32 @@ def _root(system: System, equation: Polynomial, name: str) -> None:
 
 def subtract(system: System) -> bool:
     """Take one equation from another so that what is not linear in them goes."""
-    curved = [(i, system.curved(e)) for i, e in enumerate(system.equations)]
-    for i, one in curved:
-        for j, other in curved:
-            if i >= j or not one or set(one) != set(other):
-                continue
-            ratio = _ratio(one, other)
-            if ratio is not None:
-                system.equations[j] = minus(system.equations[j], scaled(system.equations[i], ratio))
-                return True
+    curved = [system.curved(equation) for equation in system.equations]
+    for (i, one), (j, other) in combinations(enumerate(curved), 2):
+        if one and set(one) == set(other) and len(ratios := {other[m] / one[m] for m in one}) == 1:
+            system.equations[j] = minus(system.equations[j], scaled(system.equations[i], ratios.pop()))
+            return True
     return False
-
-
-def _ratio(one: Polynomial, other: Polynomial) -> Fraction | None:
-    """The number that takes one polynomial to the other."""
-    ratios = {other[m] / one[m] for m in one}
-    return ratios.pop() if len(ratios) == 1 else None
 
 
 def line_and_circle(system: System) -> bool:
     """``a x + b y = k`` and ``x² + y² + d x + e y + f = 0``, moved to the centre."""
-    for i, line in enumerate(system.equations):
+    for i, j in permutations(range(len(system.equations)), 2):
+        line, circle = system.equations[i], system.equations[j]
         unknown = sorted(system.unknown(line))
         if len(unknown) != 2 or not system.linear(line) or not all(map(system.plain, unknown)):
             continue
-        for j, circle in enumerate(system.equations):
-            if i != j and system.unknown(circle) == set(unknown) and _is_circle(system, circle, *unknown):
-                _circle_and_line(system, line, circle, *unknown)
-                system.drop(i, j)
-                return True
+        curved = system.curved(circle)
+        if system.unknown(circle) != set(unknown) or set(curved) != {((name, 2),) for name in unknown}:
+            continue
+        if len(set(curved.values())) == 1:
+            _meet_circle(system, line, circle, *unknown)
+            system.drop(i, j)
+            return True
     return False
 
 
-def _is_circle(system: System, equation: Polynomial, x: str, y: str) -> bool:
-    curved = system.curved(equation)
-    square = {((x, 2),), ((y, 2),)}
-    return set(curved) == square and len(set(curved.values())) == 1
-
-
-def _circle_and_line(system: System, line: Polynomial, circle: Polynomial, x: str, y: str) -> None:
+def _meet_circle(system: System, line: Polynomial, circle: Polynomial, x: str, y: str) -> None:
     circle = scaled(circle, 1 / circle[((x, 2),)])
     by_x = coefficients(circle, x)
     by_y = coefficients(by_x[0], y)
@@ -256,15 +236,14 @@ def _circle_and_line(system: System, line: Polynomial, circle: Polynomial, x: st
     centre = [scaled(part, Fraction(-1, 2)) for part in (d, e)]
     square = minus(plus(*(times(part, part) for part in centre)), f)
     meaning = system.letters.meaning
-    moved = {name: f"#m{len(meaning)} {name}" for name in (x, y)}
-    meaning.update({new: Name(new) for new in moved.values()})
-    shifted = line
-    for name, part in zip((x, y), centre, strict=True):
-        shifted = substituted(shifted, name, plus(letter(moved[name]), part))
-    a, b, k = system.line(shifted, moved[x], moved[y])
-    system.forward.append(Circle(moved[x], moved[y], a, b, k, system.coefficient(square)))
-    for name, part in zip((x, y), centre, strict=True):
-        system.forward.append(Let(name, add(Name(moved[name]), system.expression(part))))
+    moved = [f"#m{len(meaning)} {name}" for name in (x, y)]
+    meaning.update({new: Name(new) for new in moved})
+    for name, new, part in zip((x, y), moved, centre, strict=True):
+        line = substituted(line, name, plus(letter(new), part))
+    a, b, k = system.line(line, *moved)
+    system.forward.append(Circle(moved[0], moved[1], a, b, k, system.coefficient(square)))
+    for name, new, part in zip((x, y), moved, centre, strict=True):
+        system.forward.append(Let(name, add(Name(new), system.expression(part))))
     system.found(x, y)
 
 
@@ -309,46 +288,42 @@ def _replace(system: System, equation: Polynomial, name: str) -> None:
 
 def cross(system: System) -> bool:
     """Two lines in two plain letters, by Cramer's rule: no pivot to choose before there are numbers."""
-    for i, one in enumerate(system.equations):
-        x, *others = sorted(system.unknown(one))
-        if len(others) != 1 or not (system.linear(one) and system.plain(x) and system.plain(others[0])):
+    for (i, one), (j, other) in combinations(enumerate(system.equations), 2):
+        unknown = sorted(system.unknown(one))
+        if len(unknown) != 2 or not all(map(system.plain, unknown)):
             continue
-        for j, other in enumerate(system.equations):
-            if i < j and system.unknown(other) == {x, *others} and system.linear(other):
-                _meet(system, one, other, x, others[0])
-                system.drop(i, j)
-                return True
+        if not (system.unknown(other) == {*unknown} and system.linear(one) and system.linear(other)):
+            continue
+        x, y = unknown
+        (a, b, p), (c, d, q) = (system.sides(line, x, y) for line in (one, other))
+        inverse = Name(system.reciprocal(minus(times(a, d), times(b, c))))
+        by_x, by_y = minus(times(p, d), times(b, q)), minus(times(a, q), times(p, c))
+        system.forward.append(Let(x, multiply(system.expression(by_x), inverse)))
+        system.forward.append(Let(y, multiply(system.expression(by_y), inverse)))
+        system.found(x, y)
+        system.drop(i, j)
+        return True
     return False
-
-
-def _meet(system: System, one: Polynomial, other: Polynomial, x: str, y: str) -> None:
-    (a, b, p), (c, d, q) = (system.sides(line, x, y) for line in (one, other))
-    inverse = Name(system.reciprocal(minus(times(a, d), times(b, c))))
-    by_x, by_y = minus(times(p, d), times(b, q)), minus(times(a, q), times(p, c))
-    system.forward.append(Let(x, multiply(system.expression(by_x), inverse)))
-    system.forward.append(Let(y, multiply(system.expression(by_y), inverse)))
-    system.found(x, y)
-
-
-Turn: TypeAlias = tuple[Polynomial, Polynomial, Polynomial, Polynomial]
-"""``a c + b s = p`` and ``-b c + a s = q`` as a, b, p and q."""
 
 
 def rotate(system: System) -> bool:
     """Replace two equations that turn an angle, which occurs nowhere else, by ``a² + b² = p² + q²``."""
-    for cosine, sine in _open_pairs(system):
-        lines = [
-            (place, line)
-            for place, equation in enumerate(system.equations)
-            if (line := _turned(equation, cosine, sine)) is not None
-        ]
-        for i, (one, first) in enumerate(lines):
-            for other, second in lines[i + 1 :]:
-                turn = _matched(first, second)
-                if turn is not None and _only_in(system, cosine, sine, one, other):
-                    system.drop(one, other)
-                    _close(system, cosine, sine, turn)
-                    return True
+    for cosine, sine, _ in system.letters.angles.values():
+        if cosine not in system.open or sine not in system.open:
+            continue
+        holders = [i for i, e in enumerate(system.equations) if letters(e) & {cosine, sine}]
+        turned = (_turned(system.equations[place], cosine, sine) for place in holders)
+        lines = [line for line in turned if line is not None]
+        if not len(lines) == len(holders) == 2:
+            continue
+        (a, b, p), (c, d, q) = lines
+        opposite = partial(scaled, factor=Fraction(-1))
+        if (c, d) == (b, opposite(a)):
+            c, d, q = opposite(c), opposite(d), opposite(q)
+        if (c, d) == (opposite(b), a):
+            system.drop(*holders)
+            _close(system, cosine, sine, (a, b, p, q))
+            return True
     return False
 
 
@@ -357,22 +332,8 @@ def direction(name: str, cosine: str, sine: str, unit: str) -> Let:
     return Let(name, call("atan2" + unit, Name(sine), Name(cosine)))
 
 
-def _open_pairs(system: System) -> Iterator[tuple[str, str]]:
-    for cosine, sine, _ in system.letters.angles.values():
-        if cosine in system.open and sine in system.open:
-            yield cosine, sine
-
-
-def _only_in(system: System, cosine: str, sine: str, *places: int) -> bool:
-    elsewhere = (e for place, e in enumerate(system.equations) if place not in places)
-    return not any(letters(equation) & {cosine, sine} for equation in elsewhere)
-
-
 def _turned(equation: Polynomial, cosine: str, sine: str) -> Line | None:
     """``a c + b s = p`` with the rest free of the two."""
-    found = letters(equation)
-    if cosine not in found and sine not in found:
-        return None
     by_cosine = coefficients(equation, cosine)
     a, rest = by_cosine.get(1, {}), by_cosine.get(0, {})
     by_sine = coefficients(rest, sine)
@@ -382,19 +343,10 @@ def _turned(equation: Polynomial, cosine: str, sine: str) -> Line | None:
     return a, b, p
 
 
-def _matched(first: Line, second: Line) -> Turn | None:
-    """The turn that two lines are, up to a sign."""
-    a, b, p = first
-    c, d, q = second
-    opposite = scaled(b, Fraction(-1))
-    if c == opposite and d == a:
-        return a, b, p, q
-    if c == b and d == scaled(a, Fraction(-1)):
-        return a, b, p, scaled(q, Fraction(-1))
-    return None
-
-
-def _close(system: System, cosine: str, sine: str, turn: Turn) -> None:
+def _close(
+    system: System, cosine: str, sine: str, turn: tuple[Polynomial, Polynomial, Polynomial, Polynomial]
+) -> None:
+    """``a c + b s = p`` and ``-b c + a s = q``, for a, b, p and q."""
     a, b, p, q = turn
     pairs, meaning = system.letters.pairs, system.letters.meaning
     square = reduced(plus(times(a, a), times(b, b)), pairs)
@@ -415,10 +367,7 @@ def _close(system: System, cosine: str, sine: str, turn: Turn) -> None:
 
 MAX_EQUATIONS = 16
 
-Move: TypeAlias = Callable[[System], bool]
-"""One step of elimination; False where none of its kind is to be made."""
-
-MOVES: tuple[Move, ...] = (
+MOVES: tuple[Callable[[System], bool], ...] = (
     partial(substitute, by_number=True),
     close,
     rotate,
@@ -427,7 +376,8 @@ MOVES: tuple[Move, ...] = (
     cross,
     partial(substitute, by_number=False),
 )
-"""In the order in which they are tried: the first that can be made is made, then all are tried again."""
+"""In the order in which they are tried: the first that can be made is made, then all are tried again.
+Each tells whether there is one of its kind."""
 
 
 def closed_form(
@@ -440,20 +390,18 @@ def closed_form(
     if len(equations) > MAX_EQUATIONS:
         return None
     try:
-        return _eliminate(System(equations, Letters(unknowns, turning)), unknowns)
+        system = System(equations, Letters(unknowns, turning))
+        angles = system.letters.angles
+        if any(name not in system.open and name not in angles for name in unknowns):
+            return None
+        while system.open:
+            system.tidy()
+            if not any(move(system) for move in MOVES):
+                return None
+        system.tidy()
     except (NoForm, TooLarge, OverflowError):
         return None
-
-
-def _eliminate(system: System, unknowns: Collection[str]) -> ClosedForm | None:
-    angles = system.letters.angles
-    if any(name not in system.open and name not in angles for name in unknowns):
-        return None
-    while system.open:
-        system.tidy()
-        if not any(move(system) for move in MOVES):
-            return None
-    system.tidy()
     if system.equations:
         return None
-    return (*system.formulas(), *(direction(name, *angle) for name, angle in angles.items()))
+    backward = (formula for group in reversed(system.backward) for formula in group)
+    return (*system.forward, *backward, *(direction(name, *angle) for name, angle in angles.items()))

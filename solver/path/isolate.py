@@ -9,14 +9,15 @@ rule, the operation and the value: ``cosd = 1.08``.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
+from functools import reduce
 from math import inf
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.functions import TABLE, named
-from rulesheets.functions.row import Function
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
+    ONE,
     ZERO,
     Call,
     Expression,
@@ -38,7 +39,7 @@ from rulesheets.syntax.nodes import (
     substitute,
     subtract,
 )
-from solver.path import rational
+from rulesheets.syntax.program import walk
 
 
 def is_linear(expression: Expression, unknowns: Collection[str]) -> bool:
@@ -166,7 +167,10 @@ class Isolation(NamedTuple):
     def forms(self) -> tuple[Expression, ...]:
         """Explicit forms of the unknown, principal first; the quadratic by its formula."""
         if self.quadratic is not None:
-            return _quadratic_forms(self.quadratic)
+            a, b, c = self.quadratic.a, self.quadratic.b, self.quadratic.c
+            discriminant = subtract(power(b, Number(2.0)), multiply(Number(4.0), multiply(a, c)))
+            root, twice = call("sqrt", discriminant), multiply(Number(2.0), a)
+            return tuple(divide(add(negative(b), sign), twice) for sign in (root, negative(root)))
         forms: tuple[Expression, ...] = (self.start,)
         for stage in self.stages:
             forms = tuple(substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms)
@@ -175,14 +179,22 @@ class Isolation(NamedTuple):
 
 def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | None:
     """Solve ``left = right`` for ``unknown``; None where no chain of inverse operations does it."""
-    in_left = sum(1 for name in nodes.names(left) if name == unknown)
-    in_right = sum(1 for name in nodes.names(right) if name == unknown)
+    in_left, in_right = (list(nodes.names(side)).count(unknown) for side in (left, right))
+    if not in_left and not in_right:
+        return None
     if in_left + in_right == 1:
         inside, other = (left, right) if in_left else (right, left)
-        return _chain(inside, other, unknown)
-    if in_left + in_right > 1:
-        return _by_formula(left, right, unknown) or _by_common_part(left, right, unknown)
-    return None
+        stages = _stages(inside, unknown)
+        return None if stages is None else _through(stages, other, unknown)
+    match polynomial_of(left, right, unknown):
+        case (c, b), multiplied:
+            stage = Stage("product", (divide(TARGET, b),), divisor=b)
+            cost = 0 if isinstance(b, Number) else 1
+            return Isolation(unknown, negative(c), (stage,), cost, verify=multiplied)
+        case (c, b, a), multiplied:
+            return Isolation(unknown, c, (), 2, 2, verify=multiplied, quadratic=Quadratic(c, b, a))
+        case _:
+            return _by_common_part(left, right, unknown)
 
 
 def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Expression:
@@ -193,11 +205,6 @@ def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Ex
         assert undone is not None
         node = undone[1]
     return node
-
-
-def _chain(inside: Expression, other: Expression, unknown: str) -> Isolation | None:
-    stages = _stages(inside, unknown)
-    return None if stages is None else _through(stages, other, unknown)
 
 
 def _stages(node: Expression, unknown: str) -> list[Stage] | None:
@@ -216,10 +223,13 @@ def _stages(node: Expression, unknown: str) -> list[Stage] | None:
 
 
 def _through(stages: Sequence[Stage], other: Expression, unknown: str, common: bool = False) -> Isolation:
-    branches = 1
+    branches, doubtful = 1, False
     for stage in stages:
         branches *= len(stage.forms)
-    doubtful = any(_may_fail(stage) for stage in stages)
+        bounded = stage.low > -inf or stage.high < inf
+        divides = stage.divides and any(not isinstance(form, Product) for form in stage.forms)
+        # a root is always defined, but a polynomial no more
+        doubtful = doubtful or bounded or divides or stage.operation == "root"
     return Isolation(
         unknown,
         other,
@@ -235,22 +245,17 @@ _EXTRANEOUS = named(lambda row: row.direction) | {"power"}
 """Operations whose forms cover more than their preimage."""
 
 
-def _may_fail(stage: Stage) -> bool:
-    """Whether the target may leave the image, or the form divide by what may vanish, or take a root."""
-    if stage.operation == "root":
-        return True  # always defined, but a polynomial no more
-    bounded = stage.low > -inf or stage.high < inf
-    divides = any(not isinstance(form, Product) for form in stage.forms)
-    return bounded or (divides and stage.divides)
-
-
 def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
     """The stage that undoes the outermost operation, and the operand with the unknown."""
     match node:
         case Negative(operand):
             return Stage("negative", (negative(TARGET),)), operand
         case Sum(terms):
-            return _undo_sum(terms, unknown)
+            at = next(i for i, term in enumerate(terms) if unknown in nodes.names(term))
+            others, inner = add(*terms[:at], *terms[at + 1 :]), terms[at]
+            if isinstance(inner, Negative):
+                return Stage("sum", (subtract(others, TARGET),)), inner.operand
+            return Stage("sum", (subtract(TARGET, others),)), inner
         case Product(left, right):
             inner, factor = (left, right) if unknown in nodes.names(left) else (right, left)
             return Stage("product", (divide(TARGET, factor),), divisor=factor), inner
@@ -267,15 +272,6 @@ def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
         case Call(function, arguments):
             return _undo_call(function, arguments, unknown)
     return None
-
-
-def _undo_sum(terms: tuple[Expression, ...], unknown: str) -> tuple[Stage, Expression]:
-    at = next(i for i, term in enumerate(terms) if unknown in nodes.names(term))
-    others = add(*terms[:at], *terms[at + 1 :])
-    inner = terms[at]
-    if isinstance(inner, Negative):
-        return Stage("sum", (subtract(others, TARGET),)), inner.operand
-    return Stage("sum", (subtract(TARGET, others),)), inner
 
 
 def _undo_exponent(base: Expression) -> Stage:
@@ -306,52 +302,18 @@ def _undo_call(
 ) -> tuple[Stage, Expression] | None:
     row = TABLE[function]
     if row.direction and len(arguments) == 2:
-        return _undo_direction(row, arguments, unknown)
-    preimage = row.inverse
-    if preimage is None or len(arguments) != 1:
+        # atan2(y, x) = t gives y*cos(t) = x*sin(t); the half plane is left to verification. The forms stay
+        # quotients where a factor is 0: all of a half line has the direction 0
+        (y, x), (s, c) = arguments, (call(name, TARGET) for name in row.sine_and_cosine)
+        half = (row.angle or 0.0) / 2
+        if unknown in nodes.names(y):
+            return Stage(row.name, (Quotient(Product(x, s), c),), -half, half, divisor=c), y
+        return Stage(row.name, (Quotient(Product(y, c), s),), -half, half, divisor=s), x
+    image = row.inverse
+    if image is None or len(arguments) != 1:
         return None
-    stage = Stage(
-        function,
-        preimage.branches(TARGET),
-        preimage.low,
-        preimage.high,
-        preimage.low_open,
-        preimage.high_open,
-        period=preimage.period,
-    )
-    return stage, arguments[0]
-
-
-def _undo_direction(
-    row: Function, arguments: tuple[Expression, ...], unknown: str
-) -> tuple[Stage, Expression]:
-    """``atan2(y, x) = t`` gives ``y*cos(t) = x*sin(t)``; the half plane is left to verification.
-
-    The forms stay quotients where a factor is 0: all of a half line has the direction 0.
-    """
-    sine, cosine = row.sine_and_cosine
-    y, x = arguments
-    s, c = call(sine, TARGET), call(cosine, TARGET)
-    half = (row.angle or 0.0) / 2
-    if unknown in nodes.names(y):
-        return Stage(row.name, (Quotient(Product(x, s), c),), -half, half, divisor=c), y
-    return Stage(row.name, (Quotient(Product(y, c), s),), -half, half, divisor=s), x
-
-
-def _by_formula(left: Expression, right: Expression, unknown: str) -> Isolation | None:
-    found = rational.equation(left, right, unknown)
-    if found is None:
-        return None
-    polynomial, multiplied = found
-    if len(polynomial) == 2:
-        c, b = polynomial
-        stage = Stage("product", (divide(TARGET, b),), divisor=b)
-        cost = 0 if isinstance(b, Number) else 1
-        return Isolation(unknown, negative(c), (stage,), cost, verify=multiplied)
-    if len(polynomial) == 3:
-        quadratic = Quadratic(*polynomial)
-        return Isolation(unknown, polynomial[0], (), 2, 2, verify=multiplied, quadratic=quadratic)
-    return None
+    ends = image.low, image.high, image.low_open, image.high_open
+    return Stage(function, image.branches(TARGET), *ends, period=image.period), arguments[0]
 
 
 # --- an unknown that occurs several times, all in one part ---
@@ -383,29 +345,24 @@ def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
     formula = _ratio(node, unknown)
     if formula is not None:
         return [formula]
-    for part in _enclosing(node, unknown):
+    part = node
+    while True:  # the operands that hold its first occurrence, the largest first, but not itself
+        part = next(operand for operand in nodes.children(part) if unknown in nodes.names(operand))
+        if isinstance(part, Name):
+            return None
         exchanged = exchange(node, part, Name(PART))
         if unknown not in nodes.names(exchanged) and (formula := _ratio(exchanged, PART)) is not None:
             rest = _stages(part, unknown)
             return None if rest is None else [formula, *rest]
-    return None
 
 
 def _ratio(node: Expression, unknown: str) -> Stage | None:
     """``node = target`` as a linear equation in the unknown, its denominators multiplied away."""
-    found = rational.equation(node, TARGET, unknown)
+    found = polynomial_of(node, TARGET, unknown)
     if found is None or len(found[0]) != 2:
         return None
     c, b = found[0]
     return Stage("ratio", (divide(negative(c), b),), divisor=b)
-
-
-def _enclosing(node: Expression, unknown: str) -> Iterator[Expression]:
-    """The operands that hold the first occurrence of the unknown, the largest first, but not itself."""
-    while not isinstance(node, Name):
-        node = next(part for part in nodes.children(node) if unknown in nodes.names(part))
-        if not isinstance(node, Name):
-            yield node
 
 
 def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
@@ -438,15 +395,13 @@ def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | No
     rest = _stages(exponent, unknown)
     if rest is None or any(stage.period for stage in rest):
         return None
-    base = divide(_product(_bases(above, held)), _product(_bases(below, held)))
-    start = divide(
-        _product([p for p in below if p not in held]), _product([p for p in above if p not in held])
+    above_base, below_base = (
+        _product([part.base for part in parts if part in held and isinstance(part, Power)])
+        for parts in (above, below)
     )
-    return _through([_undo_exponent(base), *rest], start, unknown, common=True)
-
-
-def _bases(parts: Sequence[Expression], held: Sequence[Expression]) -> list[Expression]:
-    return [part.base for part in parts if part in held and isinstance(part, Power)]
+    start = divide(*(_product([part for part in parts if part not in held]) for parts in (below, above)))
+    stage = _undo_exponent(divide(above_base, below_base))
+    return _through([stage, *rest], start, unknown, common=True)
 
 
 def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
@@ -466,15 +421,135 @@ def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
 
 
 def _product(factors: Sequence[Expression]) -> Expression:
-    product: Expression = Number(1.0)
+    product: Expression = ONE
     for factor in factors:
         product = multiply(product, factor)
     return product
 
 
-def _quadratic_forms(quadratic: Quadratic) -> tuple[Expression, ...]:
-    a, b, c = quadratic.a, quadratic.b, quadratic.c
-    discriminant = subtract(power(b, Number(2.0)), multiply(Number(4.0), multiply(a, c)))
-    root = call("sqrt", discriminant)
-    twice = multiply(Number(2.0), a)
-    return tuple(divide(add(negative(b), sign), twice) for sign in (root, negative(root)))
+# --- rules as quotients of polynomials in one unknown, and without roots and jumps ---
+
+Polynomial: TypeAlias = tuple[Expression, ...]
+"""Coefficients, lowest degree first."""
+Rational: TypeAlias = tuple[Polynomial, Polynomial]
+"""Numerator and denominator."""
+
+_UNIT: Polynomial = (ONE,)
+
+
+class _NoForm(Exception):
+    """No quotient of polynomials of degree 2 at most."""
+
+
+def polynomial_of(left: Expression, right: Expression, unknown: str) -> tuple[Polynomial, bool] | None:
+    """``left - right`` brought to one polynomial, and whether a denominator was multiplied away.
+
+    None where it is none of degree 2 at most.
+    """
+    try:
+        numerator, denominator = _rational(right, unknown)
+        negated = tuple(map(negative, numerator)), denominator
+        numerator, denominator = _add(_rational(left, unknown), negated)
+    except _NoForm:
+        return None
+    return numerator, denominator != _UNIT
+
+
+def _rational(expression: Expression, unknown: str) -> Rational:
+    """The expression as a quotient of polynomials in ``unknown``. Raises _NoForm."""
+    if unknown not in nodes.names(expression):
+        return (expression,), _UNIT
+    match expression:
+        case Name():
+            return (ZERO, ONE), _UNIT
+        case Negative(operand):
+            numerator, denominator = _rational(operand, unknown)
+            return tuple(map(negative, numerator)), denominator
+        case Sum(terms):
+            zero: Rational = (ZERO,), _UNIT
+            return reduce(_add, (_rational(term, unknown) for term in terms), zero)
+        case Product(left, right):
+            return _multiply(_rational(left, unknown), _rational(right, unknown))
+        case Quotient(left, right):
+            numerator, denominator = _rational(right, unknown)
+            return _multiply(_rational(left, unknown), (denominator, numerator))
+        case Power(base, Number(1.0)):
+            return _rational(base, unknown)
+        case Power(base, Number(2.0)):
+            inner = _rational(base, unknown)
+            return _multiply(inner, inner)
+    raise _NoForm
+
+
+def _add(left: Rational, right: Rational) -> Rational:
+    (a, b), (c, d) = left, right
+    if b == d:
+        return _plus(a, c), b
+    return _plus(_times(a, d), _times(c, b)), _times(b, d)
+
+
+def _multiply(left: Rational, right: Rational) -> Rational:
+    (a, b), (c, d) = left, right
+    if c == _UNIT and len(d) == 1:
+        return tuple(divide(part, d[0]) for part in a), b
+    return _times(a, c), _times(b, d)
+
+
+def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
+    size = max(len(left), len(right))
+    padded = [(*p, *[ZERO] * (size - len(p))) for p in (left, right)]
+    return _trim(tuple(add(a, b) for a, b in zip(*padded, strict=True)))
+
+
+def _times(left: Polynomial, right: Polynomial) -> Polynomial:
+    """Raises _NoForm."""
+    if len(left) + len(right) - 2 > 2:
+        raise _NoForm
+    product: list[Expression] = [ZERO] * (len(left) + len(right) - 1)
+    for i, a in enumerate(left):
+        for j, b in enumerate(right):
+            product[i + j] = add(product[i + j], multiply(a, b))
+    return _trim(tuple(product))
+
+
+def _trim(polynomial: Polynomial) -> Polynomial:
+    size = len(polynomial)
+    while size > 1 and is_number(polynomial[size - 1], 0.0):
+        size -= 1
+    return polynomial[:size]
+
+
+_TWO = Number(2.0)
+_TANGENTS = named(lambda row: row.half_turn)
+_DIRECTIONS = named(lambda row: row.direction)
+_ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
+
+
+def smooth(left: Expression, right: Expression) -> Expression:
+    """An expression that vanishes wherever ``left = right`` does, smooth where that can be had."""
+    form = subtract(left, right)
+    parts = [part for part in walk(form) if isinstance(part, Call) and part.function in _ROUGH]
+    linear = []
+    for part in dict.fromkeys(parts):
+        match polynomial_of(exchange(form, part, Name(PART)), ZERO, PART):
+            case (rest, factor), False:
+                linear.append((part, factor, rest))
+    return _without(*linear[0]) if len(linear) == 1 else form
+
+
+def _without(rough: Call, factor: Expression, rest: Expression) -> Expression:
+    """``factor*rough + rest = 0`` with the rough operation undone."""
+    form = add(multiply(factor, rough), rest)
+    if rough.function == "sqrt":
+        return subtract(multiply(power(factor, _TWO), rough.arguments[0]), power(rest, _TWO))
+    if rough.function == "abs":
+        return subtract(power(multiply(factor, rough.arguments[0]), _TWO), power(rest, _TWO))
+    if rough.function in _TANGENTS:
+        sine, cosine = (call(name, *rough.arguments) for name in TABLE[rough.function].sine_and_cosine)
+        return add(multiply(factor, sine), multiply(rest, cosine))
+    if not isinstance(factor, Number) or len(rough.arguments) != 2 or abs(factor.value) != 1.0:
+        return form
+    angle = negative(rest) if factor.value > 0 else rest
+    sine, cosine = (call(name, angle) for name in TABLE[rough.function].sine_and_cosine)
+    y, x = rough.arguments
+    return subtract(multiply(y, cosine), multiply(x, sine))

@@ -1,16 +1,17 @@
-"""Paths: which step follows which, with no more steps than are needed."""
+"""Paths: which step follows which, with no more steps than are needed, and how they branch."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
-from rulesheets.model import Model
+from rulesheets.model import Model, Premise, Value
+from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Comparison, Condition, Name, Number, Symbol
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.path.cases import activity
+from solver.path.cases import activity, compatible, outcomes
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
@@ -372,3 +373,149 @@ def planner(model: Model) -> Planner:
         found = Planner(model)
         model.__dict__["_planner"] = found
     return found
+
+
+MAX_ENDS = 8
+"""Ends of a tree at most: beyond, a list of cases tells nobody anything."""
+
+MAX_CONDITIONS = 4
+"""Conditions of one question that are followed up: every combination of outcomes is planned."""
+
+
+class Case(NamedTuple):
+    """How a path goes on where conditions come out so; one that makes no difference is left out."""
+
+    outcomes: tuple[Premise, ...]
+    tree: PathTree
+
+
+class PathTree(NamedTuple):
+    """``path``, and the cases that follow where it ends in a question; none where there are too many."""
+
+    path: Path
+    cases: tuple[Case, ...] = ()
+
+    @property
+    def open(self) -> bool:
+        """Whether the path ends in a question that is not followed up."""
+        return bool(question(self.path)) and not self.cases
+
+    def ends(self) -> Iterator[PathTree]:
+        """The trees that nothing follows, this one where it has no cases."""
+        if not self.cases:
+            yield self
+        for case in self.cases:
+            yield from case.tree.ends()
+
+    @property
+    def branches(self) -> int | None:
+        """How many answers there can be at most; None where a block or an open question leaves that open."""
+        if self.open or any(isinstance(step, SolveBlock) for step in self.path.steps):
+            return None
+        ahead = [case.tree.branches for case in self.cases]
+        known = [count for count in ahead if count is not None]
+        if len(known) < len(ahead):
+            return None
+        assumed = bool(ahead) and isinstance(self.path.steps[-1], Assume)
+        return self.path.branches * (sum(known) if assumed else max(known, default=1))
+
+
+def question(path: Path) -> tuple[int, ...]:
+    """The conditions on which it depends how a path goes on."""
+    match path.steps[-1:]:
+        case (Decide(conditions=conditions),):
+            return conditions
+        case (Assume(condition=condition),):
+            return (condition,)
+        case _:
+            return ()
+
+
+def path_tree(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> PathTree:
+    """The path from ``inputs`` with its cases, followed as deep as they have :data:`MAX_ENDS` ends at most.
+
+    Only the conditions that the inputs decide are evaluated; nothing is solved.
+    """
+    ahead = _Ahead(planner, inputs, want)
+    known, decided = frozenset(inputs), outcomes(planner.graph.model, inputs, inputs)
+    found = ahead.tree(known, decided, frozenset(), 0)
+    for depth in range(1, len(planner.graph.model.conditions) + 1):
+        deeper = ahead.tree(known, decided, frozenset(), depth)
+        if deeper == found or sum(1 for _ in deeper.ends()) > MAX_ENDS:
+            break
+        found = deeper
+    return found
+
+
+class _Ahead:
+    """Plans again after each question; ``told`` are the equations that earlier steps have used."""
+
+    def __init__(self, planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None) -> None:
+        self.planner, self.inputs, self.want = planner, inputs, want
+        self.model = planner.graph.model
+
+    def tree(
+        self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
+    ) -> PathTree:
+        """The path from what is known, its questions followed up ``depth`` times."""
+        path = _without(self.planner.path(known, decided, want=self.want), told)
+        conditions = question(path)
+        possible = {condition: self._outcomes(decided, condition) for condition in conditions}
+        implied = {condition: found[0] for condition, found in possible.items() if len(found) == 1}
+        if implied:
+            return self.tree(known, {**decided, **implied}, told, depth)
+        if not depth or not conditions or len(conditions) > MAX_CONDITIONS:
+            return PathTree(path)
+        told = told.union(*map(equations_of, path.steps))
+        return PathTree(
+            path, self._cases(known.union(*map(given_by, path.steps)), decided, told, conditions, depth - 1)
+        )
+
+    def _cases(
+        self,
+        known: frozenset[str],
+        decided: Mapping[int, bool],
+        told: frozenset[int],
+        open_: tuple[int, ...],
+        depth: int,
+    ) -> tuple[Case, ...]:
+        """A decision tree over the open conditions, without decisions that make no difference."""
+        if not open_:
+            return (Case((), self.tree(known, decided, told, depth)),)
+        first, rest = open_[0], open_[1:]
+        found = [
+            self._cases(known | self._said(first, outcome), {**decided, first: outcome}, told, rest, depth)
+            for outcome in self._outcomes(decided, first)
+        ]
+        if found[0] == found[-1]:
+            return found[0]
+        return tuple(
+            Case((Premise(first, outcome), *case.outcomes), case.tree)
+            for outcome, cases in zip((True, False), found, strict=True)
+            for case in cases
+        )
+
+    def _outcomes(self, decided: Mapping[int, bool], condition: int) -> list[bool]:
+        """How a condition can come out where others are decided."""
+        return [
+            outcome
+            for outcome in (True, False)
+            if compatible(
+                ((self.model.conditions[k], holds) for k, holds in {**decided, condition: outcome}.items()),
+                self.inputs,
+            )
+        ] or [True, False]
+
+    def _said(self, condition: int, outcome: bool) -> frozenset[str]:
+        """``mode = 'open`` that holds says what ``mode`` is."""
+        match self.model.conditions[condition]:
+            case nodes.Comparison("=", nodes.Name(name), nodes.Symbol()) if outcome:
+                return frozenset({name})
+            case _:
+                return frozenset()
+
+
+def _without(path: Path, told: frozenset[int]) -> Path:
+    """The path without checks of equations that have been used before."""
+    steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
+    return Path(tuple(steps), path.undetermined)

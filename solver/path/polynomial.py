@@ -13,7 +13,6 @@ from typing import TypeAlias
 
 from rulesheets.syntax.nodes import (
     ONE,
-    ZERO,
     Call,
     Expression,
     Name,
@@ -65,7 +64,13 @@ def times(left: Polynomial, right: Polynomial) -> Polynomial:
     product: Polynomial = {}
     for one, a in left.items():
         for other, b in right.items():
-            _accumulate(product, _joined(one, other), a * b)
+            joined = one or other
+            if one and other:
+                exponents = dict(one)
+                for name, exponent in other:
+                    exponents[name] = exponents.get(name, 0) + exponent
+                joined = tuple(sorted(exponents.items()))
+            _accumulate(product, joined, a * b)
     return _bounded(product)
 
 
@@ -129,38 +134,22 @@ def reduced(polynomial: Polynomial, pairs: Mapping[str, str]) -> Polynomial:
 
 def expression(polynomial: Polynomial, meaning: Mapping[str, Expression]) -> Expression:
     """The polynomial as an expression; ``meaning`` gives the expression of every letter."""
-    return add(*(_term(coefficient, monomial, meaning) for monomial, coefficient in polynomial.items()))
-
-
-def _term(coefficient: Fraction, monomial: Monomial, meaning: Mapping[str, Expression]) -> Expression:
-    if not coefficient:
-        return ZERO
-    product: Expression = ONE
-    for name, exponent in monomial:
-        product = multiply(product, power(meaning[name], Number(float(exponent))))
-    if abs(coefficient) != 1:
-        product = multiply(Number(float(abs(coefficient))), product)
-    return product if coefficient > 0 else negative(product)
+    terms: list[Expression] = []
+    for monomial, coefficient in polynomial.items():
+        product: Expression = ONE
+        for name, exponent in monomial:
+            product = multiply(product, power(meaning[name], Number(float(exponent))))
+        if abs(coefficient) != 1:
+            product = multiply(Number(float(abs(coefficient))), product)
+        terms.append(product if coefficient > 0 else negative(product))
+    return add(*terms)
 
 
 def _accumulate(total: Polynomial, monomial: Monomial, coefficient: Fraction) -> None:
     before = total.get(monomial)
-    found = coefficient if before is None else before + coefficient
-    if found:
-        total[monomial] = found
-    else:
-        total.pop(monomial, None)
-
-
-def _joined(one: Monomial, other: Monomial) -> Monomial:
-    if not one:
-        return other
-    if not other:
-        return one
-    exponents = dict(one)
-    for name, exponent in other:
-        exponents[name] = exponents.get(name, 0) + exponent
-    return tuple(sorted(exponents.items()))
+    total[monomial] = coefficient if before is None else before + coefficient
+    if not total[monomial]:
+        del total[monomial]
 
 
 def _bounded(polynomial: Polynomial) -> Polynomial:
@@ -199,32 +188,43 @@ class Letters:
             case Number(value):
                 return constant(value)
             case Name(name):
-                return self._variable(name, known)
+                if name in self.angles:
+                    raise NoForm
+                self.meaning[name] = node
+                if not known:
+                    self.open.add(name)
+                return letter(name)
             case Negative(operand):
                 return scaled(self.polynomial(operand), Fraction(-1))
             case Sum(terms):
                 return plus(*map(self.polynomial, terms))
             case Product(left, right):
-                return self._reduced(times(self.polynomial(left), self.polynomial(right)))
+                return reduced(times(self.polynomial(left), self.polynomial(right)), self.pairs)
             case Quotient(left, Number(value)) if value:
                 return scaled(self.polynomial(left), 1 / Fraction(value))
             case Power(base, Number(value)) if value == 2.0 or (value in (3.0, 4.0) and not known):
                 inner = raised = self.polynomial(base)
                 for _ in range(int(value) - 1):
-                    raised = self._reduced(times(raised, inner))
+                    raised = reduced(times(raised, inner), self.pairs)
                 return raised
             case Call(function, (argument,)) if function in _CIRCULAR:
                 return self._circular(function, argument)
             case _ if known:
                 return letter(self._named(node))
-            case Quotient(left, right):
-                return self._quotient(left, right)
+            case Quotient(left, right) if not self.unknowns.intersection(names(right)):
+                dividend = self.polynomial(left)
+                return times(dividend, letter(self._named(divide(Number(1.0), right))))
+            case Quotient(left, right):  # one more unknown, and a product
+                dividend, name = self.polynomial(left), self._auxiliary()
+                product = reduced(times(letter(name), self.polynomial(right)), self.pairs)
+                self.extra.append(minus(product, dividend))
+                return letter(name)
             case Power(base, Number(0.5)) | Call("sqrt", (base,)):
-                return self._root(base)
+                inside, name = self.polynomial(base), self._auxiliary()
+                self.roots.append(name)
+                self.extra.append(minus(times(letter(name), letter(name)), inside))
+                return letter(name)
         raise NoForm
-
-    def _reduced(self, polynomial: Polynomial) -> Polynomial:
-        return reduced(polynomial, self.pairs)
 
     def _named(self, node: Expression) -> str:
         """The letter of a known part that stays as it is."""
@@ -234,30 +234,6 @@ class Letters:
         name = f"#k{len(self.meaning)}"
         self.meaning[name] = node
         return name
-
-    def _variable(self, name: str, known: bool) -> Polynomial:
-        if name in self.angles:
-            raise NoForm
-        self.meaning[name] = Name(name)
-        if not known:
-            self.open.add(name)
-        return letter(name)
-
-    def _quotient(self, left: Expression, right: Expression) -> Polynomial:
-        """Over something known: times its reciprocal. Over an unknown: one more unknown, and a product."""
-        dividend = self.polynomial(left)
-        if not self.unknowns.intersection(names(right)):
-            return times(dividend, letter(self._named(divide(Number(1.0), right))))
-        name = self._auxiliary()
-        self.extra.append(minus(self._reduced(times(letter(name), self.polynomial(right))), dividend))
-        return letter(name)
-
-    def _root(self, base: Expression) -> Polynomial:
-        inside = self.polynomial(base)
-        name = self._auxiliary()
-        self.roots.append(name)
-        self.extra.append(minus(times(letter(name), letter(name)), inside))
-        return letter(name)
 
     def _auxiliary(self) -> str:
         name = f"#u{len(self.meaning)}"
@@ -284,7 +260,7 @@ class Letters:
         if rest is not None:
             cos, sin = map(letter, self._pair(rest, unit))
             c, s = minus(times(c, cos), times(s, sin)), plus(times(s, cos), times(c, sin))
-        return self._reduced(c if function.startswith("cos") else s)
+        return reduced(c if function.startswith("cos") else s, self.pairs)
 
     def _angle(self, argument: Expression, unit: str) -> tuple[str | None, int, int, Expression | None]:
         """``sign·base + 90·quarters + rest``: at most one unknown, at most once; no base: all known."""
@@ -292,23 +268,20 @@ class Letters:
         unknown = [term for term in terms if self.unknowns.intersection(names(term))]
         if len(unknown) > 1:
             raise NoForm
-        base = unknown[0] if unknown else next((t for t in terms if _signed(t)), None)
-        signed = None if base is None else _signed(base)
-        if signed is None:
-            if unknown:
-                raise NoForm
-            return None, 1, 0, None
-        others = [term for term in terms if term is not base]
+        signed = [(term, found) for term in unknown or terms if (found := _signed(term))]
+        if unknown and not signed:
+            raise NoForm
         quarters, rest = 0, []
-        for term in others:
+        for term in terms:
             count = _count(term, _QUARTER[unit])
-            if count is None:
-                rest.append(term)
-            else:
+            if count is not None:
                 quarters += count
-        if rest and not unknown:
+            elif not signed or term is not signed[0][0]:
+                rest.append(term)
+        if not signed or (rest and not unknown):
             return None, 1, 0, None
-        return signed[0], signed[1], quarters, add(*rest) if rest else None
+        name, sign = signed[0][1]
+        return name, sign, quarters, add(*rest) if rest else None
 
     def _of_unknown(self, name: str, unit: str) -> tuple[str, str]:
         if name in self.open or name not in self.turning:

@@ -30,8 +30,7 @@ from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.path.planner import planner
-from solver.path.tree import PathTree, question
+from solver.path.planner import PathTree, planner, question
 from solver.report import table
 from solver.result import Result
 

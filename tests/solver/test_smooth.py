@@ -12,7 +12,7 @@ import rulesheets
 from rulesheets.evaluate import value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression
-from solver.path.rational import smooth
+from solver.path.isolate import smooth
 
 
 def form_of(rule: str) -> Expression:
